@@ -106,8 +106,8 @@ ratios; the printed inertias are a check, which Table 1 does not permit to be me
 {ranges}
 
 Above 120 m/s in the last stand the paper permits no rolling. This cuts {cut} of the 128
-below 1700 rpm, with rolls of 156 mm. The condition number f8/f1 is above 10 in {hard} of
-them. Modes 3 and 4, 25.16 Hz and 31.83 Hz, are the same in all.
+below 1700 rpm, with rolls of 156 mm. The condition number f8/f1 is above 10 in {hard}
+of them. Modes 3 and 4, 25.16 Hz and 31.83 Hz, are the same in all.
 *`tolstat view runs/rolling-block-campbell.toml combinations -o combinations.csv`*
 
 {combinations}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 from typing import Any
 
@@ -80,6 +80,13 @@ class Settings:
     torque_density: float = setting(1.0, "views torques, rms: one-sided density of the random torque on each stand, at the motor shaft", unit="N^2 m^2 s", above=0.0)
     torque_corner: float | None = setting(None, "corner of its spectrum, 1/(1 + (f/corner)^2)", unit="Hz", above=0.0, presets={"white": None})
     torque_spectrum: tuple[dict[str, Any], ...] = setting((), "its spectrum as points instead, 0 behind the last", columns=SPECTRUM)
+    speed_gain: float = setting(40.0, "view regulator, assumed as all of it: gain K_p over the least inertia of all combinations", unit="1/s", above=0.0)
+    integral_time: float = setting(0.1, "its integral time T_i", unit="s", above=0.0)
+    speed_lag: float = setting(0.015, "its filter of the speed, T_f", unit="s", above=0.0)
+    torque_lag: float = setting(0.015, "lag of the motor's torque, T_t", unit="s", above=0.0)
+    notch_frequency: float | None = setting(None, "centre of its notch; own: the first mode of each combination, 15 to 25 Hz", unit="Hz", above=0.0, presets={"own": None})
+    notch_damping: float = setting(0.5, "damping z of the notch", above=0.0)
+    notch_depth: float = setting(0.25, "depth d of the notch; the paper: at least 12 dB", above=0.0)
     kept_modes: int = setting(4, "view masses: how many of the lowest modes are wanted", at_least=1, at_most=8)
     rtol: float = setting(1e-9, "integration tolerance, relative to the twists of the static load", above=0.0)
     # fmt: on
@@ -124,6 +131,16 @@ class Settings:
         return structure.Gearbox(
             self.entry_ratios, self.exit_ratios, self.positions, self.reference
         )
+
+    @property
+    def every_combination(self) -> list[Settings]:
+        """The settings with each combination of the gearbox."""
+        return [replace(self, combination=c) for c in self.gearbox.combinations]
+
+    @property
+    def name(self) -> str:
+        """The combination in words."""
+        return " ".join(map(str, self.combination))
 
     @property
     def ratios(self) -> structure.Ratios:

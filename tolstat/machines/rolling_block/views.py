@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +20,7 @@ from tolstat.machines.rolling_block.modes import (
     unit_shapes,
 )
 from tolstat.machines.rolling_block.parameters import drives, nominal
+from tolstat.machines.rolling_block.regulator import regulator
 from tolstat.machines.rolling_block.resonance import (
     campbell,
     fastest,
@@ -94,7 +93,7 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
 
 def combinations(_: Array, settings: Settings) -> Listing:
     """Return natural frequencies and free speeds of the nominal drives."""
-    each = _all_of(settings)
+    each = settings.every_combination
     omega = np.concatenate([nominal(one).modes.omega for one in each])
     free = [free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)]
     total, widest = np.array(free)[:, :, 0].T
@@ -111,15 +110,9 @@ def combinations(_: Array, settings: Settings) -> Listing:
     )
 
 
-def _all_of(settings: Settings) -> list[Settings]:
-    """Return the settings with each combination of the gearbox."""
-    every = settings.gearbox.combinations
-    return [replace(settings, combination=those) for those in every]
-
-
 def gearbox(_: Array, settings: Settings) -> Listing:
     """Return ratios, and inertias and stiffnesses of the nominal drives."""
-    each = _all_of(settings)
+    each = settings.every_combination
     built = [nominal(one) for one in each]
     Q, C = (np.concatenate([one[i] for one in built]) for i in range(2))
     return Listing.of(
@@ -138,9 +131,8 @@ def _named(
     each: list[Settings],
 ) -> tuple[tuple[str, str, str, NDArray[np.generic]], ...]:
     """Return the name of each combination, with its ratios of motor to roll."""
-    names = [" ".join(map(str, one.combination)) for one in each]
     return (
-        ("combination", "1", "", np.array(names)),
+        ("combination", "1", "", np.array([one.name for one in each])),
         ("i31", "1", "1", np.array([one.ratios.i31 for one in each])),
         ("i34", "1", "1", np.array([one.ratios.i34 for one in each])),
     )
@@ -240,6 +232,7 @@ OFFERS = (
     Offer("shapes", "mode shapes", shapes, SOME),
     Offer("pulses", "moments after the pulse, and after others", pulses, SOME),
     Offer("travel", "peaks of a pulse that travels from stand to stand", travel),
+    Offer("regulator", "stability under an assumed speed regulator", regulator),
     Offer("beats", "beats of pairs of modes", beats),
     Offer("torques", "spectrum of a moment under random rolling torques", torques),
     Offer("rms", "rms of the moments under random rolling torques", rms),

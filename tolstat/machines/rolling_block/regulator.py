@@ -1,0 +1,90 @@
+"""Stability of the drive under a speed regulator with a notch.
+
+The paper says only: the first mode lies in the regulator's range; a notch of 15 to 25
+Hz that takes at least 12 dB suppresses it; the regulator is tuned to the least inertia.
+All else is assumed, so the numbers illustrate this and are no facts about the mill:
+
+    w' = (omega_1 - w)/T_f,  T_t M1' = u - M1,  u = N(s) K_p (1 + 1/(T_i s)) (ref - w),
+    N = (s^2 + 2 d z w_n s + w_n^2)/(s^2 + 2 z w_n s + w_n^2).
+
+References
+----------
+P. V. Krot (2010), after Fig. 2.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.arrays import Array
+from tolstat.machines.rolling_block.declarations import Settings
+from tolstat.machines.rolling_block.parameters import Drive, nominal
+from tolstat.model.view import Listing
+
+CENTRE = 15.0, 25.0  # Hz, the range of the notch
+
+
+def closed_loop(
+    drive: Drive, settings: Settings, K_p: float, notch: Array | None
+) -> NDArray[np.complex128]:
+    """Return the poles, 1/s, [trial, 20, or 22 with the notch], slowest first.
+
+    States: q and q' of the modes, the rigid speed, w, the integral of -w, M1, and two
+    of the notch, whose centres are float64[trial], rad/s.
+    """
+    omega, phi, _ = drive.modes
+    n, z = omega.shape[1], settings.notch_damping
+    rigid, w, total, M1, x, x_ = range(2 * n, 2 * n + 6)
+    A = np.zeros((len(omega), 2 * n + 6, 2 * n + 6))
+    A[:, :n, n : 2 * n] = np.eye(n)
+    A[:, n : 2 * n, :n] = -np.eye(n) * (omega * omega)[:, None, :]
+    lost = 2.0 * drive.zeta[:, None] * omega
+    A[:, n : 2 * n, n : 2 * n] = -np.eye(n) * lost[:, None, :]
+    A[:, n : 2 * n, M1], A[:, rigid, M1] = phi[:, 0], 1.0 / drive.Q.sum(axis=1)
+    A[:, w, n : 2 * n], A[:, w, rigid], A[:, w, w] = phi[:, 0], 1.0, -1.0
+    A[:, w] /= settings.speed_lag
+    A[:, total, w] = -1.0
+    gains = {w: -K_p, total: K_p / settings.integral_time}
+    for state, gain in gains.items():
+        A[:, M1, state] = A[:, x_, state] = gain
+    A[:, M1, M1] = -1.0
+    if notch is None:
+        A = A[:, :x, :x]
+    else:
+        A[:, x, x_], A[:, x_, x], A[:, x_, x_] = 1.0, -(notch**2), -2.0 * z * notch
+        A[:, M1, x_] = 2.0 * (settings.notch_depth - 1.0) * z * notch
+    A[:, M1] /= settings.torque_lag
+    poles = np.linalg.eigvals(A).astype(complex)
+    return np.take_along_axis(poles, np.argsort(-poles.real, axis=1), axis=1)
+
+
+def regulator(_: Array, settings: Settings) -> Listing:
+    """Return the growth of each combination, with the notch and without."""
+    each = settings.every_combination
+    drives = [nominal(one) for one in each]
+    K_p = settings.speed_gain * min(drive.Q.sum() for drive in drives)
+    given = settings.notch_frequency
+    f = [drive.modes.omega[0, 0] / (2 * np.pi) for drive in drives]
+    centre = np.clip(f, *CENTRE) if given is None else np.full(len(f), given)
+    bare, held = (
+        np.array([closed_loop(*one)[0, 0] for one in those])
+        for those in (
+            [(drive, settings, K_p, None) for drive in drives],
+            [
+                (drive, settings, K_p, np.array([2 * np.pi * c]))
+                for drive, c in zip(drives, centre, strict=True)
+            ],
+        )
+    )
+    return Listing.of(
+        f"assumed, not the paper's: K_p {K_p:.8g} N m s, T_i, T_f, T_t "
+        f"{settings.integral_time:g}, {settings.speed_lag:g}, {settings.torque_lag:g} "
+        f"s, notch {settings.notch_damping:g}, {settings.notch_depth:g}; above 0 grows",
+        ("combination", "1", "", np.array([one.name for one in each])),
+        ("growth, no notch", "1/s", "1/s", bare.real),
+        ("growth, notch", "1/s", "1/s", held.real),
+        ("notch at", "Hz", "Hz", centre),
+        ("slowest pole", "Hz", "Hz", np.abs(held) / (2 * np.pi)),
+        ("its damping", "1", "%", -held.real / np.abs(held)),
+    )
