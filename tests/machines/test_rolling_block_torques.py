@@ -10,6 +10,7 @@ import scipy.linalg
 
 import tolstat
 from tests.machines.test_rolling_block_modes import B
+from tolstat.errors import ModelError
 from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.modes import contributions
 from tolstat.machines.rolling_block.parameters import nominal
@@ -72,10 +73,16 @@ def test_a_spectrum_of_points_and_the_view():
         ratio = frame[head] / known[head]
         np.testing.assert_allclose(ratio, np.sqrt(3), rtol=1e-8)
     chart = tolstat.view("rolling_block", "torques")
-    assert chart.curves[0].sentence == "M12, rms 38.73 N m"
+    assert chart.curves[0].name == "independent"
     # the curve is the density: over its axis it has nearly all of the variance
     S = chart.curves[0].values
     assert np.sqrt(np.trapezoid(S, chart.at)) == pytest.approx(38.73, rel=0.03)
+
+
+def test_a_mode_without_damping_has_no_rms():
+    only = {"link_damping": (2e-3, *[0.0] * 7)}  # rolls against rolls swing freely
+    with pytest.raises(ModelError, match="a mode has no damping"):
+        tolstat.view("rolling_block", "rms", settings=only)
 
 
 def test_beats_as_computed_elsewhere():

@@ -142,24 +142,13 @@ def _pressure_angle(settings: Settings, b2: float, b3: float, dw3: float) -> flo
 def profile_shift(z: int, module: float, b: float, alpha: float, a: float) -> float:
     """Return the sum of two profile shifts, in modules; their difference with a ring.
 
-    By involute geometry; the paper says only that there are shifted gears.
-
-    Parameters
-    ----------
-    z : int
-        Sum of their teeth, the difference with a ring.
-    module, b, alpha : float
-        Normal module, m; helix angle at the reference cylinder; normal pressure angle.
-    a : float
-        Working centre distance, m.
+    By involute geometry, of the sum (difference) z of their teeth; normal module, m,
+    helix angle at the reference cylinder, normal pressure angle, centre distance, m.
     """
-
-    def inv(angle: float) -> float:
-        return math.tan(angle) - angle
-
     at = math.atan(math.tan(alpha) / math.cos(b))
     working = math.acos(min(module * z / (2 * math.cos(b)) * math.cos(at) / a, 1.0))
-    return z * (inv(working) - inv(at)) / (2 * math.tan(alpha))
+    inv = math.tan(working) - working - math.tan(at) + at
+    return z * inv / (2 * math.tan(alpha))
 
 
 def shift_34(settings: Settings, design: Design) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
-from tolstat.machines.ring.harmonics import harmonics, inverse, shared, total
+from tolstat.machines.ring.harmonics import harmonics, inverse, total
 from tolstat.machines.ring.motion import cutting_forces
 from tolstat.machines.ring.parameters import Rings
 
@@ -89,12 +89,6 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
     return np.where(rests, found, np.nan)
 
 
-def _solved(y: Array, s: Array, C: Array) -> Array:
-    """Return (diag C + 2 s s^T)^-1 y, [trial, harmonic]: Sherman and Morrison."""
-    along = total(s * y / C) * shared(s, C)
-    return y / C - 2.0 * s / C * along[:, None]
-
-
 def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
     """Return A, y' = A y with y = (a, b, a', b'), of the ring alone at Omega, rad/s.
 
@@ -136,8 +130,8 @@ def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
     R, T = (k_R / rings.pi_chi)[:, None], (k_T / rings.pi_chi)[:, None]
     push = np.concatenate(
         [
-            _solved(R * at.u_a + T * at.v_a, rings.on.s, C),
-            _solved(R * at.u_b + T * at.v_b, rings.on.t, C),
+            (inverse(rings.on.s, C) @ (R * at.u_a + T * at.v_a)[:, :, None])[:, :, 0],
+            (inverse(rings.on.t, C) @ (R * at.u_b + T * at.v_b)[:, :, None])[:, :, 0],
         ],
         axis=1,
     )

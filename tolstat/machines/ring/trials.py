@@ -112,20 +112,13 @@ def depth_of_cut(rings: Rings, states: Array, time: Array | float) -> Array:
     return rings.t_R0 + states[:, 4 * n] + total(moved) + out_of_roundness(rings, time)
 
 
-def dead_load(rings: Rings) -> Array:
-    """Return the force of each roller that bears half the ring, N, float64[trial].
-
-    pi r rho F g/cos alpha: the rollers hold while neither pulls the ring with more.
-    """
-    load: Array = rings.pi_chi * G / np.cos(rings.alpha)
-    return load
-
-
 def outcome_of(trials: Trials, settings: Asked) -> Outcome:
     """Return the responses in the order of `description_of`, and the failures."""
     rings, found = trials.rings, trials.solution
     least, greatest = found.least[:, DEPTH], found.greatest[:, DEPTH]
     rest = static_depth(rings, settings.hoop)
+    # each roller bears half the ring, and holds until it would pull with more
+    dead_load = rings.pi_chi * G / np.cos(rings.alpha)
     columns = [
         least,
         greatest,
@@ -139,7 +132,7 @@ def outcome_of(trials: Trials, settings: Asked) -> Outcome:
         found.greatest[:, ROLLER_1],
         found.least[:, ROLLER_2],
         found.greatest[:, ROLLER_2],
-        found.greatest[:, ROLLER_1 : ROLLER_2 + 1].max(axis=1) / dead_load(rings),
+        found.greatest[:, ROLLER_1 : ROLLER_2 + 1].max(axis=1) / dead_load,
         # the forces rise with the depth
         *cutting_forces(greatest, rings),
     ]

@@ -10,18 +10,10 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
+from tolstat.machines.ring import motion
 from tolstat.machines.ring.declarations import Asked
 from tolstat.machines.ring.flutter import NOTICED, flutter_speed
 from tolstat.machines.ring.linear import growth_rate, ring_eigenvalues, static_depth
-from tolstat.machines.ring.motion import (
-    HEAD,
-    RING,
-    Ring,
-    Tool,
-    cutting_forces,
-    derivative,
-    reactions,
-)
 from tolstat.machines.ring.parameters import Rings, build, out_of_roundness, values_of
 from tolstat.machines.ring.trials import Trials, depth_of_cut, rows_of
 from tolstat.model.view import (
@@ -55,12 +47,15 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
     X, blank = states[:, 4 * n], out_of_roundness(rings, time)
     t_R = depth_of_cut(rings, states, time)
     U = t_R - rings.t_R0 - X - blank
-    P_R, P_T = cutting_forces(t_R, rings)
-    machine = rows_of(rings, settings)[0, : HEAD + RING * n]
-    tool_, ring_ = Tool(*machine[:HEAD]), Ring(*machine[HEAD:].reshape(RING, n))
+    P_R, P_T = motion.cutting_forces(t_R, rings)
+    machine = rows_of(rings, settings)[0, : motion.HEAD + motion.RING * n]
+    tool_, ring_ = (
+        motion.Tool(*machine[: motion.HEAD]),
+        motion.Ring(*machine[motion.HEAD :].reshape(-1, n)),
+    )
     y = states.T
-    firsts = derivative(y, P_R, P_T, tool_, ring_, np.empty_like(y))
-    pulls = reactions(*firsts, P_R, P_T, tool_)
+    firsts = motion.derivative(y, P_R, P_T, tool_, ring_, np.empty_like(y))
+    pulls = motion.reactions(*firsts, P_R, P_T, tool_)
     words = "of the ring at the tool, outwards"
     depth = Curve("depth_min", "m", "t_R", "depth of cut", t_R)
     ring = Curve("ring_displacement", "m", "U", words, U)

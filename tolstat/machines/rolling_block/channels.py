@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block import structure
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.modes import Modes
 from tolstat.machines.rolling_block.parameters import Drive
 from tolstat.machines.rolling_block.resonance import rolling_speeds
 
@@ -94,13 +93,6 @@ def output_of(name: str, settings: Settings) -> Output:
     return Output("rad/s" if rates else "rad", _MASSES[int(mass) - 1], none, rates)
 
 
-def untwisted(modes: Modes, C: Array) -> Array:
-    """Return Theta^-1 = diag(1/omega^2) Theta^T C, float64[trial, mode, link]."""
-    scaled = modes.phi_ij.transpose(0, 2, 1) * C[:, None, :]
-    inverse: Array = scaled / (modes.omega * modes.omega)[:, :, None]
-    return inverse
-
-
 def transfer(
     frequency: Array, drive: Drive, settings: Settings, source: Input, *seen: Output
 ) -> Complex:
@@ -110,7 +102,8 @@ def transfer(
     """
     s = 2j * np.pi * frequency
     omega, phi, theta = drive.modes
-    still = untwisted(drive.modes, drive.C) @ source.errors  # [trial, mode]
+    # Theta^-1 = diag(1/omega^2) Theta^T C
+    still = np.einsum("tlr,tl->tr", theta, drive.C * source.errors) / omega**2
     force = source.moments @ phi
     driven = force[:, :, None] - still[:, :, None] * s**2
     tau, eta = settings.dampings

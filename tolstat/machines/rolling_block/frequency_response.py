@@ -15,13 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.machines.rolling_block.channels import (
-    input_of,
-    loads,
-    output_of,
-    poles_of,
-    transfer,
-)
+from tolstat.machines.rolling_block import channels
 from tolstat.machines.rolling_block.declarations import LOADS, MOMENT, Settings
 from tolstat.machines.rolling_block.modes import contributions
 from tolstat.machines.rolling_block.parameters import Drive, drives
@@ -96,23 +90,25 @@ def frequencies(drive: Drive) -> Array:
     return np.unique(np.append(even, omega)) if drive.zeta[0] > 0 else even
 
 
-def frequency_response(deviations: Array, settings: Settings) -> Chart:
+def response(deviations: Array, settings: Settings) -> Chart:
     """Return amplitude and phase of the output per unit of the input."""
     drive = drives(deviations, settings)
     frequency = frequencies(drive)
     name, link = settings.response_output, settings.response_link
-    answer = output_of(link if name == MOMENT else name, settings)
+    answer = channels.output_of(link if name == MOMENT else name, settings)
     title = (
         f"M{link}" if name == MOMENT else f"stretch {name}" if name in GAPS else name
     )
-    sources = {words: loads(*those) for words, those in _loads(settings).items()}
+    sources = {
+        words: channels.loads(*those) for words, those in _loads(settings).items()
+    }
     over = "loads" if len(sources) > 1 or "motor" not in sources else "motor"
     if settings.response_input != LOADS:
         over = settings.response_input
-        sources = {over: input_of(over, settings)}
+        sources = {over: channels.input_of(over, settings)}
     amplitudes, phases = [], []
     for words, source in sources.items():
-        G = transfer(frequency, drive, settings, source, answer)[:, 0]
+        G = channels.transfer(frequency, drive, settings, source, answer)[:, 0]
         size, angle = np.abs(G), np.angle(G[0])
         unit = f"{answer.unit}/{'/'.join(source.unit.split())}"
         unit = "1" if source.unit == answer.unit else unit
@@ -168,7 +164,7 @@ def poles(deviations: Array, settings: Settings) -> Listing:
 def damping(deviations: Array, settings: Settings) -> Listing:
     """Return frequency and damping ratio of each mode, modal or by link."""
     drive = drives(deviations[:1], settings)
-    frequency, zeta = poles_of(drive, settings)
+    frequency, zeta = channels.poles_of(drive, settings)
     undamped = drive.modes.omega[0] / (2 * np.pi)
     return Listing.of(
         "a mode, ascending; loss factors have no free vibration and do not count",

@@ -8,17 +8,7 @@ from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.parameters import drives
 from tolstat.machines.rolling_block.structure import STANDS
-from tolstat.model.view import (
-    Axis,
-    Band,
-    Chart,
-    Curve,
-    Level,
-    Listing,
-    Panel,
-    Span,
-    bands_of,
-)
+from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.units.grammar import Range
 
@@ -179,7 +169,7 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
         panels=(
             *_frequency_panels(modes, excitations, spreads),
             Panel.of(title, share, *sure),
-            Panel.of("Rolling speed", *rolling, levels=(Level(limit, "limit in 34"),)),
+            Panel.of("Rolling speed", *rolling),
         ),
     )
 

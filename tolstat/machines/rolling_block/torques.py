@@ -13,7 +13,8 @@ from itertools import combinations
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.machines.rolling_block.channels import loads, output_of, poles_of, transfer
+from tolstat.errors import ModelError
+from tolstat.machines.rolling_block.channels import loads, output_of, transfer
 from tolstat.machines.rolling_block.declarations import SPECTRUM, Settings
 from tolstat.machines.rolling_block.frequency_response import frequencies
 from tolstat.machines.rolling_block.modes import contributions, moments
@@ -22,7 +23,9 @@ from tolstat.machines.rolling_block.resonance import rolling_speeds
 from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS
 from tolstat.model.view import Axis, Chart, Curve, Listing
 
-DOUBLED = 2.0 ** np.arange(-1, 16)  # half widths of a peak: panels of the integral
+KINDS = "independent", "one torque"  # of the stands
+UNDAMPED = 1e-9
+DOUBLED = 2.0 ** np.arange(-1, 24)  # half widths of a peak: panels of the integral
 NODES = 16  # in each panel
 A_PERIOD = 64  # times in the shortest period, for peaks
 ZOOMS = 4
@@ -54,10 +57,20 @@ def deviations_of(drive: Drive, settings: Settings) -> tuple[Array, Array]:
     """Return the standard deviations of the moments, N m, float64[link], as `spectra`.
 
     The integral has panels that grow with the distance from each peak.
+
+    Raises
+    ------
+    ModelError
+        If a mode has no damping: random torques swing it without end.
     """
-    peak, zeta = (each[0] for each in poles_of(drive, settings))
-    lost = np.max(settings.loss_factors, initial=0.0)
-    widths = np.outer(peak * np.maximum(zeta, max(lost, 1e-4)), DOUBLED).T
+    (omega, _, theta), (tau, eta) = drive.modes, settings.dampings
+    peak, zeta = omega[0] / (2 * np.pi), np.broadcast_to(drive.zeta[0], omega[0].shape)
+    if tau is not None and eta is not None:
+        shares = drive.C[0][:, None] * (theta[0] / omega[0]) ** 2  # of the energy
+        zeta = 0.5 * (omega[0] * (tau @ shares) + eta @ shares)
+    if zeta.min() < UNDAMPED:
+        raise ModelError("random torques: a mode has no damping; give each link some")
+    widths = np.outer(DOUBLED, peak * zeta)
     known = [row["frequency"] for row in settings.torque_spectrum]
     edges = np.concatenate([(peak - widths).ravel(), (peak + widths).ravel(), [0.0]])
     edges = np.unique(np.append(np.maximum(edges, 0.0), [*known, *peak]))
@@ -73,13 +86,10 @@ def torques(deviations: Array, settings: Settings) -> Chart:
     """Return the density of the moment in response_link under random torques."""
     drive = drives(deviations[:1], settings)
     frequency, link = frequencies(drive), settings.response_link
-    both = spectra(frequency, drive, settings)
-    rms = deviations_of(drive, settings)
-    curves = []
-    place = LINK_NAMES.index(link)
-    for words, S, sigma in zip(("independent", "one torque"), both, rms, strict=True):
-        said = f"M{link}, rms {sigma[place]:.4g} N m"
-        curves.append(Curve(words, "N^2 m^2 s", "S", said, S[place]))
+    curves = [
+        Curve(words, "N^2 m^2 s", "S", f"M{link}", S[LINK_NAMES.index(link)])
+        for words, S in zip(KINDS, spectra(frequency, drive, settings), strict=True)
+    ]
     axis = Axis("frequency", "Hz", "Hz", logarithmic=True)
     return Chart(axis, frequency, tuple(curves))
 
@@ -90,8 +100,7 @@ def rms(deviations: Array, settings: Settings) -> Listing:
     return Listing.of(
         "rms of the moment in a link: torques independent, or one on all stands",
         ("link", "1", "", np.array(LINK_NAMES)),
-        ("independent", "N m", "N m", found[0]),
-        ("one torque", "N m", "N m", found[1]),
+        *((words, "N m", "N m", one) for words, one in zip(KINDS, found, strict=True)),
     )
 
 
@@ -100,20 +109,20 @@ def beats(deviations: Array, settings: Settings) -> Listing:
     drive = drives(deviations[:1], settings)
     a = contributions(drive.modes, drive.C, {settings.pulse_stand: 1.0})[0]
     size = np.abs(a[LINK_NAMES.index(settings.response_link)])
-    f, zeta = drive.modes.omega[0] / (2 * np.pi), drive.zeta[0]
-    r, q = np.array(list(combinations(range(len(f)), 2))).T
-    apart, both = f[q] - f[r], np.pi * zeta * (f[r] + f[q])
-    ends = np.minimum(size[r], size[q]), np.maximum(size[r], size[q])
+    f = drive.modes.omega[0] / (2 * np.pi)
+    every = list(combinations(range(len(f)), 2))
+    r, q = np.array(sorted(every, key=lambda pair: f[pair[1]] - f[pair[0]])).T
+    apart, ends = f[q] - f[r], np.sort([size[r], size[q]], axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        depth, lasting = ends[0] / ends[1], apart / both
-    near = np.argsort(apart)
+        depth = ends[0] / ends[1]
+        lasting = apart / (np.pi * drive.zeta[0] * (f[r] + f[q]))
     return Listing.of(
         "two modes, nearest first; depth: lesser over greater amplitude",
-        ("mode", "1", "count", r[near] + 1),
-        ("and mode", "1", "count", q[near] + 1),
-        ("beat", "Hz", "Hz", apart[near]),
-        ("depth", "1", "%", depth[near]),
-        ("beats before 1/e", "1", "1", lasting[near]),
+        ("mode", "1", "count", r + 1),
+        ("and mode", "1", "count", q + 1),
+        ("beat", "Hz", "Hz", apart),
+        ("depth", "1", "%", depth),
+        ("beats before 1/e", "1", "1", lasting),
     )
 
 

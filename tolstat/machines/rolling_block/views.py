@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
-from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
-from tolstat.machines.rolling_block.frequency_response import (
-    damping,
+from tolstat.machines.rolling_block import (
     frequency_response,
-    poles,
+    masses,
+    regulator,
+    resonance,
+    torques,
 )
-from tolstat.machines.rolling_block.masses import masses
+from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
 from tolstat.machines.rolling_block.modes import (
     contributions,
     moments,
@@ -20,19 +21,7 @@ from tolstat.machines.rolling_block.modes import (
     unit_shapes,
 )
 from tolstat.machines.rolling_block.parameters import drives, nominal
-from tolstat.machines.rolling_block.regulator import regulator
-from tolstat.machines.rolling_block.resonance import (
-    campbell,
-    fastest,
-    free_speeds,
-    resonances,
-    rolling_speeds,
-)
-from tolstat.machines.rolling_block.structure import (
-    LINK_NAMES,
-    STANDS,
-)
-from tolstat.machines.rolling_block.torques import beats, rms, torques, travel
+from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS
 from tolstat.model.view import (
     Axis,
     Band,
@@ -95,9 +84,14 @@ def combinations(_: Array, settings: Settings) -> Listing:
     """Return natural frequencies and free speeds of the nominal drives."""
     each = settings.every_combination
     omega = np.concatenate([nominal(one).modes.omega for one in each])
-    free = [free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)]
+    free = [
+        resonance.free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)
+    ]
     total, widest = np.array(free)[:, :, 0].T
-    rolling = settings.working_speed * np.array([rolling_speeds(one) for one in each]).T
+    rolling = (
+        settings.working_speed
+        * np.array([resonance.rolling_speeds(one) for one in each]).T
+    )
     return Listing.of(
         "positions of the stages A, B, C, D; motor speed over roll speed",
         *_named(each),
@@ -106,7 +100,12 @@ def combinations(_: Array, settings: Settings) -> Listing:
         ("widest", "rad/s", "rpm", widest),
         ("condition f8/f1", "1", "1", omega[:, -1] / omega[:, 0]),
         *((f"v{s}", "m/s", "m/s", v) for s, v in zip(STANDS, rolling, strict=True)),
-        ("limit of v34", "rad/s", "rpm", np.array([fastest(one) for one in each])),
+        (
+            "limit of v34",
+            "rad/s",
+            "rpm",
+            np.array([resonance.fastest(one) for one in each]),
+        ),
     )
 
 
@@ -166,74 +165,61 @@ def shapes(deviations: Array, settings: Settings) -> Chart:
 
 
 def pulses(deviations: Array, settings: Settings) -> Chart:
-    """Return the moments of all links after the pulse, and of one after others."""
+    """Return the moment in response_link after the pulse, after others, and a step.
+
+    The last curve is that of the pulse which travels from stand to stand.
+    """
     drive = drives(deviations, settings)
-    shown, length = settings.response_link, settings.pulse_length
-    lowest = float(drive.modes.omega[0, 0])
-    end = min(settings.horizon, PERIODS * 2 * np.pi / lowest)
+    omega, zeta, shown = drive.modes.omega, drive.zeta, settings.response_link
+    length, size = settings.pulse_length, settings.pulse_moment
+    end = min(settings.horizon, PERIODS * 2 * np.pi / float(omega[0, 0]))
     time = np.linspace(0.0, end, POINTS)
-    load = {settings.pulse_stand: settings.pulse_moment}
-    a = contributions(drive.modes, drive.C, load)
-    one = LINK_NAMES.index(shown)
-
-    def followed(those: slice, links: slice, *ends: float) -> Array:
-        """Return moments of drives in links, under a load that ends, or never."""
-        part = a[those, links]
-        steps = [(0.0, part), *((end, -part) for end in ends)]
-        return moments(time, drive.modes.omega[those], drive.zeta[those], steps)
-
-    def curve(name: str, link: str, words: str, moment: Array) -> Curve:
-        return Curve(name, "N m", f"M{link}", words, moment, shown="N m")
-
-    first, every = slice(0, 1), slice(None)
-    links = [
-        curve(f"M{ij}", ij, "after the pulse", moment)
-        for ij, moment in zip(
-            LINK_NAMES, followed(first, every, length)[0], strict=True
-        )
+    link = slice(LINK_NAMES.index(shown), LINK_NAMES.index(shown) + 1)
+    a = size * contributions(drive.modes, drive.C, {settings.pulse_stand: 1.0})[:, link]
+    own = f"M{shown}"
+    ends = {own: [length], **{f"{1e3 * t:g} ms": [t] for t in LENGTHS}, "step": []}
+    after = {
+        name: [(0.0, a[:1]), *((t, -a[:1]) for t in each)]
+        for name, each in ends.items()
+    }
+    after["travelling"] = [
+        (t, size * part[:1, link]) for t, part in torques.travelling(drive, settings)
     ]
-    words = "pulse of this length"
-    others = [
-        curve(f"{1e3 * each:g} ms", shown, words, followed(first, every, each)[0, one])
-        for each in LENGTHS
+    curves = [
+        Curve(name, "N m", own, "a pulse", moment[0, 0], shown="N m")
+        for name, steps in after.items()
+        for moment in (moments(time, omega[:1], zeta[:1], steps),)
     ]
-    others.append(
-        curve("step", shown, "load that stays", followed(first, every)[0, one])
-    )
-    spread = followed(slice(1, None), slice(one, one + 1), length)
-    opened = bands_of(f"M{shown}", "N m", spread[:, 0])
-    title = f"{1e3 * length:g} ms on stand {settings.pulse_stand}: gearbox"
-    panels = [
-        Panel.of(title, *links[:4]),
-        Panel.of("Spindles", *links[4:]),
-        Panel.of(f"M{shown} after other pulses", *others),
-    ]
-    if opened:
-        panels.insert(2, Panel.of(f"M{shown}, tolerances", links[one], *opened))
+    steps = [(0.0, a[1:]), (length, -a[1:])]
+    opened = bands_of(own, "N m", moments(time, omega[1:], zeta[1:], steps)[:, 0])
+    title = f"{own}: {1e3 * length:g} ms on stand {settings.pulse_stand}"
     return Chart(
         Axis("time", "s", "s"),
         time,
-        (*links, *others),
+        tuple(curves),
         bands=opened,
         spans=(Span(0.0, min(length, end), "the pulse"),),
-        panels=tuple(panels),
+        panels=(
+            Panel.of(title, curves[0], *opened),
+            Panel.of(f"{own} after other pulses", *curves[1:]),
+        ),
     )
 
 
 OFFERS = (
-    Offer("campbell", "frequencies and excitations over the speed", campbell, MANY),
-    Offer("resonances", "speeds that resonate, and why", resonances, MANY),
+    Offer("campbell", "frequencies over the motor's speed", resonance.campbell, MANY),
+    Offer("resonances", "speeds that resonate, and why", resonance.resonances, MANY),
     Offer("combinations", "frequencies and speeds of each", combinations),
     Offer("gearbox", "ratios, inertias and stiffnesses of all combinations", gearbox),
-    Offer("response", "frequency response, input to output", frequency_response, SOME),
-    Offer("damping", "frequencies and damping ratios, modal or by link", damping),
-    Offer("poles", "poles and zeros of a moment over loads", poles),
-    Offer("masses", "partial frequencies, and which masses may go", masses),
+    Offer("response", "frequency response", frequency_response.response, SOME),
+    Offer("damping", "frequencies and damping ratios", frequency_response.damping),
+    Offer("poles", "poles and zeros of a moment over loads", frequency_response.poles),
+    Offer("masses", "which masses may go", masses.masses),
     Offer("shapes", "mode shapes", shapes, SOME),
     Offer("pulses", "moments after the pulse, and after others", pulses, SOME),
-    Offer("travel", "peaks of a pulse that travels from stand to stand", travel),
-    Offer("regulator", "stability under an assumed speed regulator", regulator),
-    Offer("beats", "beats of pairs of modes", beats),
-    Offer("torques", "spectrum of a moment under random rolling torques", torques),
-    Offer("rms", "rms of the moments under random rolling torques", rms),
+    Offer("travel", "peaks of a pulse from stand to stand", torques.travel),
+    Offer("regulator", "growth under an assumed regulator", regulator.regulator),
+    Offer("beats", "beats of pairs of modes", torques.beats),
+    Offer("torques", "a moment under random rolling torques", torques.torques),
+    Offer("rms", "rms of all moments under random rolling torques", torques.rms),
 )
