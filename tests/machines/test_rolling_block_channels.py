@@ -192,7 +192,7 @@ def test_rolling_speeds_and_the_cut_at_120_m_s():
     cut = {"combination": (0, 0, 0, 0)}
     chart = tolstat.view("rolling_block", "campbell", settings=cut)
     line = chart.spans[-2]
-    assert line.words == "120 m/s in 34" and line.lower == line.upper
+    assert line.words == "120 m/s in 34: 1143 rpm" and line.lower == line.upper
     assert line.lower / RPM == pytest.approx(1142.977, abs=5.1e-4)
     at = np.interp(line.lower, chart.at, chart.frame()["rod at 33, 34"])
     assert at == pytest.approx(120.0)

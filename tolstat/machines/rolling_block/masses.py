@@ -41,7 +41,9 @@ def masses(deviations: Array, settings: Settings) -> Listing:
     ratio = frequency[n - 1] / partial
     goes = ratio < FAR
     error = np.full(len(MASSES), np.nan)
-    error[:n] = (without(goes, drive) / frequency[: np.sum(~goes) - 1])[:n] - 1.0
+    error[:n] = (without(goes, drive) / frequency[: np.sum(~goes) - 1])[:n].round(
+        12
+    ) - 1.0
     return Listing.of(
         f"a mass; it may go where modes 1 to {n} are wanted. In row r: error of mode r "
         "without the masses that go",

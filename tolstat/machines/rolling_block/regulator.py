@@ -73,13 +73,22 @@ def regulator(_: Array, settings: Settings) -> Listing:
         closed_loop(drive, settings, K_p, w)[0, 0]
         for drive, w in zip(drives, w_n, strict=True)
     ]
+    assumed = {
+        "K_p": ("N m s", K_p),
+        "T_i": ("s", settings.integral_time),
+        "T_f": ("s", settings.speed_lag),
+        "T_t": ("s", settings.torque_lag),
+        "z": ("1", settings.notch_damping),
+        "d": ("1", settings.notch_depth),
+    }
     return Listing.of(
-        f"assumed, not the paper's: K_p {K_p:.8g} N m s, T_i, T_f, T_t "
-        f"{settings.integral_time:g}, {settings.speed_lag:g}, {settings.torque_lag:g} "
-        f"s, notch {settings.notch_damping:g}, {settings.notch_depth:g}; above 0 grows",
+        "a combination: its greatest real part; it is unstable above 0",
         ("combination", "1", "", np.array([one.name for one in each])),
-        ("growth, no notch", "1/s", "1/s", np.real(bare)),
-        ("growth, notch", "1/s", "1/s", np.real(held)),
-        ("notch at", "Hz", "Hz", w_n[:, 0] / (2 * np.pi)),
-        ("slowest pole", "Hz", "Hz", np.abs(held) / (2 * np.pi)),
+        ("no notch", "1/s", "1/s", np.real(bare)),
+        ("notch", "1/s", "1/s", np.real(held)),
+        ("at", "Hz", "Hz", w_n[:, 0] / (2 * np.pi)),
+        *(
+            (f"assumed {name}", unit, unit, np.full(len(each), value))
+            for name, (unit, value) in assumed.items()
+        ),
     )

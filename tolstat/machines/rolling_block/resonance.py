@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.machines.rolling_block.declarations import Settings
+from tolstat.machines.rolling_block.declarations import RPM, Settings
 from tolstat.machines.rolling_block.parameters import drives
 from tolstat.machines.rolling_block.structure import STANDS
 from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
@@ -159,7 +159,8 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
         for speed, stands in alike.items()
     ]
     limit, top = settings.rolling_speed_limit, fastest(settings)
-    cut = [Span(top, top, f"{limit:g} m/s in 34")] if n[0] <= top < n[-1] else []
+    words = f"{limit:g} m/s in 34: {top / RPM:.0f} rpm"
+    cut = [Span(top, top, words)] if n[0] <= top < n[-1] else []
     return Chart(
         Axis("motor speed", "rad/s", "rpm"),
         n,

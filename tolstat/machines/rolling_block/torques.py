@@ -175,7 +175,7 @@ def peaks(drive: Drive, settings: Settings) -> Array:
 def travel(deviations: Array, settings: Settings) -> Listing:
     """Return peak moments of a travelling pulse, and what it leaves of each mode."""
     drive = drives(deviations[:1], settings)
-    left = settings.pulse_moment * residual(drive, settings)[0]
+    left = settings.pulse_moment * residual(drive, settings)[0].round(12)
     top = settings.pulse_moment * peaks(drive, settings)
     modes = ((f"mode {r}", "N m", "N m", one) for r, one in enumerate(left.T, start=1))
     return Listing.of(
