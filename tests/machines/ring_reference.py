@@ -34,6 +34,7 @@ class Full(NamedTuple):
     v: np.ndarray
     pi_chi: float
     Z: np.ndarray
+    free: tuple[np.ndarray, ...]  # M, D, K, u, v of all coordinates, the constraints
 
 
 def full(s, Omega=None):
@@ -66,7 +67,18 @@ def full(s, Omega=None):
     th = s.tool_angle
     u = np.concatenate([np.cos(j * th), np.sin(j * th)])
     v = np.concatenate([-np.sin(j * th) / j, np.cos(j * th) / j])
-    return Full(Z.T @ M @ Z, Z.T @ D @ Z, Z.T @ K @ Z, u @ Z, v @ Z, pi_chi, Z)
+    free = (M, D, K, u, v, held)
+    return Full(Z.T @ M @ Z, Z.T @ D @ Z, Z.T @ K @ Z, u @ Z, v @ Z, pi_chi, Z, free)
+
+
+def pulls(s, q, q_, t_R):
+    """Multipliers of both constraints, N: all coordinates with two unknown forces."""
+    f = full(s)
+    M, D, K, u, v, held = f.free
+    P_R, P_T = forces(s, t_R)
+    rest = -(P_R * u + P_T * v) / f.pi_chi - D @ q_ - K @ q
+    both = np.block([[M, -held.T], [held, np.zeros((2, 2))]])
+    return np.linalg.solve(both, np.append(rest, [0.0, 0.0]))[-2:] * f.pi_chi
 
 
 def eigenvalues(f):

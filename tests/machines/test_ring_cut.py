@@ -238,8 +238,10 @@ def test_deviations_change_the_declared_quantity():
     given["radius"] = 3.0 + 0.5 * given["thickness"] + deviation["radius"]
     known = tolstat.evaluate("ring", None, {**given, "duration": 0.3}).iloc[0]
     for response in description_of(base).responses:
+        # accelerations are less exact than displacements
+        rel = 1e-5 if response.name.startswith("roller") else 1e-6
         assert row[response.name] == pytest.approx(
-            known[response.name], rel=1e-6, abs=1e-9
+            known[response.name], rel=rel, abs=1e-9
         )
     # a radius that is set is not moved by the thickness
     set_ = {"radius": 3.05, "duration": 0.1}

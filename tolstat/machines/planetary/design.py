@@ -139,6 +139,26 @@ def _pressure_angle(settings: Settings, b2: float, b3: float, dw3: float) -> flo
     return math.acos(cos_alpha)
 
 
+def profile_shift(z: int, module: float, b: float, alpha: float, a: float) -> float:
+    """Return the sum of two profile shifts, in modules; their difference with a ring.
+
+    By involute geometry, of the sum (difference) z of their teeth; normal module, m,
+    helix angle at the reference cylinder, normal pressure angle, centre distance, m.
+    """
+    at = math.atan(math.tan(alpha) / math.cos(b))
+    working = math.acos(min(module * z / (2 * math.cos(b)) * math.cos(at) / a, 1.0))
+    inv = math.tan(working) - working - math.tan(at) + at
+    return z * inv / (2 * math.tan(alpha))
+
+
+def shift_34(settings: Settings, design: Design) -> float:
+    """Return x4 + x3, or x4 - x3 of a ring, that makes wheels 3 and 4 coaxial."""
+    (_, _, z3, z4), m3 = settings.teeth, settings.module / settings.module_ratio
+    b = math.asin(m3 * z3 * math.tan(design.b3) / design.dw3)
+    z, alpha = z4 + design.scheme.s34 * z3, settings.pressure_angle
+    return profile_shift(z, m3, b, alpha, design.a)
+
+
 def _check_satellites(settings: Settings, design: Design) -> None:
     """Refuse satellites that touch each other, or cannot all be assembled.
 

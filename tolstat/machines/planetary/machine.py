@@ -9,7 +9,7 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 from tolstat.machines.planetary import trials
 from tolstat.machines.planetary.declarations import Settings, description_of
-from tolstat.machines.planetary.design import design_of
+from tolstat.machines.planetary.design import design_of, shift_34
 from tolstat.machines.planetary.views import OFFERS
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Description, StudyNumber
@@ -65,6 +65,13 @@ class Planetary(Model):
             StudyNumber("D", "1", design.D, "dw2 / dw3", "1"),
             StudyNumber("helix_2", "rad", design.b2, "helix angle of wheel 2", "deg"),
             StudyNumber("helix_3", "rad", design.b3, "helix angle of wheel 3", "deg"),
+            StudyNumber(
+                "profile_shift_34",
+                "1",
+                shift_34(settings, design),
+                "x4 + x3, or x4 - x3 of a ring, in modules",
+                "1",
+            ),
             StudyNumber("centre_distance", "m", design.a, "of both pairs of wheels"),
             StudyNumber("satellite_force", "N", F, "of each where all share equally"),
         )

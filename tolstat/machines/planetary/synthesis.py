@@ -78,9 +78,9 @@ def designs(
         Fewest and most teeth, both included.
     helix : tuple of float
         Least and greatest helix angle of wheels 2 and 3, rad, both included.
-    Normal module of wheels 1 and 2, m; lengths are multiples of it if not given.
+    module : float, optional
         Normal module of wheels 1 and 2, m; without it lengths are multiples of it.
-    That module over the module of wheels 3 and 4.
+    module_ratio : float
         That module over the one of wheels 3 and 4.
     addendum : float
         Height of the teeth for the column tip_gap, in modules.

@@ -73,14 +73,6 @@ def existence_chart(_: Array, settings: Settings) -> Chart:
 
 
 OFFERS = (
-    Offer(
-        "designs",
-        "gears of the wanted ratio, balanced, that can be assembled",
-        designs_listing,
-    ),
-    Offer(
-        "existence",
-        "ratios that gears of the scheme can have, over dw2 / dw3",
-        existence_chart,
-    ),
+    Offer("designs", "balanced gears of the wanted ratio", designs_listing),
+    Offer("existence", "possible ratios over dw2 / dw3", existence_chart),
 )

@@ -13,6 +13,7 @@ from tolstat.moving import compiled, named, rates_signature, rows, write
 cutting_forces = compiled(within=True)(motion.cutting_forces)
 depth_of_cut = compiled(within=True)(motion.depth_of_cut)
 derivative = compiled(within=True)(motion.derivative)
+reactions = compiled(within=True)(motion.reactions)
 
 
 @compiled(within=True)
@@ -27,21 +28,12 @@ def ring_of(P, n):
 
 @compiled(rates_signature)
 def rates(moment, y, p, out):
-    """Fill the derivatives; rows with peaks: t_R, X; row timed above zero: -t_R."""
+    """Fill derivatives; rows with peaks: t_R, X, rollers; timed above zero: -t_R."""
     n = len(y) // 4
     Y, P, found = rows(y), rows(p), rows(out)
     tool, ring = named(Tool, p), ring_of(P[HEAD:], n)
     t_R = depth_of_cut(rows(moment)[0], Y, P[HEAD + RING * n :], tool, ring)
     P_R, P_T = cutting_forces(t_R, tool)
-    derivative(Y, P_R, P_T, tool, ring, found)
-    write(out, 4 * n + 2, (t_R, Y[4 * n], -t_R))
-
-
-@compiled(rates_signature)
-def watch(moment, y, p, out):
-    """Fill the watched rows alone."""
-    n = len(y) // 4
-    Y, P = rows(y), rows(p)
-    tool, ring = named(Tool, p), ring_of(P[HEAD:], n)
-    t_R = depth_of_cut(rows(moment)[0], Y, P[HEAD + RING * n :], tool, ring)
-    write(out, 0, (t_R, Y[4 * n], -t_R))
+    a_1__, b_1__ = derivative(Y, P_R, P_T, tool, ring, found)
+    l_1, l_2 = reactions(a_1__, b_1__, P_R, P_T, tool)
+    write(out, 4 * n + 2, (t_R, Y[4 * n], l_1, l_2, -t_R))

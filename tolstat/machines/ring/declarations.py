@@ -203,6 +203,12 @@ _RESPONSES = (
     Response("peak_error", "m", "t_R0 - min t_R", "greatest machining error", "(10)"),
     Response("out_of_cut_share", "1", "tau", "share of the time out of the cut", "(10)", range=SHARE),
     Response("tool_travel", "m", "max |X_P|", "greatest displacement of the tool", "tool equation", range=POSITIVE),
+    *(
+        Response(f"roller_{i}_{which}", "N", f"{which} l_{i}", f"{words} force of the roller at pi {sign} alpha on the ring, outwards, without gravity", "(3), (4)")
+        for i, sign in ((1, "-"), (2, "+"))
+        for which, words in (("min", "smallest"), ("max", "greatest"))
+    ),
+    Response("roller_lift", "1", "l/G", "greatest outward force of a roller over its dead load; below 1 both rollers hold", "(3), (4)", shown="%"),
     Response("radial_force_peak", "N", "max P_R", "peak radial cutting force", "(10)", range=POSITIVE),
     Response("tangential_force_peak", "N", "max P_T", "peak tangential cutting force", "(10)", range=POSITIVE),
     Response("zero_speed", "rad/s", "2 sqrt nu", "speed at which the lowest frequency is zero, without hoop tension", "M_2", shown="rad/s", range=POSITIVE),

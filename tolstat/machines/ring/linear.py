@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
-from tolstat.machines.ring.harmonics import harmonics, inverse, shared, total
-from tolstat.machines.ring.parameters import Rings, force
+from tolstat.machines.ring.harmonics import harmonics, inverse, total
+from tolstat.machines.ring.motion import cutting_forces
+from tolstat.machines.ring.parameters import Rings
 
 FASTEST = 1e6  # rad/s
 DOUBLED = 10  # times the set depth is doubled, if forces pull the tool in
@@ -69,8 +70,7 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
     both = c_R + 1.0 / rings.K_C
 
     def excess(t: Array) -> Array:
-        P_R = force(rings.c_R, rings.x_R, t)
-        P_T = force(rings.c_T, rings.x_T, t)
+        P_R, P_T = cutting_forces(t, rings)
         return t - rings.t_R0 + P_R * both + P_T * c_T
 
     # the first sign change above zero: doubled until it is passed, then halved
@@ -87,12 +87,6 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
     rests = passed if hoop else passed & (rings.Omega < 2.0 * np.sqrt(rings.nu))
     found = np.where(rings.t_R0 > 0.0, upper, rings.t_R0)
     return np.where(rests, found, np.nan)
-
-
-def _solved(y: Array, s: Array, C: Array) -> Array:
-    """Return (diag C + 2 s s^T)^-1 y, [trial, harmonic]: Sherman and Morrison."""
-    along = total(s * y / C) * shared(s, C)
-    return y / C - 2.0 * s / C * along[:, None]
 
 
 def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
@@ -130,13 +124,14 @@ def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
     A[:, : 4 * n, : 4 * n] = ring_matrix(rings, rings.Omega, hoop)
     # dP/dt = x P/t
     t = np.where(depth > 0.0, depth, 1.0)
-    k_R = np.where(depth > 0.0, rings.x_R * force(rings.c_R, rings.x_R, t) / t, 0.0)
-    k_T = np.where(depth > 0.0, rings.x_T * force(rings.c_T, rings.x_T, t) / t, 0.0)
+    P_R, P_T = cutting_forces(t, rings)
+    k_R = np.where(depth > 0.0, rings.x_R * P_R / t, 0.0)
+    k_T = np.where(depth > 0.0, rings.x_T * P_T / t, 0.0)
     R, T = (k_R / rings.pi_chi)[:, None], (k_T / rings.pi_chi)[:, None]
     push = np.concatenate(
         [
-            _solved(R * at.u_a + T * at.v_a, rings.on.s, C),
-            _solved(R * at.u_b + T * at.v_b, rings.on.t, C),
+            (inverse(rings.on.s, C) @ (R * at.u_a + T * at.v_a)[:, :, None])[:, :, 0],
+            (inverse(rings.on.t, C) @ (R * at.u_b + T * at.v_b)[:, :, None])[:, :, 0],
         ],
         axis=1,
     )

@@ -33,7 +33,7 @@ class Ring(Model):
         "of it on, static depth, static error and growth are left out. A trial that "
         "deviates so far nevertheless fails as 'no static depth'.",
         "Gravity and the moment of the tangential force about the middle line are left "
-        "out.",
+        "out; roller_lift compares with the dead load.",
     )
 
     def describe(self, settings: Asked) -> Description:

@@ -21,15 +21,19 @@ the second square is (U' - Omega V)^2; the tool's damping, printed K_T, is c_c h
 from __future__ import annotations
 
 from collections import namedtuple
+from typing import Any
 
 import numpy as np
 
 from tolstat.arrays import Array
 
 # tool, force and speed of each trial, float64[lanes], SI; c_R, c_T in N at 1 mm;
-# per_a is 1/(1 + sum 2 s_j^2/C_j), per_b 1/(1 + sum 2 t_j^2/C_j)
+# per_a is 1/(1 + sum 2 s_j^2/C_j), per_b 1/(1 + sum 2 t_j^2/C_j); cos_R, sin_R are of
+# theta_R, per_cos and per_sin 1/cos alpha and 1/sin alpha
 Tool = namedtuple(
-    "Tool", "per_m_c c_c K_C t_R0 c_R x_R c_T x_T Omega per_pi_chi per_a per_b"
+    "Tool",
+    "per_m_c c_c K_C t_R0 c_R x_R c_T x_T Omega per_pi_chi per_a per_b "
+    "pi_chi cos_R sin_R per_cos per_sin",
 )
 # the ring, float64[harmonic, lanes], SI: d = nu K_T n^2, gyro = 2 Omega l; at the tool
 # U = u_a a + u_b b, V = v_a a + v_b b
@@ -64,8 +68,8 @@ def depth_of_cut(t: Array, y: Array, e: Array, tool: Tool, ring: Ring) -> Array:
     return found
 
 
-def cutting_forces(t_R: Array, tool: Tool) -> tuple[Array, Array]:
-    """Return P_R and P_T, N, (10); zero while the tool is out of the cut."""
+def cutting_forces(t_R: Array, tool: Any) -> tuple[Array, Array]:
+    """Return P_R and P_T, N, (10), of `c_R, x_R, c_T, x_T`; zero out of the cut."""
     mm = np.maximum(1e3 * t_R, 0.0)
     cuts = t_R > 0.0
     P_R = np.where(cuts, tool.c_R * mm**tool.x_R, 0.0)
@@ -80,8 +84,8 @@ def cutting_forces(t_R: Array, tool: Tool) -> tuple[Array, Array]:
 
 def derivative(
     y: Array, P_R: Array, P_T: Array, tool: Tool, ring: Ring, out: Array
-) -> None:
-    """Fill a', b', a'', b'', X', X''.
+) -> tuple[Array, Array]:
+    """Fill a', b', a'', b'', X', X''; return a_1'' and b_1''.
 
     Parameters
     ----------
@@ -117,3 +121,20 @@ def derivative(
     X, X_ = y[4 * n], y[4 * n + 1]
     out[4 * n] = X_
     out[4 * n + 1] = -(tool.c_c * X_ + tool.K_C * X + P_R) * tool.per_m_c
+    return a_1__, b_1__
+
+
+def reactions(
+    a_1__: Array, b_1__: Array, P_R: Array, P_T: Array, tool: Tool
+) -> tuple[Array, Array]:
+    """Return the forces of the rollers at pi - alpha and pi + alpha on the ring, N.
+
+    Outwards, without gravity: the multipliers of (3) and (4), from the equations of
+    harmonic 1, 2 pi chi a_1'' = Q_a1 - (l_1 + l_2) cos alpha and
+    2 pi chi b_1'' = Q_b1 + (l_1 - l_2) sin alpha, with Q of (8), (9).
+    """
+    Q_a = P_T * tool.sin_R - P_R * tool.cos_R
+    Q_b = -P_R * tool.sin_R - P_T * tool.cos_R
+    both = (0.5 * Q_a - tool.pi_chi * a_1__) * tool.per_cos
+    apart = (tool.pi_chi * b_1__ - 0.5 * Q_b) * tool.per_sin
+    return both + apart, both - apart

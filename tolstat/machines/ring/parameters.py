@@ -30,6 +30,7 @@ class Rings(NamedTuple):
     pi_chi: Array  # kg, pi r rho F
     K_T: Array  # s
     alpha: Array  # rad, half the angle between the supports
+    theta_R: Array  # rad, where the tool stands
     Omega: Array  # rad/s
     t_R0: Array  # m
     c_R: Array  # N, radial force at a depth of 1 mm
@@ -91,7 +92,8 @@ def build(deviations: Array, settings: Asked) -> Rings:
     ]
     return Rings(
         nu=nu_of(E, rho, w, h, r), pi_chi=np.pi * r * rho * (w * h),
-        K_T=of["ring_damping"], alpha=alpha, Omega=Omega, t_R0=of["depth"],
+        K_T=of["ring_damping"], alpha=alpha, theta_R=theta_R,
+        Omega=Omega, t_R0=of["depth"],
         c_R=at_1_mm("radial"), x_R=of["force_exponent"],
         c_T=at_1_mm("tangential"),
         x_T=np.full_like(r, settings.tangential_depth_exponent),
@@ -101,11 +103,6 @@ def build(deviations: Array, settings: Asked) -> Rings:
         e_cos=np.stack([e * np.cos(psi) for e, psi in lobes], axis=1),
         e_sin=np.stack([e * np.sin(psi) for e, psi in lobes], axis=1),
     )  # fmt: skip
-
-
-def force(c: Array, x: Array, t: Array) -> Array:
-    """Return a cutting force, N, at depths t, m, (10); none below zero."""
-    return np.where(t > 0.0, c * np.maximum(1e3 * t, 0.0) ** x, 0.0)
 
 
 def out_of_roundness(rings: Rings, t: Array | float) -> Array:

@@ -11,7 +11,8 @@ from tolstat.machines.ring.declarations import Asked, description_of
 from tolstat.machines.ring.flutter import flutter_speed
 from tolstat.machines.ring.harmonics import harmonics, shared, total
 from tolstat.machines.ring.linear import growth_rate, static_depth, terms_of
-from tolstat.machines.ring.parameters import Rings, build, force, out_of_roundness
+from tolstat.machines.ring.motion import cutting_forces
+from tolstat.machines.ring.parameters import Rings, build, out_of_roundness
 from tolstat.model.contract import Outcome
 from tolstat.moving import Accuracy, Solution, System, integrate
 from tolstat.status import Status
@@ -25,8 +26,11 @@ FAILURES = {
     NO_REST: "ring and tool have a static depth of cut",
 }
 
-DEPTH, TRAVEL = range(2)  # rows with extremes
-OUT = 2  # the row timed above zero, where forces have a kink: -t_R
+DEPTH, TRAVEL, ROLLER_1, ROLLER_2 = range(4)  # rows with extremes
+OUT = 4  # the row timed above zero, where forces have a kink: -t_R
+
+
+G = 9.81  # m/s2
 
 
 class Trials(NamedTuple):
@@ -41,13 +45,13 @@ def simulated(
 ) -> Trials:
     """Integrate trials from the engagement on; states at the sample times, s."""
     # only a simulation needs the compiler
-    from tolstat.machines.ring.compiled import rates, watch
+    from tolstat.machines.ring.compiled import rates
 
     rings = build(deviations, settings)
     machines = rows_of(rings, settings)
     scale = scale_of(settings)
     solution = integrate(
-        System(rates, scale, watch, n_extremes=2, n_above=1, crossings=(OUT,)),
+        System(rates, scale, n_extremes=4, n_above=1, crossings=(OUT,)),
         np.zeros((len(machines), len(scale))),
         machines,
         np.tile([0.0, settings.duration], (len(machines), 1)),
@@ -70,6 +74,8 @@ def rows_of(rings: Rings, settings: Asked) -> Array:
         1.0 / rings.m_c, rings.c_c, rings.K_C, rings.t_R0,
         rings.c_R, rings.x_R, rings.c_T, rings.x_T, rings.Omega, 1.0 / rings.pi_chi,
         shared(on.s, k.C), shared(on.t, k.C),
+        rings.pi_chi, np.cos(rings.theta_R), np.sin(rings.theta_R),
+        1.0 / np.cos(rings.alpha), 1.0 / np.sin(rings.alpha),
     )  # fmt: skip
     per_C = np.broadcast_to(1.0 / k.C, on.s.shape)
     blank = [
@@ -99,8 +105,8 @@ def scale_of(settings: Asked) -> Array:
     return settings.depth * unit
 
 
-def depth_of_cut(rings: Rings, states: Array, time: float) -> Array:
-    """Return t_R of states[trial, state] at a time, s, float64[trial], m."""
+def depth_of_cut(rings: Rings, states: Array, time: Array | float) -> Array:
+    """Return t_R, m, of states[trial, state] at a time, s; one trial's at several."""
     n = rings.on.s.shape[1]
     moved = rings.at.u_a * states[:, :n] + rings.at.u_b * states[:, n : 2 * n]
     return rings.t_R0 + states[:, 4 * n] + total(moved) + out_of_roundness(rings, time)
@@ -111,6 +117,8 @@ def outcome_of(trials: Trials, settings: Asked) -> Outcome:
     rings, found = trials.rings, trials.solution
     least, greatest = found.least[:, DEPTH], found.greatest[:, DEPTH]
     rest = static_depth(rings, settings.hoop)
+    # each roller bears half the ring, and holds until it would pull with more
+    dead_load = rings.pi_chi * G / np.cos(rings.alpha)
     columns = [
         least,
         greatest,
@@ -120,9 +128,13 @@ def outcome_of(trials: Trials, settings: Asked) -> Outcome:
         # a sum of steps may exceed the duration by a rounding
         np.minimum(found.above[:, 0] / settings.duration, 1.0),
         found.peak[:, TRAVEL],
+        found.least[:, ROLLER_1],
+        found.greatest[:, ROLLER_1],
+        found.least[:, ROLLER_2],
+        found.greatest[:, ROLLER_2],
+        found.greatest[:, ROLLER_1 : ROLLER_2 + 1].max(axis=1) / dead_load,
         # the forces rise with the depth
-        force(rings.c_R, rings.x_R, greatest),
-        force(rings.c_T, rings.x_T, greatest),
+        *cutting_forces(greatest, rings),
     ]
     if not settings.hoop:
         root = np.sqrt(rings.nu)

@@ -10,17 +10,19 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
+from tolstat.machines.ring import motion
 from tolstat.machines.ring.declarations import Asked
-from tolstat.machines.ring.flutter import flutter_speed
+from tolstat.machines.ring.flutter import NOTICED, flutter_speed
 from tolstat.machines.ring.linear import growth_rate, ring_eigenvalues, static_depth
-from tolstat.machines.ring.parameters import Rings, build, force, out_of_roundness
-from tolstat.machines.ring.trials import Trials
+from tolstat.machines.ring.parameters import Rings, build, out_of_roundness, values_of
+from tolstat.machines.ring.trials import Trials, depth_of_cut, rows_of
 from tolstat.model.view import (
     Axis,
     Band,
     Chart,
     Curve,
     Level,
+    Listing,
     Mark,
     Offer,
     Panel,
@@ -42,14 +44,18 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
     rings, states = trials.rings, trials.solution.history[0]
     static = float(static_depth(rings, settings.hoop)[0])
     n = rings.on.s.shape[1]
-    U = np.zeros(len(time))
-    for j in range(n):
-        moved = rings.at.u_a[0, j] * states[:, j]
-        U = U + moved + rings.at.u_b[0, j] * states[:, n + j]
-    X = states[:, 4 * n]
-    blank = out_of_roundness(rings, time)
-    t_R = rings.t_R0[0] + U + X + blank
-    P_R, P_T = force(rings.c_R, rings.x_R, t_R), force(rings.c_T, rings.x_T, t_R)
+    X, blank = states[:, 4 * n], out_of_roundness(rings, time)
+    t_R = depth_of_cut(rings, states, time)
+    U = t_R - rings.t_R0 - X - blank
+    P_R, P_T = motion.cutting_forces(t_R, rings)
+    machine = rows_of(rings, settings)[0, : motion.HEAD + motion.RING * n]
+    tool_, ring_ = (
+        motion.Tool(*machine[: motion.HEAD]),
+        motion.Ring(*machine[motion.HEAD :].reshape(-1, n)),
+    )
+    y = states.T
+    firsts = motion.derivative(y, P_R, P_T, tool_, ring_, np.empty_like(y))
+    pulls = motion.reactions(*firsts, P_R, P_T, tool_)
     words = "of the ring at the tool, outwards"
     depth = Curve("depth_min", "m", "t_R", "depth of cut", t_R)
     ring = Curve("ring_displacement", "m", "U", words, U)
@@ -59,6 +65,11 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
         Curve("radial_force_peak", "N", "P_R", "radial cutting force", P_R),
         Curve("tangential_force_peak", "N", "P_T", "tangential cutting force", P_T),
     )
+    words = "force of the roller on the ring, outwards"
+    rollers = [
+        Curve(f"roller_{i}_max", "N", f"l_{i}", words, pull)
+        for i, pull in enumerate(pulls, start=1)
+    ]
     marks: tuple[Mark, ...] = ()
     if np.isfinite(t_R).all():
         at = int(t_R.argmin())
@@ -70,12 +81,13 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
     return Chart(
         Axis("time", "s", "s"),
         time,
-        (depth, ring, tool, round_, *forces),
+        (depth, ring, tool, round_, *forces, *rollers),
         marks=marks,
         panels=(
             Panel.of("Depth of cut", depth, levels=tuple(levels)),
             Panel.of("Displacements at the tool", *moved_parts),
             Panel.of("Cutting forces", *forces),
+            Panel.of("Forces of the rollers", *rollers),
         ),
     )
 
@@ -174,8 +186,8 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
         panels=(
             Panel.of("Natural frequencies", *frequencies, *lowest_band, spans=shaded),
             Panel.of("Growth", growth, *grown, spans=shaded),
-            Panel.of(f"Lowest frequency, {title}", *lowest),
-            Panel.of(f"Growth, {title}", *growths),
+            Panel.of(f"Lowest frequency, {title}", *lowest, spans=shaded[-1:]),
+            Panel.of(f"Growth, {title}", *growths, spans=shaded[-1:]),
         ),
     )
 
@@ -223,7 +235,7 @@ def stability(deviations: Array, settings: Asked) -> Chart:
         title_of_one = f"Growth of {name}"
         panels += [
             Panel.of(title_of_one, growth, *opened, levels=(GROWS,), spans=shaded),
-            Panel.of(f"{short}, {title}", *each),
+            Panel.of(f"{short}, {title}", *each, spans=shaded[-1:]),
         ]
     return Chart(
         Axis("speed", "rad/s", "rad/s"),
@@ -234,17 +246,28 @@ def stability(deviations: Array, settings: Asked) -> Chart:
     )
 
 
+def critical(deviations: Array, settings: Asked) -> Listing:
+    """Return the speeds at which M_j is zero without hoop tension, and that tension."""
+    j = np.arange(2.0, settings.harmonics + 1.0)
+    rows = np.repeat(deviations[:1], len(j), axis=0)
+    of, rings = values_of(rows, settings), build(rows, settings)
+    Omega = j * np.sqrt(rings.nu)
+    growth = ring_eigenvalues(rings, Omega, settings.hoop).real.max(axis=1)
+    # where the eigenvalue is zero twice its growth is rounding
+    growth = np.where(np.abs(growth) > NOTICED * Omega, growth, 0.0)
+    stress = of["density"] * (Omega * of["radius"]) ** 2
+    return Listing.of(
+        "a harmonic, the speed at which its stiffness M_j is zero, the tension there",
+        ("harmonic", "1", "count", j.astype(int)),
+        ("speed", "rad/s", "rad/s", Omega),
+        ("growth", "1/s", "1/s", growth),
+        ("tension", "N", "kN", stress * of["width"] * of["thickness"]),
+        ("hoop stress", "Pa", "MPa", stress),
+    )
+
+
 OFFERS = (
-    Offer(
-        "spectrum",
-        "frequencies and growth of the ring alone over speed",
-        spectrum,
-        MACHINES,
-    ),
-    Offer(
-        "stability",
-        "growth of ring and tool, and of the ring alone",
-        stability,
-        MACHINES,
-    ),
+    Offer("spectrum", "frequencies and growth of the ring alone", spectrum, MACHINES),
+    Offer("critical", "speeds at which a harmonic has no stiffness", critical),
+    Offer("stability", "growth of ring and tool, and alone", stability, MACHINES),
 )

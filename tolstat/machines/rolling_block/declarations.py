@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 from typing import Any
 
 import numpy as np
 
+from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.rolling_block import structure
 from tolstat.model.description import (
@@ -29,6 +30,12 @@ MESH = {
     ),
 }
 
+SPECTRUM = {
+    "frequency": column("frequency", unit="Hz", at_least=0.0),
+    "density": column("one-sided density", unit="N^2 m^2 s", at_least=0.0),
+}
+LOADS, MOMENT = "loads", "moment"  # as named by response_loads, response_link
+
 # identified from Table 1 of the paper; their common scale is an assumption
 INERTIAS = (300.0, 30.0, 30.0, 80.0, 60.0, 50.0, 50.0, 40.0, 40.0)
 STIFFNESSES = (8e6, 8e6, 7e6, 7e6, 2e6, 2e6, 1e6, 1e6)
@@ -39,11 +46,19 @@ class Settings:
     """Settings of the rolling block, SI; each has a sentence."""
 
     # fmt: off
-    combination: structure.Combination = setting(structure.TABLE_1, "positions (a, b, c, d) of the gearbox stages: a 0 or 1, the others 0 to 3; that of Table 1 if not given", at_least=0, at_most=3, count=(4, 4))
-    inertias: tuple[float, ...] = setting(INERTIAS, "Q1 ... Q9 at the combination of Table 1, reduced to the motor shaft", unit="kg m^2", above=0.0, count=(9, 9))
+    combination: structure.Combination = setting(structure.TABLE_1, "positions (a, b, c, d) of the gearbox stages, from 0 on: a 0 or 1, the others 0 to 3 in the paper; that of Table 1 if not given", at_least=0, count=(4, 4))
+    entry_ratios: Range = setting(Range(*structure.PAPER.entry), "motor over roll speed of stands 31, 32: least and greatest of all combinations", unit="1", above=0.0)
+    exit_ratios: Range = setting(Range(*structure.PAPER.exit), "the same of stands 33, 34", unit="1", above=0.0)
+    positions: structure.Combination = setting(structure.PAPER.positions, "numbers of positions of the stages A, B, C, D", at_least=1, at_most=16, count=(4, 4))
+    reference: structure.Combination = setting(structure.TABLE_1, "combination at which inertias and stiffnesses hold", at_least=0, count=(4, 4))
+    roll_diameters: tuple[float, ...] = setting((0.230, 0.230, 0.156, 0.156), "diameters of the rolls 31 to 34; the paper: 205 to 230 mm, 142 to 156 mm", unit="m", above=0.0, count=(4, 4))
+    rolling_speed_limit: float = setting(120.0, "greatest rolling speed, in the last stand", unit="m/s", above=0.0)
+    inertias: tuple[float, ...] = setting(INERTIAS, "Q1 ... Q9 at the reference combination, reduced to the motor shaft", unit="kg m^2", above=0.0, count=(9, 9))
     stiffnesses: tuple[float, ...] = setting(STIFFNESSES, "C12, C23, C34, C35, C46, C47, C58, C59 there, reduced to that shaft", unit="N m/rad", above=0.0, count=(8, 8))
     scale: float = setting(1.0, "factor on all inertias and stiffnesses, which Table 1 does not determine", above=0.0)
     damping_ratio: float = setting(0.02, "damping ratio of every elastic mode", unit="1", at_least=0.0)
+    link_damping: tuple[float, ...] = setting((), "views response, damping, torques: times tau of the links 12 ... 59, M = C (theta + tau theta'), instead of damping_ratio", unit="s", at_least=0.0, count=(8, 8))
+    loss_factors: tuple[float, ...] = setting((), "views response, torques: loss factors eta of the links, C (1 + i eta), instead of damping_ratio", at_least=0.0, count=(8, 8))
     motor: str = setting("matched", "motor moment while loads step: it steps with them, or stays", choices=("matched", "free"))
     delay: tuple[float, ...] = setting((0.0,), "delay of the load from stand to stand, 31 first: one time for all, or three", unit="s", at_least=0.0, count=(1, 3))
     total_load: float = setting(35_950.293, "total load of the four stands, a quarter each, at the motor shaft: 3200 kW at 850 rpm", unit="N m", above=0.0)
@@ -58,19 +73,39 @@ class Settings:
     working_speed: float = setting(1200 * RPM, "working speed of the motor", unit="rad/s", above=0.0)
     band: float = setting(0.05, "a speed resonates where an excitation is nearer to a natural frequency than this share of it", unit="1", at_least=0.0)
     response_loads: tuple[int, ...] = setting((32, 33), "loads of the view response, each alone and all at once: 31 to 34, or 1 for the motor", at_least=1, count=(1, 5))
+    response_input: str = setting(LOADS, "input of the view response: loads are response_loads, 1 N m each; a mesh has an error of 1 rad at the motor shaft, a tension is 1 N", choices=(LOADS, *(f"mesh {ij}" for ij in structure.MESHES), *(f"tension {gap}" for gap in structure.GAPS)))
+    response_output: str = setting(MOMENT, "output of the view response: the moment in response_link, the stretch of the strip in a gap, angle or speed of a mass", choices=(MOMENT, *structure.GAPS, *(f"{kind} {i}" for kind in ("angle", "speed") for i in range(1, 10))))
     response_link: str = setting("12", "link of the views response and pulses", choices=structure.LINK_NAMES)
+    stand_distance: float | None = setting(None, "view travel: distance between stands; own: the pulse follows delay", unit="m", above=0.0, presets={"own": None})
+    torque_density: float = setting(1.0, "views torques, rms: one-sided density of the random torque on each stand, at the motor shaft", unit="N^2 m^2 s", above=0.0)
+    torque_corner: float | None = setting(None, "corner of its spectrum, 1/(1 + (f/corner)^2)", unit="Hz", above=0.0, presets={"white": None})
+    torque_spectrum: tuple[dict[str, Any], ...] = setting((), "its spectrum as points instead, 0 behind the last", columns=SPECTRUM)
+    speed_gain: float = setting(40.0, "view regulator, assumed as all of it: gain K_p over the least inertia of all combinations", unit="1/s", above=0.0)
+    integral_time: float = setting(0.1, "its integral time T_i", unit="s", above=0.0)
+    speed_lag: float = setting(0.015, "its filter of the speed, T_f", unit="s", above=0.0)
+    torque_lag: float = setting(0.015, "lag of the motor's torque, T_t", unit="s", above=0.0)
+    notch_frequency: float | None = setting(None, "centre of its notch; own: the first mode of each combination, 15 to 25 Hz", unit="Hz", above=0.0, presets={"own": None})
+    notch_damping: float = setting(0.5, "damping z of the notch", above=0.0)
+    notch_depth: float = setting(0.25, "depth d of the notch; the paper: at least 12 dB", above=0.0)
+    kept_modes: int = setting(4, "view masses: how many of the lowest modes are wanted", at_least=1, at_most=8)
     rtol: float = setting(1e-9, "integration tolerance, relative to the twists of the static load", above=0.0)
     # fmt: on
 
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
-        for name, position, positions in zip(
-            "abcd", self.combination, structure.POSITIONS, strict=True
-        ):
-            if position >= positions:
+        for key in ("combination", "reference"):
+            given = getattr(self, key)
+            for stage, at, n in zip("ABCD", given, self.positions, strict=True):
+                if at >= n:
+                    raise ModelError(
+                        f"{key} = {list(given)}: stage {stage} has the positions 0 to "
+                        f"{n - 1}, not {at}"
+                    )
+        for key in ("link_damping", "loss_factors"):
+            if len(getattr(self, key)) not in (0, len(structure.LINKS)):
                 raise ModelError(
-                    f"combination = {list(self.combination)}: stage {name.upper()} has "
-                    f"the positions 0 to {positions - 1}, not {position}"
+                    f"{key}: one number for each of the {len(structure.LINKS)} links "
+                    "is expected, or none"
                 )
         if len(self.delay) == 2:
             raise ModelError(
@@ -89,6 +124,36 @@ class Settings:
                 )
         if len(set(self.response_loads)) < len(self.response_loads):
             raise ModelError("response_loads: a load is given twice")
+
+    @property
+    def gearbox(self) -> structure.Gearbox:
+        """Ranges of ratios, positions of the stages, reference combination."""
+        return structure.Gearbox(
+            self.entry_ratios, self.exit_ratios, self.positions, self.reference
+        )
+
+    @property
+    def every_combination(self) -> list[Settings]:
+        """The settings with each combination of the gearbox."""
+        return [replace(self, combination=c) for c in self.gearbox.combinations]
+
+    @property
+    def name(self) -> str:
+        """The combination in words."""
+        return " ".join(map(str, self.combination))
+
+    @property
+    def ratios(self) -> structure.Ratios:
+        """Motor speed over the speed of shafts, at the combination."""
+        return structure.ratios(self.combination, self.gearbox)
+
+    @property
+    def dampings(self) -> tuple[Array | None, Array | None]:
+        """Times and loss factors of the links; None where damping is modal."""
+        if not (self.link_damping or self.loss_factors):
+            return None, None
+        none = (0.0,) * len(structure.LINKS)
+        return np.array(self.link_damping or none), np.array(self.loss_factors or none)
 
     @property
     def entries(self) -> tuple[float, ...]:

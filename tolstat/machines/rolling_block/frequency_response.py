@@ -1,6 +1,6 @@
-"""Frequency response of the moment in a link to a load: poles, zeros, cancellation.
+"""Views of frequency functions: response, poles and zeros, damping.
 
-With modal damping, and loads per 1 N m,
+Of the moment in a link, with modal damping and loads per 1 N m, they are
 
     G(f) = sum over r of a_r / (1 - (f/f_r)^2 + 2 i zeta f/f_r),
 
@@ -13,31 +13,19 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.arrays import Array
-from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.modes import Modes, contributions
+from tolstat.machines.rolling_block import channels
+from tolstat.machines.rolling_block.declarations import LOADS, MOMENT, Settings
+from tolstat.machines.rolling_block.modes import contributions
 from tolstat.machines.rolling_block.parameters import Drive, drives
-from tolstat.machines.rolling_block.structure import LINK_NAMES
-from tolstat.model.view import Axis, Chart, Curve, Listing, Panel, bands_of
+from tolstat.machines.rolling_block.resonance import named_orders
+from tolstat.machines.rolling_block.structure import GAPS, LINK_NAMES
+from tolstat.model.view import Axis, Chart, Curve, Listing, Panel, Span, bands_of
 
 POINTS = 1200
 BELOW, BEYOND = 0.2, 1.3  # of the lowest and the highest natural frequency: the axis
 NO_PART = 1e-9  # of the contributions of all modes: a smaller one is none
-
-
-def response(
-    frequency: Array, modes: Modes, a: Array, zeta: Array
-) -> NDArray[np.complex128]:
-    """Return G, N m, complex128[trial, frequency], over the frequency, Hz.
-
-    Contributions are a[trial, mode], N m.
-    """
-    ratio = 2 * np.pi * frequency / modes.omega[:, :, None]
-    below = 1.0 - ratio**2 + 2j * zeta[:, None, None] * ratio
-    G: NDArray[np.complex128] = np.sum(a[:, :, None] / below, axis=1)
-    return G
 
 
 class PolesAndZeros(NamedTuple):
@@ -85,52 +73,68 @@ def poles_and_zeros(omega: Array, a: Array) -> PolesAndZeros:
     )
 
 
-def _channels(drive: Drive, settings: Settings) -> dict[str, Array]:
-    """Return contributions [trial, mode] to the link, by its loads in words.
-
-    Each load by itself, then all of them at once, 1 N m each.
-    """
-    link = LINK_NAMES.index(settings.response_link)
-    loads = settings.response_loads
-    asked = [(load,) for load in loads] + ([loads] if len(loads) > 1 else [])
+def _loads(settings: Settings) -> dict[str, tuple[int, ...]]:
+    """Return response_loads in words: each by itself, then all of them at once."""
+    places = settings.response_loads
+    each = [(place,) for place in places] + ([places] if len(places) > 1 else [])
     words = {1: "motor"}
     return {
-        " + ".join(words.get(load, str(load)) for load in those): contributions(
-            drive.modes, drive.C, dict.fromkeys(those, 1.0)
-        )[:, link]
-        for those in asked
+        " + ".join(words.get(one, str(one)) for one in those): those for those in each
     }
 
 
-def frequency_response(deviations: Array, settings: Settings) -> Chart:
-    """Return amplitude and phase of the moment in the link per moment of the load."""
-    drive = drives(deviations, settings)
+def frequencies(drive: Drive) -> Array:
+    """Return the axis, Hz, with the peaks of the first where they are finite."""
     omega = drive.modes.omega[0] / (2 * np.pi)
     even = np.geomspace(BELOW * omega[0], BEYOND * omega[-1], POINTS)
-    # the points include the peaks, where they are finite
-    damped = drive.zeta[0] > 0
-    frequency = np.unique(np.concatenate([even, omega])) if damped else even
-    link = settings.response_link
+    return np.unique(np.append(even, omega)) if drive.zeta[0] > 0 else even
+
+
+def response(deviations: Array, settings: Settings) -> Chart:
+    """Return amplitude and phase of the output per unit of the input."""
+    drive = drives(deviations, settings)
+    frequency = frequencies(drive)
+    name, link = settings.response_output, settings.response_link
+    answer = channels.output_of(link if name == MOMENT else name, settings)
+    title = (
+        f"M{link}" if name == MOMENT else f"stretch {name}" if name in GAPS else name
+    )
+    sources = {
+        words: channels.loads(*those) for words, those in _loads(settings).items()
+    }
+    over = "loads" if len(sources) > 1 or "motor" not in sources else "motor"
+    if settings.response_input != LOADS:
+        over = settings.response_input
+        sources = {over: channels.input_of(over, settings)}
     amplitudes, phases = [], []
-    for words, a in _channels(drive, settings).items():
-        G = response(frequency, drive.modes, a, drive.zeta)
+    for words, source in sources.items():
+        G = channels.transfer(frequency, drive, settings, source, answer)[:, 0]
         size, angle = np.abs(G), np.angle(G[0])
-        over = f"M{link} over the load"
-        amplitudes.append(Curve(words, "1", "|G|", over, size[0], shown="1"))
+        unit = f"{answer.unit}/{'/'.join(source.unit.split())}"
+        unit = "1" if source.unit == answer.unit else unit
+        of_one = f"{title} over the {'load' if over == 'loads' else over}"
+        amplitudes.append(Curve(words, unit, "|G|", of_one, size[0], shown=unit))
         phases.append(Curve(f"phase, {words}", "rad", "arg G", "", angle, shown="deg"))
-    spreads = bands_of(words, "1", size[1:])  # of the last: all at once
-    loads = "motor" if settings.response_loads == (1,) else "loads"
-    title = f"M{link} over {loads}: amplitude"
+    spreads = bands_of(words, unit, size[1:])  # of the last: all at once
+    turns = settings.working_speed / (2 * np.pi)
     return Chart(
         Axis("frequency", "Hz", "Hz", logarithmic=True),
         frequency,
         (*amplitudes, *phases),
         bands=spreads,
+        spans=tuple(
+            Span(order * turns, order * turns, f"{each} at the working speed")
+            for each, order in named_orders(settings).items()
+            if frequency[0] <= order * turns <= frequency[-1]
+        ),
         panels=(
-            Panel.of(title, *amplitudes, *spreads, logarithmic=True),
+            Panel.of(
+                f"{title} over {over}: amplitude",
+                *amplitudes, *spreads, logarithmic=True,
+            ),
             Panel.of("Phase", *phases),
         ),
-    )
+    )  # fmt: skip
 
 
 def poles(deviations: Array, settings: Settings) -> Listing:
@@ -138,7 +142,9 @@ def poles(deviations: Array, settings: Settings) -> Listing:
     drive = drives(deviations[:1], settings)
     omega = drive.modes.omega[0]
     rows: list[tuple[str, str, float, float]] = []
-    for words, a in _channels(drive, settings).items():
+    link = LINK_NAMES.index(settings.response_link)
+    for words, those in _loads(settings).items():
+        a = contributions(drive.modes, drive.C, dict.fromkeys(those, 1.0))[:, link]
         found = poles_and_zeros(omega, a[0])
         parts = dict(zip((omega / (2 * np.pi)).tolist(), a[0].tolist(), strict=True))
         of_load = [(f, "pole", parts[f]) for f in found.poles.tolist()]
@@ -152,4 +158,18 @@ def poles(deviations: Array, settings: Settings) -> Listing:
         ("what", "1", "", kind),
         ("frequency", "Hz", "Hz", frequency),
         ("static part a_r", "1", "1", part),
+    )
+
+
+def damping(deviations: Array, settings: Settings) -> Listing:
+    """Return frequency and damping ratio of each mode, modal or by link."""
+    drive = drives(deviations[:1], settings)
+    frequency, zeta = channels.poles_of(drive, settings)
+    undamped = drive.modes.omega[0] / (2 * np.pi)
+    return Listing.of(
+        "a mode, ascending; loss factors have no free vibration and do not count",
+        ("mode", "1", "count", np.arange(1, len(undamped) + 1)),
+        ("frequency", "Hz", "Hz", frequency[0]),
+        ("damping ratio", "1", "%", zeta[0]),
+        ("undamped", "Hz", "Hz", undamped),
     )

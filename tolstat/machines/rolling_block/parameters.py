@@ -36,7 +36,7 @@ def exist(deviations: Array) -> Truths:
 
 def drives(deviations: Array, settings: Settings) -> Drive:
     """Return drives from relative deviations: Q1 ... Q9, C12 ... C59, damping ratio."""
-    inertias, stiffnesses = reduction(settings.combination)
+    inertias, stiffnesses = reduction(settings.combination, settings.gearbox)
     factors, n = 1.0 + deviations, len(MASSES)
     Q = np.array(settings.inertias) * settings.scale * inertias * factors[:, :n]
     C = np.array(settings.stiffnesses) * settings.scale * stiffnesses * factors[:, n:-1]

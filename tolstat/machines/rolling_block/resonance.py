@@ -5,20 +5,37 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.machines.rolling_block.declarations import Settings
+from tolstat.machines.rolling_block.declarations import RPM, Settings
 from tolstat.machines.rolling_block.parameters import drives
-from tolstat.machines.rolling_block.structure import ratios
+from tolstat.machines.rolling_block.structure import STANDS
 from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.units.grammar import Range
 
 POINTS = 851  # of a range of speeds: one each rpm of the paper's
+LAST = list(STANDS).index(34)  # the stand in which the rolling speed is limited
 NEAR = 0.85  # modes within this ratio of an excitation are in its picture
+
+
+def rolling_speeds(settings: Settings) -> Array:
+    """Return the rolling speed over the motor's, m, float64[stand]: pi d_s/(2 pi i_s).
+
+    The motor's speed is in rad/s; the rod's slip ahead of the rolls is ignored.
+    """
+    _, _, i31, i34 = settings.ratios
+    per_turn = np.array([i31, i31, i34, i34])
+    speeds: Array = np.array(settings.roll_diameters) / (2.0 * per_turn)
+    return speeds
+
+
+def fastest(settings: Settings) -> float:
+    """Return the motor's speed at the limit of the rolling speed, rad/s."""
+    return float(settings.rolling_speed_limit / rolling_speeds(settings)[LAST])
 
 
 def named_orders(settings: Settings) -> dict[str, float]:
     """Return the excitations by name, and their number per turn of the motor."""
-    _, _, i31, i34 = ratios(settings.combination)
+    _, _, i31, i34 = settings.ratios
     turns = {"motor": 1.0, "rolls_31": 1.0 / i31, "rolls_34": 1.0 / i34}
     orders = settings.orders
     found = {f"order {str(each).removesuffix('.0')}": each for each in orders}
@@ -134,15 +151,26 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
         title = f"Fraction of {machines} trials that resonate"
         sure = [Band("95 % interval", "1", *ends_of(hits, machines), of=share.name)]
     work = Span(settings.working_speed, settings.working_speed, "working speed")
+    alike: dict[float, str] = {}  # stands by their speed
+    for stand, speed in zip(STANDS, rolling_speeds(settings).tolist(), strict=True):
+        alike[speed] = f"{alike[speed]}, {stand}" if speed in alike else f"{stand}"
+    rolling = [
+        Curve(f"rod at {stands}", "m/s", "v", "rolling speed", speed * n)
+        for speed, stands in alike.items()
+    ]
+    limit, top = settings.rolling_speed_limit, fastest(settings)
+    words = f"{limit:g} m/s in 34: {top / RPM:.0f} rpm"
+    cut = [Span(top, top, words)] if n[0] <= top < n[-1] else []
     return Chart(
         Axis("motor speed", "rad/s", "rpm"),
         n,
-        (*modes, *excitations, share),
+        (*modes, *excitations, *rolling, share),
         bands=(*spreads, *sure),
-        spans=(*(Span(b, e, "without resonance") for b, e in free), work),
+        spans=(*(Span(b, e, "without resonance") for b, e in free), *cut, work),
         panels=(
             *_frequency_panels(modes, excitations, spreads),
             Panel.of(title, share, *sure),
+            Panel.of("Rolling speed", *rolling),
         ),
     )
 

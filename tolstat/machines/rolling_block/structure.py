@@ -16,7 +16,7 @@ wire-rod rolling block (2010, in Russian); Fig. 3 and the equations (1) are the 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import product
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,8 @@ LINKS = ((0, 1), (1, 2), (2, 3), (2, 4), (3, 5), (3, 6), (4, 7), (4, 8))
 LINK_NAMES = tuple(f"{i + 1}{j + 1}" for i, j in LINKS)
 MOTOR = 0
 STANDS = {31: 5, 32: 6, 33: 7, 34: 8}  # mass of each stand
+MESHES = ("23", "34", "35")  # links that are gears
+GAPS = tuple(f"{a}-{b}" for a, b in pairwise(STANDS))  # between stands
 LOADS = {1: MOTOR, **STANDS}  # where a moment acts: the motor's M1, and the stands
 
 
@@ -75,17 +77,6 @@ def load_vector(loads: Mapping[int, float]) -> Array:
 
 Combination = tuple[int, int, int, int]
 
-ENTRY = (0.1572, 1.2173)  # motor speed over roll speed, stands 31 and 32
-EXIT = (0.0778, 0.5330)  # stands 33 and 34
-q = (ENTRY[1] / ENTRY[0]) ** (1 / 31)
-p = (EXIT[1] / EXIT[0] / q**28) ** (1 / 3)
-
-POSITIONS = (2, 4, 4, 4)
-COMBINATIONS: tuple[Combination, ...] = tuple(
-    product(*(range(positions) for positions in POSITIONS))  # type: ignore[arg-type]
-)
-TABLE_1: Combination = (0, 3, 1, 1)  # at which the paper's numbers are taken to hold
-
 
 class Ratios(NamedTuple):
     """Motor speed over the speed of shafts; those of A and AB but for a factor."""
@@ -96,22 +87,51 @@ class Ratios(NamedTuple):
     i34: float  # and stand 33
 
 
-def ratios(combination: Combination) -> Ratios:
+class Gearbox(NamedTuple):
+    """Ranges of ratios and positions of the stages A, B, C, D; the paper's by default.
+
+    Ratios of all combinations of A, B and C are a geometric series, each position of
+    stage A a range of B, each of B a range of C; D spreads what is left for the exit.
+    """
+
+    entry: tuple[float, float] = (0.1572, 1.2173)  # motor over roll speed, 31 and 32
+    exit: tuple[float, float] = (0.0778, 0.5330)  # stands 33 and 34
+    positions: Combination = (2, 4, 4, 4)
+    reference: Combination = (0, 3, 1, 1)  # at which inertias and stiffnesses hold
+
+    @property
+    def combinations(self) -> tuple[Combination, ...]:
+        """All positions (a, b, c, d)."""
+        return tuple(product(*map(range, self.positions)))  # type: ignore[arg-type]
+
+
+PAPER = Gearbox()
+COMBINATIONS = PAPER.combinations
+TABLE_1 = PAPER.reference
+
+
+def ratios(combination: Combination, gearbox: Gearbox = PAPER) -> Ratios:
     """Return the ratios of a combination (a, b, c, d)."""
-    a, b, c, d = combination
+    (a, b, c, d), (nA, nB, nC, nD) = combination, gearbox.positions
+    (first, last), (first_34, last_34) = gearbox.entry, gearbox.exit
+    q = (last / first) ** (1 / max(nA * nB * nC - 1, 1))
+    p = (last_34 / first_34 / q ** (nC * (nA * nB - 1))) ** (1 / max(nD - 1, 1))
+    AB = nC * (nB * a + b)
     return Ratios(
-        A=q ** (16 * a),
-        AB=q ** (16 * a + 4 * b),
-        i31=ENTRY[0] * q ** (16 * a + 4 * b + c),
-        i34=EXIT[0] * q ** (16 * a + 4 * b) * p**d,
+        A=q ** (nC * nB * a),
+        AB=q**AB,
+        i31=first * q ** (AB + c),
+        i34=first_34 * q**AB * p**d,
     )
 
 
-def reduction(combination: Combination) -> tuple[Array, Array]:
-    """Reduce to the motor shaft: factors on what holds at the combination of Table 1.
+def reduction(
+    combination: Combination, gearbox: Gearbox = PAPER
+) -> tuple[Array, Array]:
+    """Reduce to the motor shaft: factors on what holds at the reference combination.
 
-    Q_red = Q/i^2, C_red = C/i^2, so a ratio that differs from the one of Table 1 gives
-    a factor (i_Table1/i)^2.
+    Q_red = Q/i^2, C_red = C/i^2, so a ratio that differs from the reference's gives a
+    factor (i_reference/i)^2.
 
     Returns
     -------
@@ -120,7 +140,7 @@ def reduction(combination: Combination) -> tuple[Array, Array]:
     stiffnesses : float64[link]
         Factors of C12 ... C59.
     """
-    now, then = ratios(combination), ratios(TABLE_1)
+    now, then = (ratios(each, gearbox) for each in (combination, gearbox.reference))
     A, AB, i31, i34 = ((t / n) ** 2 for n, t in zip(now, then, strict=True))
     return (
         np.array([1.0, A, AB, i31, i34, i31, i31, i34, i34]),

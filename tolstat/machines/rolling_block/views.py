@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
+from tolstat.machines.rolling_block import (
+    frequency_response,
+    masses,
+    regulator,
+    resonance,
+    torques,
+)
 from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
-from tolstat.machines.rolling_block.frequency_response import frequency_response, poles
 from tolstat.machines.rolling_block.modes import (
     contributions,
     moments,
@@ -17,13 +21,7 @@ from tolstat.machines.rolling_block.modes import (
     unit_shapes,
 )
 from tolstat.machines.rolling_block.parameters import drives, nominal
-from tolstat.machines.rolling_block.resonance import campbell, free_speeds, resonances
-from tolstat.machines.rolling_block.structure import (
-    COMBINATIONS,
-    LINK_NAMES,
-    STANDS,
-    ratios,
-)
+from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS
 from tolstat.model.view import (
     Axis,
     Band,
@@ -84,26 +82,41 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
 
 def combinations(_: Array, settings: Settings) -> Listing:
     """Return natural frequencies and free speeds of the nominal drives."""
-    each = [replace(settings, combination=those) for those in COMBINATIONS]
+    each = settings.every_combination
     omega = np.concatenate([nominal(one).modes.omega for one in each])
-    free = [free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)]
+    free = [
+        resonance.free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)
+    ]
     total, widest = np.array(free)[:, :, 0].T
+    rolling = (
+        settings.working_speed
+        * np.array([resonance.rolling_speeds(one) for one in each]).T
+    )
     return Listing.of(
         "positions of the stages A, B, C, D; motor speed over roll speed",
-        *_named(),
+        *_named(each),
         *((f"f{r}", "Hz", "Hz", w / (2 * np.pi)) for r, w in enumerate(omega.T, 1)),
         ("free speeds", "rad/s", "rpm", total),
         ("widest", "rad/s", "rpm", widest),
+        ("condition f8/f1", "1", "1", omega[:, -1] / omega[:, 0]),
+        *((f"v{s}", "m/s", "m/s", v) for s, v in zip(STANDS, rolling, strict=True)),
+        (
+            "limit of v34",
+            "rad/s",
+            "rpm",
+            np.array([resonance.fastest(one) for one in each]),
+        ),
     )
 
 
 def gearbox(_: Array, settings: Settings) -> Listing:
     """Return ratios, and inertias and stiffnesses of the nominal drives."""
-    each = [nominal(replace(settings, combination=those)) for those in COMBINATIONS]
-    Q, C = (np.concatenate([one[i] for one in each]) for i in range(2))
+    each = settings.every_combination
+    built = [nominal(one) for one in each]
+    Q, C = (np.concatenate([one[i] for one in built]) for i in range(2))
     return Listing.of(
         "positions of the stages A, B, C, D; all reduced to the motor shaft",
-        *_named(),
+        *_named(each),
         ("sum of Q", "kg m^2", "kg m^2", Q.sum(axis=1)),
         *((f"Q{i}", "kg m^2", "kg m^2", q) for i, q in enumerate(Q.T, start=1)),
         *(
@@ -113,14 +126,14 @@ def gearbox(_: Array, settings: Settings) -> Listing:
     )
 
 
-def _named() -> tuple[tuple[str, str, str, NDArray[np.generic]], ...]:
+def _named(
+    each: list[Settings],
+) -> tuple[tuple[str, str, str, NDArray[np.generic]], ...]:
     """Return the name of each combination, with its ratios of motor to roll."""
-    every = [ratios(each) for each in COMBINATIONS]
-    names = [" ".join(map(str, each)) for each in COMBINATIONS]
     return (
-        ("combination", "1", "", np.array(names)),
-        ("i31", "1", "1", np.array([each.i31 for each in every])),
-        ("i34", "1", "1", np.array([each.i34 for each in every])),
+        ("combination", "1", "", np.array([one.name for one in each])),
+        ("i31", "1", "1", np.array([one.ratios.i31 for one in each])),
+        ("i34", "1", "1", np.array([one.ratios.i34 for one in each])),
     )
 
 
@@ -152,84 +165,61 @@ def shapes(deviations: Array, settings: Settings) -> Chart:
 
 
 def pulses(deviations: Array, settings: Settings) -> Chart:
-    """Return the moments of all links after the pulse, and of one after others."""
+    """Return the moment in response_link after the pulse, after others, and a step.
+
+    The last curve is that of the pulse which travels from stand to stand.
+    """
     drive = drives(deviations, settings)
-    shown, length = settings.response_link, settings.pulse_length
-    lowest = float(drive.modes.omega[0, 0])
-    end = min(settings.horizon, PERIODS * 2 * np.pi / lowest)
+    omega, zeta, shown = drive.modes.omega, drive.zeta, settings.response_link
+    length, size = settings.pulse_length, settings.pulse_moment
+    end = min(settings.horizon, PERIODS * 2 * np.pi / float(omega[0, 0]))
     time = np.linspace(0.0, end, POINTS)
-    load = {settings.pulse_stand: settings.pulse_moment}
-    a = contributions(drive.modes, drive.C, load)
-    one = LINK_NAMES.index(shown)
-
-    def followed(those: slice, links: slice, *ends: float) -> Array:
-        """Return moments of drives in links, under a load that ends, or never."""
-        part = a[those, links]
-        steps = [(0.0, part), *((end, -part) for end in ends)]
-        return moments(time, drive.modes.omega[those], drive.zeta[those], steps)
-
-    def curve(name: str, link: str, words: str, moment: Array) -> Curve:
-        return Curve(name, "N m", f"M{link}", words, moment, shown="N m")
-
-    first, every = slice(0, 1), slice(None)
-    links = [
-        curve(f"M{ij}", ij, "after the pulse", moment)
-        for ij, moment in zip(
-            LINK_NAMES, followed(first, every, length)[0], strict=True
-        )
+    link = slice(LINK_NAMES.index(shown), LINK_NAMES.index(shown) + 1)
+    a = size * contributions(drive.modes, drive.C, {settings.pulse_stand: 1.0})[:, link]
+    own = f"M{shown}"
+    ends = {own: [length], **{f"{1e3 * t:g} ms": [t] for t in LENGTHS}, "step": []}
+    after = {
+        name: [(0.0, a[:1]), *((t, -a[:1]) for t in each)]
+        for name, each in ends.items()
+    }
+    after["travelling"] = [
+        (t, size * part[:1, link]) for t, part in torques.travelling(drive, settings)
     ]
-    words = "pulse of this length"
-    others = [
-        curve(f"{1e3 * each:g} ms", shown, words, followed(first, every, each)[0, one])
-        for each in LENGTHS
+    curves = [
+        Curve(name, "N m", own, "a pulse", moment[0, 0], shown="N m")
+        for name, steps in after.items()
+        for moment in (moments(time, omega[:1], zeta[:1], steps),)
     ]
-    others.append(
-        curve("step", shown, "load that stays", followed(first, every)[0, one])
-    )
-    spread = followed(slice(1, None), slice(one, one + 1), length)
-    opened = bands_of(f"M{shown}", "N m", spread[:, 0])
-    title = f"{1e3 * length:g} ms on stand {settings.pulse_stand}: gearbox"
-    panels = [
-        Panel.of(title, *links[:4]),
-        Panel.of("Spindles", *links[4:]),
-        Panel.of(f"M{shown} after other pulses", *others),
-    ]
-    if opened:
-        panels.insert(2, Panel.of(f"M{shown}, tolerances", links[one], *opened))
+    steps = [(0.0, a[1:]), (length, -a[1:])]
+    opened = bands_of(own, "N m", moments(time, omega[1:], zeta[1:], steps)[:, 0])
+    title = f"{own}: {1e3 * length:g} ms on stand {settings.pulse_stand}"
     return Chart(
         Axis("time", "s", "s"),
         time,
-        (*links, *others),
+        tuple(curves),
         bands=opened,
         spans=(Span(0.0, min(length, end), "the pulse"),),
-        panels=tuple(panels),
+        panels=(
+            Panel.of(title, curves[0], *opened),
+            Panel.of(f"{own} after other pulses", *curves[1:]),
+        ),
     )
 
 
 OFFERS = (
-    Offer(
-        "campbell", "frequencies and excitations over the motor's speed", campbell, MANY
-    ),
-    Offer(
-        "resonances", "speeds at which excitations meet frequencies", resonances, MANY
-    ),
-    Offer(
-        "combinations",
-        "frequencies and free speeds of the 128 combinations",
-        combinations,
-    ),
-    Offer(
-        "gearbox",
-        "ratios, reduced inertias, stiffnesses of the 128 combinations",
-        gearbox,
-    ),
-    Offer(
-        "response",
-        "frequency response, response_link to response_loads",
-        frequency_response,
-        SOME,
-    ),
-    Offer("poles", "poles and zeros of these, modes that do not reach the link", poles),
+    Offer("campbell", "frequencies over the motor's speed", resonance.campbell, MANY),
+    Offer("resonances", "speeds that resonate, and why", resonance.resonances, MANY),
+    Offer("combinations", "frequencies and speeds of each", combinations),
+    Offer("gearbox", "ratios, inertias and stiffnesses of all combinations", gearbox),
+    Offer("response", "frequency response", frequency_response.response, SOME),
+    Offer("damping", "frequencies and damping ratios", frequency_response.damping),
+    Offer("poles", "poles and zeros of a moment over loads", frequency_response.poles),
+    Offer("masses", "which masses may go", masses.masses),
     Offer("shapes", "mode shapes", shapes, SOME),
     Offer("pulses", "moments after the pulse, and after others", pulses, SOME),
+    Offer("travel", "peaks of a pulse from stand to stand", torques.travel),
+    Offer("regulator", "growth under an assumed regulator", regulator.regulator),
+    Offer("beats", "beats of pairs of modes", torques.beats),
+    Offer("torques", "a moment under random rolling torques", torques.torques),
+    Offer("rms", "rms of all moments under random rolling torques", torques.rms),
 )

@@ -1,0 +1,186 @@
+"""Random rolling torques, beats of near modes, and pulses that travel with the rod.
+
+References
+----------
+P. V. Krot (2010): spectra of random loads, advantage 4 of the method; "Modelling":
+beats of 3 to 5 Hz, and delays of 3 to 10 ms from stand to stand.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.errors import ModelError
+from tolstat.machines.rolling_block.channels import loads, output_of, transfer
+from tolstat.machines.rolling_block.declarations import SPECTRUM, Settings
+from tolstat.machines.rolling_block.frequency_response import frequencies
+from tolstat.machines.rolling_block.modes import contributions, moments
+from tolstat.machines.rolling_block.parameters import Drive, drives
+from tolstat.machines.rolling_block.resonance import rolling_speeds
+from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS
+from tolstat.model.view import Axis, Chart, Curve, Listing
+
+KINDS = "independent", "one torque"  # of the stands
+UNDAMPED = 1e-9
+DOUBLED = 2.0 ** np.arange(-1, 24)  # half widths of a peak: panels of the integral
+NODES = 16  # in each panel
+A_PERIOD = 64  # times in the shortest period, for peaks
+ZOOMS = 4
+
+
+def density(frequency: Array, settings: Settings) -> Array:
+    """Return the one-sided density of the torque on each stand, (N m)^2/Hz."""
+    if settings.torque_spectrum:
+        f, S = ([row[key] for row in settings.torque_spectrum] for key in SPECTRUM)
+        return np.asarray(np.interp(frequency, f, S, right=0.0))
+    corner = settings.torque_corner or np.inf
+    return settings.torque_density / (1.0 + (frequency / corner) ** 2)
+
+
+def spectra(frequency: Array, drive: Drive, settings: Settings) -> tuple[Array, Array]:
+    """Return densities of all moments, (N m)^2/Hz, float64[link, frequency].
+
+    Of torques that are independent from stand to stand, and of one torque on all.
+    """
+    links = [output_of(name, settings) for name in LINK_NAMES]
+    each = np.array(
+        [transfer(frequency, drive, settings, loads(s), *links)[0] for s in STANDS]
+    )
+    S = density(frequency, settings)
+    return np.sum(np.abs(each) ** 2, axis=0) * S, np.abs(each.sum(axis=0)) ** 2 * S
+
+
+def deviations_of(drive: Drive, settings: Settings) -> tuple[Array, Array]:
+    """Return the standard deviations of the moments, N m, float64[link], as `spectra`.
+
+    The integral has panels that grow with the distance from each peak.
+
+    Raises
+    ------
+    ModelError
+        If a mode has no damping: random torques swing it without end.
+    """
+    (omega, _, theta), (tau, eta) = drive.modes, settings.dampings
+    peak, zeta = omega[0] / (2 * np.pi), np.broadcast_to(drive.zeta[0], omega[0].shape)
+    if tau is not None and eta is not None:
+        shares = drive.C[0][:, None] * (theta[0] / omega[0]) ** 2  # of the energy
+        zeta = 0.5 * (omega[0] * (tau @ shares) + eta @ shares)
+    if zeta.min() < UNDAMPED:
+        raise ModelError("random torques: a mode has no damping; give each link some")
+    widths = np.outer(DOUBLED, peak * zeta)
+    known = [row["frequency"] for row in settings.torque_spectrum]
+    edges = np.concatenate([(peak - widths).ravel(), (peak + widths).ravel(), [0.0]])
+    edges = np.unique(np.append(np.maximum(edges, 0.0), [*known, *peak]))
+    x, weight = np.polynomial.legendre.leggauss(NODES)
+    half, middle = np.diff(edges) / 2, (edges[1:] + edges[:-1]) / 2
+    at = (middle[:, None] + half[:, None] * x).ravel()
+    share = (half[:, None] * weight).ravel()
+    both = spectra(at, drive, settings)
+    return np.sqrt(both[0] @ share), np.sqrt(both[1] @ share)
+
+
+def torques(deviations: Array, settings: Settings) -> Chart:
+    """Return the density of the moment in response_link under random torques."""
+    drive = drives(deviations[:1], settings)
+    frequency, link = frequencies(drive), settings.response_link
+    curves = [
+        Curve(words, "N^2 m^2 s", "S", f"M{link}", S[LINK_NAMES.index(link)])
+        for words, S in zip(KINDS, spectra(frequency, drive, settings), strict=True)
+    ]
+    axis = Axis("frequency", "Hz", "Hz", logarithmic=True)
+    return Chart(axis, frequency, tuple(curves))
+
+
+def rms(deviations: Array, settings: Settings) -> Listing:
+    """Return the standard deviation of each moment under random torques."""
+    found = deviations_of(drives(deviations[:1], settings), settings)
+    return Listing.of(
+        "rms of the moment in a link: torques independent, or one on all stands",
+        ("link", "1", "", np.array(LINK_NAMES)),
+        *((words, "N m", "N m", one) for words, one in zip(KINDS, found, strict=True)),
+    )
+
+
+def beats(deviations: Array, settings: Settings) -> Listing:
+    """Return beats of pairs of modes in response_link after a step on pulse_stand."""
+    drive = drives(deviations[:1], settings)
+    a = contributions(drive.modes, drive.C, {settings.pulse_stand: 1.0})[0]
+    size = np.abs(a[LINK_NAMES.index(settings.response_link)])
+    f = drive.modes.omega[0] / (2 * np.pi)
+    every = list(combinations(range(len(f)), 2))
+    r, q = np.array(sorted(every, key=lambda pair: f[pair[1]] - f[pair[0]])).T
+    apart, ends = f[q] - f[r], np.sort([size[r], size[q]], axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        depth = ends[0] / ends[1]
+        lasting = apart / (np.pi * drive.zeta[0] * (f[r] + f[q]))
+    return Listing.of(
+        "two modes, nearest first; depth: lesser over greater amplitude",
+        ("mode", "1", "count", r + 1),
+        ("and mode", "1", "count", q + 1),
+        ("beat", "Hz", "Hz", apart),
+        ("depth", "1", "%", depth),
+        ("beats before 1/e", "1", "1", lasting),
+    )
+
+
+def travelling(drive: Drive, settings: Settings) -> list[tuple[float, Array]]:
+    """Return the steps of a pulse that each stand takes as the rod brings it, N m.
+
+    For `modes.moments`: when, and the contributions of 1 N m. Stand s takes it at the
+    sum of the delays, or of stand_distance over the speed behind each stand before.
+    """
+    begins = list(settings.entries)
+    if settings.stand_distance is not None:
+        speeds = settings.working_speed * rolling_speeds(settings)
+        passing = settings.stand_distance / speeds[:-1]
+        begins = [0.0, *np.cumsum(passing).tolist()]
+    steps = []
+    for stand, begin in zip(STANDS, begins, strict=True):
+        a = contributions(drive.modes, drive.C, {stand: 1.0})
+        steps += [(begin, a), (begin + settings.pulse_length, -a)]
+    return steps
+
+
+def residual(drive: Drive, settings: Settings) -> Array:
+    """Return what the pulse leaves of each mode without damping, N m.
+
+    |sum over s of a_s exp(-i omega t_s)| 2 |sin pi f T|, float64[trial, link, mode].
+    """
+    omega = drive.modes.omega[:, None, :]
+    found = sum(a * np.exp(-1j * omega * t) for t, a in travelling(drive, settings))
+    size: Array = np.abs(found)  # the end of each pulse is among the steps
+    return size
+
+
+def peaks(drive: Drive, settings: Settings) -> Array:
+    """Return the largest moment of each link of one drive within the horizon, N m."""
+    steps = travelling(drive, settings)
+    apart = 2 * np.pi / drive.modes.omega[0, -1] / A_PERIOD
+    time = np.arange(0.0, settings.horizon, apart)
+    found = np.abs(moments(time, drive.modes.omega, drive.zeta, steps)[0])
+    best = []
+    for link, at in enumerate(time[found.argmax(axis=1)]):
+        one, wide = [(t, a[:, link : link + 1]) for t, a in steps], apart
+        for _ in range(ZOOMS):
+            near = np.linspace(max(at - wide, 0.0), at + wide, A_PERIOD)
+            size = np.abs(moments(near, drive.modes.omega, drive.zeta, one)[0, 0])
+            at, wide = near[size.argmax()], wide / (A_PERIOD / 4)
+        best.append(size.max())
+    return np.array(best)
+
+
+def travel(deviations: Array, settings: Settings) -> Listing:
+    """Return peak moments of a travelling pulse, and what it leaves of each mode."""
+    drive = drives(deviations[:1], settings)
+    left = settings.pulse_moment * residual(drive, settings)[0].round(12)
+    top = settings.pulse_moment * peaks(drive, settings)
+    modes = ((f"mode {r}", "N m", "N m", one) for r, one in enumerate(left.T, start=1))
+    return Listing.of(
+        "a link: its peak, then what the pulse leaves of each mode without damping",
+        ("link", "1", "", np.array(LINK_NAMES)),
+        ("peak", "N m", "N m", top),
+        *modes,
+    )
