@@ -12,6 +12,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tolstat.integrator.examination import proposed_scale
     from tolstat.integrator.integrate import integrate
     from tolstat.integrator.problem import SIDES, Accuracy, Moment, Solution, System
     from tolstat.integrator.signatures import rates_signature
@@ -27,6 +28,7 @@ _HOMES = {
     "compiled": "tolstat.lanes.compiled",
     "integrate": "tolstat.integrator.integrate",
     "named": "tolstat.lanes.rows",
+    "proposed_scale": "tolstat.integrator.examination",
     "rates_signature": "tolstat.integrator.signatures",
     "rows": "tolstat.lanes.rows",
     "write": "tolstat.lanes.rows",
@@ -40,6 +42,7 @@ __all__ = [
     "compiled",
     "integrate",
     "named",
+    "proposed_scale",
     "rates_signature",
     "rows",
     "write",

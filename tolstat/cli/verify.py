@@ -12,10 +12,13 @@ from tolstat.answers.checks import (
     surroundings_document,
     verified_document,
 )
+from tolstat.answers.examined_model import examined
 from tolstat.cli.options import run_file, workers
 from tolstat.execution import verification
 from tolstat.execution.self_check import check, surroundings
 from tolstat.render.screen import show
+
+UNHEALTHY = 3  # exit code
 
 
 @click.command()
@@ -35,14 +38,22 @@ def verify(source: Path, every: bool, workers: int | None) -> None:
 
 
 @click.command()
-def doctor() -> None:
-    """Check the installation: its versions, speed and repeatability.
+@click.argument("what", metavar="[MODEL|STUDY.toml|FILE.py:NAME]", required=False)
+def doctor(what: str | None) -> None:
+    """Check the installation, or the integration of a model.
 
     It shows versions, processor, cores, stored compiled code and trials per second.
-    Exit code 1 if the same trials have different responses.
+    Exit code 1 if the same trials have different responses. Of a model it shows what
+    demands the steps of a few trials, their errors, and the scale of each state. Exit
+    code 3 if an answer depends on its block, a trial fails, or errors are far above
+    rtol.
     """
+    if what:
+        found = examined(what)
+        show(found.document)
+        sys.exit(0 if found.healthy else UNHEALTHY)
     show(surroundings_document(surroundings()))
-    found = check()
-    show(check_document(found))
-    if not found.same:
+    repeated = check()
+    show(check_document(repeated))
+    if not repeated.same:
         sys.exit(1)

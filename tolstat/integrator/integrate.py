@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tolstat.arrays import Array
 from tolstat.integrator.mistakes import check_block, check_equations
@@ -17,6 +23,41 @@ from tolstat.integrator.problem import (
     Step,
     System,
 )
+from tolstat.status import Status
+
+
+class Integration(NamedTuple):
+    """What a model asked of the integrator, and what it got."""
+
+    system: System
+    block: Block
+    solution: Solution
+
+    @property
+    def failure(self) -> str:
+        """Where its first failed trial ended, and by which state; else empty."""
+        failed = np.flatnonzero(self.solution.status != Status.DONE)
+        if not len(failed):
+            return ""
+        time, state = self.solution.ended[failed[0]]
+        if np.isnan(time):  # it reached the end, but a result is not finite
+            return ""
+        count = len(self.system.scale)
+        return f"ended at {time:.6g} s by the error of state {state + 1:.0f} of {count}"
+
+
+_seen: ContextVar[list[Integration] | None] = ContextVar("_seen", default=None)
+
+
+@contextmanager
+def observed() -> Iterator[list[Integration]]:
+    """Collect the integrations of this thread, for an examination."""
+    found: list[Integration] = []
+    token = _seen.set(found)
+    try:
+        yield found
+    finally:
+        _seen.reset(token)
 
 
 def integrate(
@@ -68,10 +109,10 @@ def integrate(
 
     rtol, max_step, max_steps = accuracy
     block = Block(
-        start=np.ascontiguousarray(start, float),
-        parameters=np.ascontiguousarray(parameters, float),
-        marks=np.ascontiguousarray(marks, float),
-        samples=np.ascontiguousarray([] if samples is None else samples, float),
+        start=_writeable(start),
+        parameters=_writeable(parameters),
+        marks=_writeable(marks),
+        samples=_writeable([] if samples is None else samples),
         watch_from=int(watch_from),
         accuracy=Accuracy(float(rtol), float(max_step), int(max_steps)),
     )
@@ -85,7 +126,14 @@ def integrate(
     jump = system.jump or system.rates
     jumps = system.jump is not None
     march(system.rates, watch, jump, jumps, per_scale, lanes, step, block, solution)
+    if (seen := _seen.get()) is not None:
+        seen.append(Integration(system, block, solution))
     return solution
+
+
+def _writeable(numbers: ArrayLike) -> Array:
+    """Return an array for compiled code: it takes no read-only one, as deviations."""
+    return np.require(numbers, float, ["C", "W"])
 
 
 def unsolved(system: System, block: Block) -> Solution:
@@ -101,6 +149,7 @@ def unsolved(system: System, block: Block) -> Solution:
         history=np.full((n, n_samples, n_states), np.nan),
         status=np.zeros(n, dtype=np.int64),
         steps=np.zeros(n, dtype=np.int64),
+        ended=np.full((n, 2), np.nan),
     )
 
 

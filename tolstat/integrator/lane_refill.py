@@ -106,6 +106,9 @@ def _end(lane, status, lanes, solution):
             and _finite(solution.above[trial])
         ):
             status = Status.NOT_FINITE
+    if status != Status.DONE:
+        solution.ended[trial, 0] = clock[problem.TIME]
+        solution.ended[trial, 1] = clock[problem.WORST]
     solution.status[trial] = status
     solution.steps[trial] = int(clock[problem.COUNT])
     lanes.trial[lane] = -1

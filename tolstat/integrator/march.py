@@ -29,6 +29,7 @@ from tolstat.integrator.step import (
     interpolate,
     quadrature_of,
     worst_error,
+    worst_state,
 )
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
@@ -150,6 +151,13 @@ def march(rates, watch, jump, jumps, per_scale, lanes, step, block, solution):
         factor, clock[problem.ROOT] = step_factor(error, clock[problem.ROOT])
         running = clock[problem.PHASE] >= 0.0
         accepted = (error <= 1.0) & running
+
+        may_fail = running & (
+            (h * factor < clock[problem.SMALLEST])
+            | (clock[problem.COUNT] + 1.0 >= max_steps)
+        )
+        if np.any(may_fail):
+            clock[problem.WORST] = worst_state(h, step.k, per_scale)
 
         first, changed = 2.0 + 0.0 * h, error < 0.0
         taking = accepted & (clock[problem.PHASE] >= float(block.watch_from))

@@ -29,9 +29,10 @@ EVENT = 10  # event: one of the four below
 AFTER = 11  # s, the next step behind a targeted crossing; otherwise 0
 
 JUMP = 12  # whether the state jumps at this event: 1 or 0
+WORST = 13  # number of the state with the largest error; kept where a trial may fail
 
 MOMENT_ROWS = 2
-CLOCK_ROWS = 13
+CLOCK_ROWS = 14
 SIDES = MOMENT_ROWS  # row of a moment with the side of the first crossing
 
 NOTHING = 0.0
@@ -162,6 +163,9 @@ class Solution(NamedTuple):
     history: Array  # [trial, sample, state]
     status: NDArray[np.int64]  # [trial], of `tolstat.status.Status`
     steps: NDArray[np.int64]  # [trial]
+    # [trial, 2], of a trial that failed: time, s, and number of the state with the
+    # largest error
+    ended: Array
 
     @property
     def peak(self) -> Array:

@@ -109,6 +109,20 @@ def worst_error(h, k, per_scale):
     return worst
 
 
+@compiled()
+def worst_state(h, k, per_scale):
+    """Return the number of the state with that error, of each lane."""
+    worst, number = -1.0 + 0.0 * h, 0.0 * h
+    for i in range(len(per_scale)):
+        error = np.abs(error_of(h, k, i)) * per_scale[i]
+        larger = ~(error <= worst)  # also what is not finite
+        worst, number = (
+            np.where(larger, error, worst),
+            np.where(larger, 1.0 * i, number),
+        )
+    return number
+
+
 @compiled(within=True)
 def quadrature_of(h, k, i):
     """Return the integral of the i-th rate over the step."""

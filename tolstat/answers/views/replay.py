@@ -15,6 +15,7 @@ from tolstat.answers.next_steps import to_resume
 from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, Typed, listed
 from tolstat.errors import ModelError, RunFileError
+from tolstat.integrator.integrate import observed
 from tolstat.model.checked import history_of, simulate
 from tolstat.model.contract import STEP, Model
 from tolstat.model.description import Response
@@ -64,6 +65,7 @@ class Replay(Answer):
     trial: int | None  # None for the nominal one
     status: str  # how it ended
     steps: int | None  # None where nothing is integrated
+    ended: str  # where and by which state, if the integration failed
     settings: dict[str, Quantity]  # those that a grid changed
     deviations: dict[str, float]  # by contributor, SI
     responses: dict[str, Quantity]
@@ -101,7 +103,8 @@ class Replay(Answer):
         given = blocks.table_of(inputs, words=[""])
         found = blocks.table_of(answered, words=["limit"])
         steps = f", {self.steps} steps" if self.steps is not None else ""
-        title = f"{self.title}: {self.status}{steps}"
+        ended = f", {self.ended}" if self.ended else ""
+        title = f"{self.title}: {self.status}{steps}{ended}"
         return blocks.Document(title, blocks.shown(given, found, *self._remarks()))
 
     def _remarks(self) -> Iterator[blocks.Block]:
@@ -227,11 +230,13 @@ def _simulated(
 ) -> Replay:
     """Return the simulated trial of a row of deviations, SI."""
     deviations, chart = np.array(list(row.values())), None
-    if model.moves:
-        history, outcome = history_of(model, deviations, settings, STEP)
-        chart = in_units(history, typed)
-    else:
-        outcome = simulate(model, deviations[None, :], settings)
+    with observed() as seen:
+        if model.moves:
+            history, outcome = history_of(model, deviations, settings, STEP)
+            chart = in_units(history, typed)
+        else:
+            outcome = simulate(model, deviations[None, :], settings)
+    ended = next((each.failure for each in seen if each.failure), "")
     found = {}
     for each, value in zip(responses, outcome.responses[0].tolist(), strict=True):
         words, out = "", False
@@ -241,7 +246,7 @@ def _simulated(
         found[each.name] = Quantity(value, shown_as, each.sentence, words, out)
     status = words_of(model.failures)[int(outcome.status[0])]
     steps = None if outcome.steps is None else int(outcome.steps[0])
-    return Replay("", None, status, steps, {}, row, found, history=chart)
+    return Replay("", None, status, steps, ended, {}, row, found, history=chart)
 
 
 def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:

@@ -1,0 +1,84 @@
+"""`tolstat doctor` of a model: healthy ones, and what it finds in others."""
+
+from __future__ import annotations
+
+import contextlib
+
+import pytest
+from click.testing import CliRunner
+
+from tolstat.cli.main import main
+
+BAD = """
+from dataclasses import dataclass
+import numpy as np
+from tolstat import Contributor, Description, Model, Outcome, Response, setting
+from tolstat.moving import Accuracy, System, compiled, integrate, rates_signature
+from tolstat.moving import rows, write
+
+@compiled(rates_signature)
+def rates(moment, y, p, out):
+    x, v = rows(y)[0], rows(y)[1]
+    write(out, 0, (v, v * v * v, x))
+
+SYSTEM = System(rates, np.array([1.0, 1.0]), n_extremes=1)
+
+class Shared(Model):
+    name, title = "shared", "depends on the block"
+    def describe(self, settings):
+        return Description((Contributor("a", "m", "a"),), (Response("x", "m", "x"),))
+    def evaluate(self, deviations, settings):
+        return Outcome(deviations - deviations.mean(axis=0))
+
+@dataclass(frozen=True)
+class Settings:
+    rtol: float = setting(1e-6, "integration tolerance", above=0.0)
+
+class Explodes(Shared):
+    name, title, settings = "explodes", "has no answer after 0.5 s", Settings
+    def evaluate(self, deviations, settings):
+        n = len(deviations)
+        ends = np.tile([0.0, 1.0], (n, 1))  # of state and of time
+        found = integrate(SYSTEM, ends, deviations, ends, Accuracy(settings.rtol, 0.1))
+        return Outcome(found.peak, found.status, found.steps)
+"""
+
+
+@pytest.fixture
+def call(tmp_path):
+    (tmp_path / "bad.py").write_text(BAD)
+
+    def called(*words, code=0):
+        with contextlib.chdir(tmp_path):
+            done = CliRunner().invoke(main, words)
+        assert done.exit_code == code, done.output
+        return " ".join(done.output.split())
+
+    return called
+
+
+def test_an_answer_that_depends_on_its_block(call):
+    found = call("doctor", "bad.py:Shared", code=3)
+    assert "alone and in a block: different" in found and "none are integrated" in found
+
+
+def test_where_an_integration_ends(call, tmp_path):
+    found = call("doctor", "bad.py:Explodes", code=3)
+    assert "3 step too small" in found
+    assert "A trial ended at 0.5 s by the error of state 2 of 2" in found
+    (tmp_path / "bad.toml").write_text(
+        'model = "explodes"\ntrials = 4\nseed = 1\n[deviations]\na = "+-1 mm"\n'
+    )
+    machine = ("--machine", "bad.py:Explodes")
+    call("run", "bad.toml", *machine)
+    found = call("trial", "bad.h5", "2", *machine)
+    assert "ended at 0.5 s by the error of state 2 of 2" in found
+
+
+def test_of_a_new_model_and_a_study(call):
+    call("new", "--model", "crank.py")
+    found = call("doctor", "crank.py:Crank")
+    assert "3 done" in found and "The longest step decides" in found
+    call("new", "crank", "--machine", "crank.py:Crank", "-o", "crank.toml")
+    assert "3 done" in call("doctor", "crank.toml", "--machine", "crank.py:Crank")
+    assert "no model is called 'crunk'" in call("doctor", "crunk", code=2)

@@ -1,0 +1,107 @@
+"""What an examination says of equations whose answer is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tolstat.integrator.examination import examine
+from tolstat.integrator.integrate import observed
+from tolstat.moving import (
+    Accuracy,
+    System,
+    compiled,
+    integrate,
+    proposed_scale,
+    rates_signature,
+    rows,
+    write,
+)
+
+ENDS = np.array([[0.0, 2.0]])
+
+
+@compiled(rates_signature)
+def pursuit(moment, y, p, out):
+    """The first state chases the cosine of time, p[0] times a second; lambda last."""
+    t, state, rate = rows(moment)[0], rows(y), rows(p)[0]
+    speed = rate * (np.cos(t) - state[0])
+    write(out, 0, (speed, state[0], rate))
+
+
+@compiled(rates_signature)
+def explosion(moment, y, p, out):
+    """The speed v' = v^3 is infinite at t = 1/2."""
+    x, v = rows(y)[0], rows(y)[1]
+    write(out, 0, (v, v * v * v, x))
+
+
+@compiled(rates_signature)
+def swing(moment, y, p, out):
+    """One state swings a hundred times as fast as the other pair."""
+    s = rows(y)
+    write(out, 0, (s[1], -s[0], s[3], -1e4 * s[2]))
+
+
+def integrated(system, start, parameters, accuracy):
+    with observed() as seen:
+        integrate(system, np.array([start]), np.array([parameters]), ENDS, accuracy)
+    return seen[0]
+
+
+CHASE = System(pursuit, np.array([1.0, 1.0]), n_above=1)
+DAMPED = System(pursuit, np.array([1.0, 1.0]), damped=(0,))
+
+
+def test_stability_limits_a_stiff_equation_and_accuracy_another():
+    start, accuracy = [1.0, 0.0], Accuracy(1e-3, 2.0)
+    stiff = examine(integrated(CHASE, start, [1e4], accuracy))
+    assert stiff.stiff and stiff.demanding == 0 and stiff.undamped is None
+    # the limit of the method on the real axis is 3.3
+    assert stiff.steps[0] == pytest.approx(1e4 * 2.0 / 3.3, rel=0.15)
+    soft = examine(integrated(CHASE, start, [1.0], Accuracy(1e-8, 2.0)))
+    assert not soft.stiff and not soft.by_longest and soft.looser < 0.6
+
+
+def test_damping_pays_where_an_equation_is_stiff():
+    start = [1.0, 0.0]
+    assert examine(integrated(DAMPED, start, [1e4], Accuracy(1e-3, 2.0))).undamped > 3
+    assert examine(integrated(DAMPED, start, [1.0], Accuracy(1e-6, 2.0))).undamped < 1
+
+
+def test_the_longest_step():
+    found = examine(integrated(CHASE, [1.0, 0.0], [1.0], Accuracy(1e-3, 1e-3)))
+    assert found.by_longest and found.longer == pytest.approx(0.25, abs=0.01)
+
+
+def test_the_state_that_demands_the_steps_and_the_scale():
+    system = System(swing, np.array([1.0, 1.0, 1.0, 100.0]))
+    start, accuracy = np.array([[1.0, 0.0, 1.0, 0.0]]), Accuracy(1e-6, 1.0)
+    found = examine(integrated(system, start[0], [0.0], accuracy))
+    assert found.demanding in (2, 3)
+    assert max(found.alone[:2]) < 0.5 < min(found.alone[2:])
+    scale = proposed_scale(system, start, np.zeros((1, 1)), ENDS, accuracy)
+    np.testing.assert_allclose(scale, [1.0, 0.9, 1.0, 100.0], rtol=0.12)
+    other = replace(system, scale=np.full(4, 1e6))
+    np.testing.assert_array_equal(
+        proposed_scale(other, start, np.zeros((1, 1)), ENDS, Accuracy(1e-12, 1.0)),
+        scale,
+    )
+
+
+def test_errors_are_multiples_of_rtol():
+    exact = examine(integrated(CHASE, [1.0, 0.0], [1.0], Accuracy(1e-6, 1.0)))
+    assert 0.01 < exact.errors["states"] < 20
+
+
+@pytest.mark.parametrize(("most", "ends"), [(5000, 0.5), (20, None)])
+def test_where_a_trial_ended_and_by_which_state(most, ends):
+    system = System(explosion, np.array([1.0, 1.0]), n_extremes=1)
+    found = integrated(system, [0.0, 1.0], [0.0], Accuracy(1e-6, 0.1, most))
+    time, state = found.solution.ended[0]
+    assert state == 1 and "state 2 of 2" in found.failure
+    assert time == pytest.approx(ends, abs=1e-6) if ends else 0 < time < 0.5
+    good = integrated(CHASE, [1.0, 0.0], [1.0], Accuracy(1e-3, 1.0))
+    assert good.failure == "" and np.isnan(good.solution.ended).all()

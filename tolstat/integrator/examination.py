@@ -1,0 +1,159 @@
+"""Examination of an integration: what demands its steps, and its errors.
+
+The same trials are integrated again with one thing changed: the error of one state
+alone counts, the longest step or rtol is another. So every finding is an experiment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from tolstat.arrays import Array, Integers, Truths
+from tolstat.integrator.integrate import Integration, integrate
+from tolstat.integrator.problem import Accuracy, Solution, System
+from tolstat.status import Status
+
+FREE = 1e9  # times its scale: the error of such a state does not count
+FEWER = 0.9  # of the steps, or fewer, are left: what was changed had demanded them
+LOOSER, TIGHTER, LEAST_RTOL = 100.0, 1000.0, 1e-12
+SAMPLES = 200  # of the states, for their sizes
+MOST_STEPS = 200_000  # of a trial that is integrated again
+STIFF = 0.7  # of the steps at least are left at a hundred times rtol
+
+
+@dataclass(frozen=True)
+class Examination:
+    """Findings on the integration of a few trials."""
+
+    steps: Integers  # [trial]
+    failed: Truths  # [trial]
+    # shares of the steps that are left, by what is changed:
+    alone: tuple[float, ...]  # [state], only the error of this state counts
+    longer: float  # the longest step is four times as long
+    looser: float  # rtol is a hundred times as large
+    undamped: float | None  # no state is damped; None if none is
+    errors: Mapping[str, float]  # by kind of result, of rtol: against rtol/1000
+    scale: Array  # as declared
+    proposed: Array  # [state]
+
+    @property
+    def demanding(self) -> int:
+        """The number, from 0, of the state that demands most steps."""
+        return int(np.argmax(self.alone))
+
+    @property
+    def by_longest(self) -> bool:
+        """Whether the longest step decides the number of steps."""
+        return self.longer < FEWER
+
+    @property
+    def stiff(self) -> bool:
+        """Whether stability limits the steps, not accuracy."""
+        return self.looser > STIFF and not self.by_longest
+
+
+def examine(found: Integration) -> Examination:
+    """Return what demands the steps of an integration, and its errors.
+
+    Parameters
+    ----------
+    found : Integration
+        Of a few trials: they are integrated again once for each state, and five times.
+    """
+    system, block = found.system, found.block
+    rtol, longest, most = block.accuracy
+    few = Accuracy(rtol, longest, min(most, MOST_STEPS))
+    base = _again(found, few)
+
+    def share(accuracy: Accuracy, **changed: Any) -> float:
+        other = _again(found, accuracy, replace(system, **changed))
+        return float(other.steps.sum() / base.steps.sum())
+
+    def alone(state: int) -> float:
+        scale = FREE * np.array(system.scale, float)
+        scale[state] = system.scale[state]
+        return share(few, scale=scale)
+
+    tight = few._replace(rtol=max(rtol / TIGHTER, LEAST_RTOL))
+    undamped = None
+    if system.damped:  # the rows of lambda become quantities that nobody watches
+        spare = len(system.damped) * (1 + len(system.sloped))
+        above = system.n_above + spare
+        undamped = share(few, damped=(), sloped=(), watch=None, n_above=above)
+    return Examination(
+        base.steps,
+        base.status != Status.DONE,
+        tuple(alone(i) for i in range(len(system.scale))),
+        share(few._replace(max_step=4.0 * longest)),
+        share(few._replace(rtol=LOOSER * rtol)),
+        undamped,
+        _errors(base, _again(found, tight), system.scale, rtol),
+        np.array(system.scale, float),
+        proposed_scale(system, *block[:3], few),
+    )
+
+
+def proposed_scale(
+    system: System,
+    start: Array,
+    parameters: Array,
+    marks: Array,
+    accuracy: Accuracy,
+) -> Array:
+    """Return a scale for each state: its largest size in these trials.
+
+    Parameters
+    ----------
+    system, start, parameters, marks, accuracy
+        As of `integrate`; with any scale of the system that lets the trials end.
+
+    Returns
+    -------
+    float64[state]
+        Rounded to one digit. A state that stays zero keeps its scale.
+    """
+    times = np.linspace(marks[:, 0].max(), marks[:, -1].min(), SAMPLES)
+    found = integrate(system, start, parameters, marks, accuracy, samples=times)
+    given = np.array(system.scale, float)
+    sizes = np.concatenate([found.history, found.states], axis=1)
+    with np.errstate(invalid="ignore"):
+        size = np.nanmax(np.abs(sizes), axis=(0, 1), initial=0.0)
+    size = np.where(size > 0.0, size, given)
+    digit = 10.0 ** np.floor(np.log10(size))
+    rounded: Array = np.round(size / digit) * digit
+    return rounded
+
+
+def _again(
+    found: Integration, accuracy: Accuracy, system: System | None = None
+) -> Solution:
+    block = found.block
+    return integrate(
+        system or found.system,
+        block.start,
+        block.parameters,
+        block.marks,
+        accuracy,
+        watch_from=block.watch_from,
+    )
+
+
+def _errors(
+    one: Solution, other: Solution, scale: Array, rtol: float
+) -> dict[str, float]:
+    """Return the largest differences, of rtol times the size of what differs."""
+
+    def largest(a: Array, b: Array, size: Array) -> float:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return float(np.nanmax(np.abs(a - b) / (rtol * size), initial=0.0))
+
+    found = {"states": largest(one.states, other.states, np.asarray(scale))}
+    for name in ("quadratures", "peak"):
+        a, b = getattr(one, name), getattr(other, name)
+        if a.size:
+            found[name] = largest(a, b, np.abs(b).max(axis=0))
+    return found
