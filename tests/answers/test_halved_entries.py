@@ -38,6 +38,9 @@ ENTRIES = {
         {"tolerance": "0.1..0.4 mm", "distribution": "lognormal", "median": "0.2 mm"},
         {"tolerance": "0.1..0.25 mm", "distribution": "lognormal",
          "median": "0.15 mm"}, "<= 0.3 mm"),
+    "shifted": (
+        {"tolerance": "+-0.4 mm", "nominal_shift": "0.05 mm"},
+        {"tolerance": "+-0.2 mm", "nominal_shift": "0.05 mm"}, "<= 0.3 mm"),
     "one side": ({"tolerance": "-0.4..0 mm"}, "-0.2..0 mm", ">= -0.3 mm"),
     "grade": ({"tolerance": "h12"}, "-0.125..0 mm", ">= -0.2 mm"),
     "clipped": (

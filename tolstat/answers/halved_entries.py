@@ -43,13 +43,20 @@ def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
     return found
 
 
+def nominal_shift(entry: object, unit: str) -> float:
+    """Return the `nominal_shift` of an entry of [deviations] or [links], SI."""
+    found = entry.get("nominal_shift") if isinstance(entry, dict) else None
+    return grammar.quantity(str(found), unit) if found else 0.0
+
+
 def _halved(entry: Mapping[str, Any], zone: Tolerance, unit: str, scale: Scale) -> Any:
     """Return an entry with half its tolerance, and what depends on that."""
+    zone = Tolerance(*(end - nominal_shift(entry, unit) for end in zone))
 
     def typed(ends: Sequence[float], centre: float = zone.nearest) -> str:
         half = [scale.factor * (centre + 0.5 * (end - centre)) for end in ends]
         words = [figures(end, KNOWN) for end in half]
-        if len(half) > 1 and half[0] == -half[1]:
+        if words[0] == f"-{words[-1]}":
             words = [f"+-{words[1]}"]
         return f"{'..'.join(words)} {scale.mark}".strip()
 

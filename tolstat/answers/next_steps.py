@@ -103,8 +103,9 @@ def to_shift(
 ) -> Sequence[str]:
     """Return the commands that write and run a study with shifted nominal values.
 
-    A link gets another nominal; the zone of any other tolerance moves. None for
-    measured parts, some parts of a batch, and zones with a place for a key of its own.
+    A link gets another nominal, a contributor with `nominal_shift` another one of that;
+    the zone of any other tolerance moves. None for measured parts, some parts of a
+    batch, and zones with a place for a key of its own.
     """
     every, entries = [each.name for each in run.contributors], dict[str, str]()
     links, deviations = (run.study.table.get(n, {}) for n in ("links", "deviations"))
@@ -113,15 +114,21 @@ def to_shift(
         given, scale = links.get(member) or deviations[name], run.scales[member]
         keys = {"tolerance": given} if isinstance(given, str) else dict(given)
         part = "common" in keys and not {*expand(name, every)} <= {*members}
-        if part or keys.keys() & {"data", "mode", "median", "plateau"}:
-            return ()
-        key, old = "tolerance", [*run.assumed[member].tolerance]
-        kept = {k: x for k, x in keys.items() if k not in OF_THE_ZONE}
+        key, replaced = "tolerance", {*OF_THE_ZONE}
         if member in links:
-            key, old, kept = "nominal", [quantity(str(keys["nominal"]), scale.unit)], {}
+            key, replaced = "nominal", {*keys}
+        elif "nominal_shift" in keys:
+            key, replaced = "nominal_shift", {"nominal_shift", "cost", "common"}
+        own = {"mode", "median", "plateau"} if key == "tolerance" else set()
+        if part or keys.keys() & {"data", *own}:
+            return ()
+        zone, kept = run.assumed[member].tolerance, keys.keys() - replaced
+        old = zone if key == "tolerance" else [quantity(str(keys[key]), scale.unit)]
         ends = (f"{scale.factor * (end + shift):.10g}" for end in old)
         moved = f"{'..'.join(ends)} {scale.mark}".strip()
-        entries[member] = toml_of({key: moved, **kept})
+        entries[member] = toml_of(
+            {key: moved} | {k: keys[k] for k in keys if k in kept}
+        )
     study = run.study_file or run.path.with_suffix(".toml")
     study = as_typed(free_name(study, f"{response}-centred"))
     more = ["--trials", trials] if run.trials < trials <= MOST and not run.rules else []

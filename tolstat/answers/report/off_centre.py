@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from tolstat.answers.cells import ppm
+from tolstat.answers.halved_entries import nominal_shift
 from tolstat.answers.next_steps import to_shift
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array
@@ -27,7 +28,6 @@ from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, yield_of
 from tolstat.statistics.summary import Summary
 from tolstat.store.stored_run import Run
-from tolstat.units.grammar import quantity
 
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import ResponseSummary, RunSummary
@@ -131,13 +131,15 @@ def rounding(limit: Limit, size: float) -> float:
 
 def _moved(run: Run) -> dict[str, float]:
     """Return the `nominal_shift` of contributors, SI: no nominal trial has it."""
-    units, found = {each.name: each.unit for each in run.contributors}, {}
-    for section in ("links", "deviations"):
-        for name, entry in run.study.table.get(section, {}).items():
-            if isinstance(entry, dict) and "nominal_shift" in entry:
-                for each in expand(name, [*units]):
-                    found[each] = quantity(str(entry["nominal_shift"]), units[each])
-    return found
+    units, table = {each.name: each.unit for each in run.contributors}, run.study.table
+    return {
+        each: shift
+        for name, entry in (
+            table.get("links", {}) | table.get("deviations", {})
+        ).items()
+        for each in expand(name, [*units])
+        if (shift := nominal_shift(entry, units[each]))
+    }
 
 
 def _half_reach(limit: Limit, done: Array, at: float, sigma: float) -> float:
