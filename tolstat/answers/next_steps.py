@@ -9,12 +9,15 @@ from pathlib import Path
 
 from tolstat.answers.halved_entries import halved_entries
 from tolstat.answers.sweep.curves import responses_of_interest
+from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, TolstatError
+from tolstat.execution.diagnostics.halved_tolerances import is_turn
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import free_name
 from tolstat.study.problems import toml_of
 from tolstat.units.grammar import quantity
+from tolstat.units.scale import KNOWN, figures
 
 MOST = 100_000  # trials of a run that is suggested
 # keys that a shifted zone replaces, and those of cost and batch
@@ -84,23 +87,54 @@ def to_extend(run: Run, trials: int) -> str:
     return command("extend", run.path, "--trials", trials, machine=run.machine)
 
 
-def to_halve(run: Run, parts: Sequence[str]) -> str:
-    """Return the command that writes a study with some tolerances halved.
+def to_halve(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
+    """Return the commands that write and run a study with some tolerances halved.
 
-    Empty if one of the parts has no tolerance.
+    None if one of the parts has no tolerance.
     """
     halves = {
         name: entry if isinstance(entry, str) else toml_of(entry)
         for name, entry in halved_entries(run, parts).items()
     }
-    if not halves:
-        return ""
-    return _to_write(run, halves, run.path.with_name(f"{run.path.stem}-halved.toml"))
+    study = run.path.with_name(f"{run.path.stem}-halved.toml")
+    return _to_write(run, halves, study) if halves else ()
+
+
+def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
+    """Return the commands that find the cheapest tolerances.
+
+    Of a study without costs, parts get a price first: 1 over their tolerance. None if
+    one of these has no tolerance.
+    """
+    every, table = {c.name: c.unit for c in run.contributors}, run.study.table
+    written = table.get("links", {}) | table.get("deviations", {})
+    study, entries = run.study_file, dict[str, str]()
+    priced = [x for x in written.values() if isinstance(x, dict) and "cost" in x]
+    if study and study.is_file() and priced:
+        found = as_typed(free_name(study, "allocated"))
+        return (command("allocate", as_typed(study), "-o", found),)
+    for name, given in ({} if priced else written).items():
+        if own := [n for n in expand(name, [*every]) if n in parts]:
+            keys, scale = {"tolerance": given}, run.scales[own[0]]
+            keys = keys if isinstance(given, str) else dict(given)
+            zone = Tolerance(*run.assumed[own[0]].tolerance)
+            at = f"+-{figures(scale.factor * zone.half, KNOWN)} {scale.mark}".strip()
+            if is_turn(every[own[0]], zone) or not {*keys} & {"tolerance", "iso1328"}:
+                return ()
+            keys["cost"] = {"law": "reciprocal", "at": at, "price": 1}
+            kept = {k: x for k, x in keys.items() if k not in ("nominal", "common")}
+            entries[name] = toml_of(kept)
+    if not entries:
+        return ()
+    place = run.path.with_name(f"{run.path.stem}-priced.toml")
+    write, _ = _to_write(run, entries, place)
+    found = run.path.with_name(f"{run.path.stem}-allocated.toml")
+    return write, command("allocate", place, "-o", found, machine=run.machine)
 
 
 def to_shift(
     run: Run, response: str, members: Sequence[str], shift: float, trials: int
-) -> Sequence[str]:
+) -> tuple[str, ...]:
     """Return the commands that write and run a study with shifted nominal values.
 
     A link gets another nominal, a contributor with `nominal_shift` another one of that;
@@ -132,18 +166,20 @@ def to_shift(
     study = run.study_file or run.path.with_suffix(".toml")
     study = as_typed(free_name(study, f"{response}-centred"))
     more = ["--trials", trials] if run.trials < trials <= MOST and not run.rules else []
-    start = command("run", study, *more, machine=run.machine)
-    return _to_write(run, entries, study), start
+    return _to_write(run, entries, study, *more)
 
 
-def _to_write(run: Run, entries: Mapping[str, str], study: Path) -> str:
-    """Return the command that writes a study with other entries of contributors."""
+def _to_write(
+    run: Run, entries: Mapping[str, str], study: Path, *options: object
+) -> tuple[str, str]:
+    """Return the commands that write a study with other entries, and run it."""
     every = [each.name for each in run.contributors]
     stem, words = general(next(iter(entries))), {*entries.values()}
     if stem not in every and {*expand(stem, every)} == {*entries} and len(words) == 1:
         entries = {stem: words.pop()}  # all parts of one name
     typed = (f"{name}={entry}" for name, entry in entries.items())
-    return command("what-if", run.path, *typed, "--write", study, machine=run.machine)
+    write = command("what-if", run.path, *typed, "--write", study, machine=run.machine)
+    return write, command("run", study, *options, machine=run.machine)
 
 
 def typed_options(run: Run, trials: int | None = None) -> list[object]:
