@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tolstat.answers.halved_entries import halved_entries
+from tolstat.answers.halved_entries import entries_of, halved_entries
 from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
@@ -106,20 +106,18 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
     Of a study without costs, parts get a price first: 1 over their tolerance. None if
     one of these has no tolerance.
     """
-    every, table = {c.name: c.unit for c in run.contributors}, run.study.table
-    written = table.get("links", {}) | table.get("deviations", {})
-    study, entries = run.study_file, dict[str, str]()
-    priced = [x for x in written.values() if isinstance(x, dict) and "cost" in x]
-    if study and study.is_file() and priced:
-        found = as_typed(free_name(study, "allocated"))
-        return (command("allocate", as_typed(study), "-o", found),)
-    for name, given in ({} if priced else written).items():
-        if own := [n for n in expand(name, [*every]) if n in parts]:
-            keys, scale = {"tolerance": given}, run.scales[own[0]]
-            keys = keys if isinstance(given, str) else dict(given)
-            zone = Tolerance(*run.assumed[own[0]].tolerance)
+    units = {each.name: each.unit for each in run.contributors}
+    study, entries, written = run.study_file, dict[str, str](), [*entries_of(run)]
+    if any("cost" in keys for _, keys, _ in written):
+        parts = ()
+        if study and study.is_file():
+            found = as_typed(free_name(study, "allocated"))
+            return (command("allocate", as_typed(study), "-o", found),)
+    for name, keys, members in written:
+        if own := [n for n in members if n in parts]:
+            scale, zone = run.scales[own[0]], Tolerance(*run.assumed[own[0]].tolerance)
             at = f"+-{figures(scale.factor * zone.half, KNOWN)} {scale.mark}".strip()
-            if is_turn(every[own[0]], zone) or not {*keys} & {"tolerance", "iso1328"}:
+            if is_turn(units[own[0]], zone) or not {*keys} & {"tolerance", "iso1328"}:
                 return ()
             keys["cost"] = {"law": "reciprocal", "at": at, "price": 1}
             kept = {k: x for k, x in keys.items() if k not in ("nominal", "common")}

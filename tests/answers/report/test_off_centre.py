@@ -167,7 +167,7 @@ def test_the_finding_comes_first_and_no_cause_is_named(tmp_path):
         assert words in said
     causes = found.responses["gap"].causes
     assert not causes.named and causes.main is None
-    assert "alve" not in str([as_text(step) for step in steps_of(found)])
+    assert [*steps_of(found)] == ["Centre gap first, as said above."]
     run = tolstat.open(tmp_path / "gap.h5")
     text = json.dumps(json.loads(tolstat.report(run).json())["responses"]["gap"])
     assert '"off_centre": {"what": "mean"' in text

@@ -216,8 +216,11 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
         for name, each in found.limits.items()
     )
     rough = [name for name, each in found.limits.items() if each.yields.reason]
-    steps = [settle(run, rough), next(filter(None, halve), ())]
-    limits = [(found.limits[name].yields.needed, name) for name in found.verdicts]
+    steps = [settle(run, rough), _centre(found), next(filter(None, halve), ())]
+    limits, needed = (
+        [(found.limits[name].yields.needed, name) for name in found.verdicts],
+        0,
+    )
     if undecided := [each for each in limits if each[0]]:
         needed, name = min(undecided)
         command = to_extend(run, needed)
@@ -226,7 +229,7 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
         )
         trials = counted(needed, "trial")
         steps.append(say("Decide {}: about {}{}.", Name(name), trials, how))
-    steps += [_tell_causes(found), _allocate(found)]
+    steps += [_tell_causes(found, needed), _allocate(found)]
     return tuple(filter(None, steps))
 
 
@@ -260,15 +263,26 @@ def _allocate(found: RunSummary) -> Parts:
                listed([*map(Name, parts)]), *map(Typed, commands))  # fmt: skip
 
 
-def _tell_causes(found: RunSummary) -> Parts:
-    """Return the step that adds trials until causes can be named; empty without."""
+def _centre(found: RunSummary) -> Parts:
+    """Return the step that centres responses; its commands stand in the findings."""
+    every = {name: found.responses[name].off_centre for name in found.limits}
+    names = [Name(name) for name, off in every.items() if off and off.shifts]
+    return say("Centre {} first, as said above.", listed(names)) if names else ()
+
+
+def _tell_causes(found: RunSummary, decided: int) -> Parts:
+    """Return the step that adds trials until causes can be named; empty without.
+
+    Also where as many are `decided` on.
+    """
     limits = {
         name: causes.needed
         for name, each in found.limits.items()
         if each.yields.verdict != MET and (causes := found.responses[name].causes)
     }
     name = min((n for n in limits if limits[n]), key=lambda n: limits[n], default="")
-    if not name or not (command := to_extend(found.stored_run, limits[name])):
+    command = to_extend(found.stored_run, limits[name]) if name else ""
+    if not command or limits[name] <= decided:
         return ()
     trials = counted(limits[name], "trial")
     return say("Find the causes of {}: about {} in all: {}.", Name(name), trials,

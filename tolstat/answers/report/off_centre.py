@@ -14,12 +14,12 @@ import numpy as np
 from scipy.special import ndtri
 
 from tolstat.answers.cells import ppm
-from tolstat.answers.halved_entries import nominal_shift
+from tolstat.answers.halved_entries import entries_of, nominal_shift
 from tolstat.answers.next_steps import to_shift
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array
 from tolstat.deviations.distributions import Tolerance
-from tolstat.deviations.names import expand, general
+from tolstat.deviations.names import general
 from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
 from tolstat.model.description import Contributor
 from tolstat.statistics.estimate import Estimate
@@ -131,14 +131,12 @@ def rounding(limit: Limit, size: float) -> float:
 
 def _moved(run: Run) -> dict[str, float]:
     """Return the `nominal_shift` of contributors, SI: no nominal trial has it."""
-    units, table = {each.name: each.unit for each in run.contributors}, run.study.table
+    units = {each.name: each.unit for each in run.contributors}
     return {
-        each: shift
-        for name, entry in (
-            table.get("links", {}) | table.get("deviations", {})
-        ).items()
-        for each in expand(name, [*units])
-        if (shift := nominal_shift(entry, units[each]))
+        name: shift
+        for _, entry, members in entries_of(run)
+        for name in members
+        if (shift := nominal_shift(entry, units[name]))
     }
 
 
