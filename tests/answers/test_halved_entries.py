@@ -5,8 +5,11 @@ from __future__ import annotations
 import re
 import shlex
 import tomllib
+from copy import deepcopy
+from pathlib import Path
 
 import pytest
+import tomli_w
 from click.testing import CliRunner
 
 import tolstat
@@ -15,6 +18,7 @@ from tolstat.answers.next_steps import to_halve
 from tolstat.answers.report.first_page import next_steps
 from tolstat.cli.main import main
 from tolstat.render.screen import as_text
+from tolstat.study.study import load
 
 # the entry of a link, half of it, and a limit that its parts often miss
 ENTRIES = {
@@ -38,6 +42,9 @@ ENTRIES = {
         {"tolerance": "0.1..0.4 mm", "distribution": "lognormal", "median": "0.2 mm"},
         {"tolerance": "0.1..0.25 mm", "distribution": "lognormal",
          "median": "0.15 mm"}, "<= 0.3 mm"),
+    "shifted": (
+        {"tolerance": "+-0.4 mm", "nominal_shift": "0.05 mm"},
+        {"tolerance": "+-0.2 mm", "nominal_shift": "0.05 mm"}, "<= 0.3 mm"),
     "one side": ({"tolerance": "-0.4..0 mm"}, "-0.2..0 mm", ">= -0.3 mm"),
     "grade": ({"tolerance": "h12"}, "-0.125..0 mm", ">= -0.2 mm"),
     "clipped": (
@@ -73,8 +80,8 @@ def test_the_printed_command_halves_as_the_number_promises(tmp_path, kind):
     entry, half, limit = ENTRIES[kind]
     run = chain(tmp_path, entry, limit)
     shown = CliRunner().invoke(main, ["show", str(run.path)]).output
-    (command,) = re.findall("^   (tolstat what-if .*)$", shown, re.MULTILINE)
-    again = typed(command).partition("run it: ")[2].strip()
+    command, again = re.findall("^   (tolstat (?:what-if|run) .*)$", shown, re.M)[:2]
+    assert typed(command).partition("run it: ")[2].strip() == again
     study = tomllib.loads((tmp_path / "chain-halved.toml").read_text())
     wanted = half if isinstance(half, dict) else {"tolerance": half}
     assert study["links"]["a"] == {"nominal": "50 mm", **wanted}
@@ -93,10 +100,51 @@ def test_measured_parts_have_no_tolerance_to_halve(tmp_path):
     assert not to_halve(run, ["a"])
 
 
+THREE = {
+    "model": "dimension_chain", "trials": 1000, "seed": 1,
+    "settings": {"gap": "H - a - b"}, "limits": {"gap": "0.4..0.6 mm"},
+    "links": {
+        "H": {"nominal": "50 mm", "tolerance": "+-0.3 mm"},
+        "a": {"nominal": "30 mm", "tolerance": "-0.2..0.2 mm"},
+        "b": {"nominal": "19.5 mm", "tolerance": "+-0.02 mm"},
+    },
+}  # fmt: skip
+
+
+def lines(run):
+    """The commands that the summary of a run suggests, in their order."""
+    shown = CliRunner().invoke(main, ["show", str(run.path)]).output
+    shown = re.sub(r" \\\n +", " ", shown)
+    return re.findall("^   (tolstat .*)$", shown, re.MULTILINE)
+
+
+def test_the_search_for_tolerances_is_written_with_prices(tmp_path):
+    study, path = deepcopy(THREE), tmp_path / "three.toml"
+    study["limits"]["gap"] = {"limit": "0.42..0.58 mm", "yield": "80 %"}
+    path.write_text(tomli_w.dumps(study))
+    write, search = lines(tolstat.run(path))
+    typed(write)
+    place = shlex.split(search)[2]
+    priced = load(Path(place)).deviating.priced
+    prices = {each.name: each.cost(each.specified_choice) for each in priced}
+    assert prices == {"H": pytest.approx(1), "a": pytest.approx(1)}
+    study["links"]["H"]["cost"] = {"law": "reciprocal", "at": "+-0.3 mm", "price": 3}
+    path.write_text(tomli_w.dumps(study))
+    *_, search = lines(tolstat.run(path, force=True))
+    assert search.split()[1:3] == ["allocate", str(path)]
+
+
+def test_a_step_says_that_halving_is_too_little(tmp_path):
+    found = tolstat.summary(tolstat.run(THREE, output=tmp_path / "three.h5"))
+    (halve, *_) = [as_text(each) for each in next_steps(found)]
+    assert found.responses["gap"].causes.main.halved.lower > 0.0027
+    assert ", still not met." in halve
+
+
 def test_a_class_of_gears_halves_as_its_zone_and_a_full_turn_stays(tmp_path):
     path = tmp_path / "grades.h5"
     run = tolstat.run(ROOT / "runs/khpt75-grades.toml", trials=16, output=path)
-    command = to_halve(run, ["runout_7", "runout_phase_7", "tooth_position_1"])
+    command, _ = to_halve(run, ["runout_7", "runout_phase_7", "tooth_position_1"])
     name, *entries = shlex.split(command)[1:5]
     zone = run.assumed["tooth_position_1"].tolerance[1] * 1e6
     assert name == "what-if" and "runout_phase" not in command
@@ -105,7 +153,7 @@ def test_a_class_of_gears_halves_as_its_zone_and_a_full_turn_stays(tmp_path):
     assert tomllib.loads(runout)["runout_7"]["shape"] == 2
     typed(command)
     assert (tmp_path / "grades-halved.toml").is_file()
-    both = to_halve(run, ["tooth_position_1", "tooth_position_2"])
+    both, _ = to_halve(run, ["tooth_position_1", "tooth_position_2"])
     assert "'tooth_position=+-" in both
 
 

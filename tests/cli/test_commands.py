@@ -130,7 +130,7 @@ def test_a_trial_that_has_not_run(small_run):
 
 def test_a_grid_is_shown_as_curves(tmp_path):
     done = call("run", "runs/khpt75-fig4.toml", "-o", tmp_path / "fig4.h5")
-    assert "in trial" in done.stdout and "30 of 61" in done.stdout
+    assert "in trial" in done.stdout and "31 of 61" in done.stdout
     assert "paper's Fig. 4" in done.stdout
     picture = tmp_path / "fig4.png"
     shown = call("show", tmp_path / "fig4.h5", "--plot", picture)

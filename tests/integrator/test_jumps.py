@@ -311,3 +311,37 @@ def test_what_decays_to_zero_keeps_its_side():
     found = integrate(system, np.zeros((1, 1)), np.zeros((1, 1)),
                       np.array([[0.0, 2.0]]), Accuracy(1e-6, 0.1))  # fmt: skip
     assert found.quadratures[0, -1, 0] == pytest.approx(2.0)
+
+
+@compiled(rates_signature)
+def hold(moment, y, p, out):
+    """A relay drives x to zero with p0, and holds it there against a load up to p0."""
+    t, x = rows(moment)[0], rows(y)[0]
+    side, holds = rows(moment)[SIDES], rows(moment)[SIDES + 1]
+    most, load = rows(p)[0], rows(p)[1] * np.sin(t)
+    relay = -most * np.where(side == 0.0, np.copysign(1.0, load), side)
+    held = (side == 0.0) & (holds > 0.0)
+    write(out, 0, (np.where(held, 0.0, load + relay), x, most - np.abs(load)))
+
+
+@pytest.mark.parametrize("ratio", [1.1, 1.5])
+def test_a_relay_holds_and_releases(ratio):
+    most, load = 0.3, 0.3 * ratio
+    system = System(hold, np.ones(1), n_extremes=2, crossings=(0, 1))
+
+    def moving(side, direction):
+        leaves = {"held": (event(lambda t, y: y[0], direction), same)}
+        return lambda t, y: (load * np.sin(t) - side * most,), leaves
+
+    phases = {
+        "above": moving(1, -1),
+        "below": moving(-1, 1),
+        "held": (
+            lambda t, y: (0.0,),
+            {
+                "above": (event(lambda t, y: load * np.sin(t) - most, 1), same),
+                "below": (event(lambda t, y: load * np.sin(t) + most, -1), same),
+            },
+        ),
+    }
+    check(system, [0.2], [most, load], by_phases(phases, "above", [0.2]))

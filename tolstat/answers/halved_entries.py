@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from tolstat.deviations.distributions import Tolerance
@@ -24,18 +24,16 @@ def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
     tolerance, as measured ones.
     """
     units = {each.name: each.unit for each in run.contributors}
-    table, found = run.study.table, dict[str, Any]()
-    written = table.get("links", {}) | table.get("deviations", {})
-    for name, given in written.items():
-        members = [n for n in expand(name, list(units)) if n in parts]
+    found = dict[str, Any]()
+    for name, entry, own in entries_of(run):
+        members = [n for n in own if n in parts]
         zones = {n: Tolerance(*run.assumed[n].tolerance) for n in members}
         halve = [n for n in members if not is_turn(units[n], zones[n])]
         if not halve:
             continue
-        entry = {"tolerance": given} if isinstance(given, str) else given
         if "tolerance" not in entry and "iso1328" not in entry:
             return {}
-        every = entry.get("common") or set(members) == {*expand(name, list(units))}
+        every = entry.get("common") or set(members) == {*own}
         new = {n: _halved(entry, zones[n], units[n], run.scales[n]) for n in halve}
         one = next(iter(new.values()))
         same = every and all(each == one for each in new.values())
@@ -43,13 +41,28 @@ def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
     return found
 
 
+def entries_of(run: Run) -> Iterator[tuple[str, dict[str, Any], Sequence[str]]]:
+    """Yield the entries of [links] and [deviations]: name, keys, contributors."""
+    table, every = run.study.table, [each.name for each in run.contributors]
+    for name, given in (table.get("links", {}) | table.get("deviations", {})).items():
+        keys = {"tolerance": given} if isinstance(given, str) else dict(given)
+        yield name, keys, expand(name, every)
+
+
+def nominal_shift(entry: Mapping[str, Any], unit: str) -> float:
+    """Return the `nominal_shift` of an entry of [deviations] or [links], SI."""
+    found = entry.get("nominal_shift")
+    return grammar.quantity(str(found), unit) if found else 0.0
+
+
 def _halved(entry: Mapping[str, Any], zone: Tolerance, unit: str, scale: Scale) -> Any:
     """Return an entry with half its tolerance, and what depends on that."""
+    zone = Tolerance(*(end - nominal_shift(entry, unit) for end in zone))
 
     def typed(ends: Sequence[float], centre: float = zone.nearest) -> str:
         half = [scale.factor * (centre + 0.5 * (end - centre)) for end in ends]
         words = [figures(end, KNOWN) for end in half]
-        if len(half) > 1 and half[0] == -half[1]:
+        if words[0] == f"-{words[-1]}":
             words = [f"+-{words[1]}"]
         return f"{'..'.join(words)} {scale.mark}".strip()
 

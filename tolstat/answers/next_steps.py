@@ -7,14 +7,17 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tolstat.answers.halved_entries import halved_entries
+from tolstat.answers.halved_entries import entries_of, halved_entries
 from tolstat.answers.sweep.curves import responses_of_interest
+from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, TolstatError
+from tolstat.execution.diagnostics.halved_tolerances import is_turn
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import free_name
 from tolstat.study.problems import toml_of
 from tolstat.units.grammar import quantity
+from tolstat.units.scale import KNOWN, figures
 
 MOST = 100_000  # trials of a run that is suggested
 # keys that a shifted zone replaces, and those of cost and batch
@@ -84,27 +87,57 @@ def to_extend(run: Run, trials: int) -> str:
     return command("extend", run.path, "--trials", trials, machine=run.machine)
 
 
-def to_halve(run: Run, parts: Sequence[str]) -> str:
-    """Return the command that writes a study with some tolerances halved.
+def to_halve(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
+    """Return the commands that write and run a study with some tolerances halved.
 
-    Empty if one of the parts has no tolerance.
+    None if one of the parts has no tolerance.
     """
     halves = {
         name: entry if isinstance(entry, str) else toml_of(entry)
         for name, entry in halved_entries(run, parts).items()
     }
-    if not halves:
-        return ""
-    return _to_write(run, halves, run.path.with_name(f"{run.path.stem}-halved.toml"))
+    study = run.path.with_name(f"{run.path.stem}-halved.toml")
+    return _to_write(run, halves, study) if halves else ()
+
+
+def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
+    """Return the commands that find the cheapest tolerances.
+
+    Of a study without costs, parts get a price first: 1 over their tolerance. None if
+    one of these has no tolerance.
+    """
+    units = {each.name: each.unit for each in run.contributors}
+    study, entries, written = run.study_file, dict[str, str](), [*entries_of(run)]
+    if any("cost" in keys for _, keys, _ in written):
+        parts = ()
+        if study and study.is_file():
+            found = as_typed(free_name(study, "allocated"))
+            return (command("allocate", as_typed(study), "-o", found),)
+    for name, keys, members in written:
+        if own := [n for n in members if n in parts]:
+            scale, zone = run.scales[own[0]], Tolerance(*run.assumed[own[0]].tolerance)
+            at = f"+-{figures(scale.factor * zone.half, KNOWN)} {scale.mark}".strip()
+            if is_turn(units[own[0]], zone) or not {*keys} & {"tolerance", "iso1328"}:
+                return ()
+            keys["cost"] = {"law": "reciprocal", "at": at, "price": 1}
+            kept = {k: x for k, x in keys.items() if k not in ("nominal", "common")}
+            entries[name] = toml_of(kept)
+    if not entries:
+        return ()
+    place = run.path.with_name(f"{run.path.stem}-priced.toml")
+    write, _ = _to_write(run, entries, place)
+    found = run.path.with_name(f"{run.path.stem}-allocated.toml")
+    return write, command("allocate", place, "-o", found, machine=run.machine)
 
 
 def to_shift(
     run: Run, response: str, members: Sequence[str], shift: float, trials: int
-) -> Sequence[str]:
+) -> tuple[str, ...]:
     """Return the commands that write and run a study with shifted nominal values.
 
-    A link gets another nominal; the zone of any other tolerance moves. None for
-    measured parts, some parts of a batch, and zones with a place for a key of its own.
+    A link gets another nominal, a contributor with `nominal_shift` another one of that;
+    the zone of any other tolerance moves. None for measured parts, some parts of a
+    batch, and zones with a place for a key of its own.
     """
     every, entries = [each.name for each in run.contributors], dict[str, str]()
     links, deviations = (run.study.table.get(n, {}) for n in ("links", "deviations"))
@@ -113,30 +146,38 @@ def to_shift(
         given, scale = links.get(member) or deviations[name], run.scales[member]
         keys = {"tolerance": given} if isinstance(given, str) else dict(given)
         part = "common" in keys and not {*expand(name, every)} <= {*members}
-        if part or keys.keys() & {"data", "mode", "median", "plateau"}:
-            return ()
-        key, old = "tolerance", [*run.assumed[member].tolerance]
-        kept = {k: x for k, x in keys.items() if k not in OF_THE_ZONE}
+        key, replaced = "tolerance", {*OF_THE_ZONE}
         if member in links:
-            key, old, kept = "nominal", [quantity(str(keys["nominal"]), scale.unit)], {}
+            key, replaced = "nominal", {*keys}
+        elif "nominal_shift" in keys:
+            key, replaced = "nominal_shift", {"nominal_shift", "cost", "common"}
+        own = {"mode", "median", "plateau"} if key == "tolerance" else set()
+        if part or keys.keys() & {"data", *own}:
+            return ()
+        zone, kept = run.assumed[member].tolerance, keys.keys() - replaced
+        old = zone if key == "tolerance" else [quantity(str(keys[key]), scale.unit)]
         ends = (f"{scale.factor * (end + shift):.10g}" for end in old)
         moved = f"{'..'.join(ends)} {scale.mark}".strip()
-        entries[member] = toml_of({key: moved, **kept})
+        entries[member] = toml_of(
+            {key: moved} | {k: keys[k] for k in keys if k in kept}
+        )
     study = run.study_file or run.path.with_suffix(".toml")
     study = as_typed(free_name(study, f"{response}-centred"))
     more = ["--trials", trials] if run.trials < trials <= MOST and not run.rules else []
-    start = command("run", study, *more, machine=run.machine)
-    return _to_write(run, entries, study), start
+    return _to_write(run, entries, study, *more)
 
 
-def _to_write(run: Run, entries: Mapping[str, str], study: Path) -> str:
-    """Return the command that writes a study with other entries of contributors."""
+def _to_write(
+    run: Run, entries: Mapping[str, str], study: Path, *options: object
+) -> tuple[str, str]:
+    """Return the commands that write a study with other entries, and run it."""
     every = [each.name for each in run.contributors]
     stem, words = general(next(iter(entries))), {*entries.values()}
     if stem not in every and {*expand(stem, every)} == {*entries} and len(words) == 1:
         entries = {stem: words.pop()}  # all parts of one name
     typed = (f"{name}={entry}" for name, entry in entries.items())
-    return command("what-if", run.path, *typed, "--write", study, machine=run.machine)
+    write = command("what-if", run.path, *typed, "--write", study, machine=run.machine)
+    return write, command("run", study, *options, machine=run.machine)
 
 
 def typed_options(run: Run, trials: int | None = None) -> list[object]:

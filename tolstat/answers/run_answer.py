@@ -84,7 +84,6 @@ class RunAnswer(Answer):
 
 def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
     """Return the fields of `RunAnswer`."""
-    assert run.sampled is not None
     deviations = {
         each.name: SampledDeviation(
             assumed.words, *assumed.tolerance, run.scales[each.name], each.sentence
@@ -93,25 +92,33 @@ def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
         if (assumed := run.assumed.get(each.name))
     }
     return {
+        **identity_of(run),
+        "trials": trials,
+        "assumptions": Assumptions(
+            deviations, run.correlation, run.settings, run.assumptions,
+            run.diagnostics.missing,
+        ),
+    }  # fmt: skip
+
+
+def identity_of(run: Run) -> dict[str, Any]:
+    """Return the fields of an answer that say which run it is about."""
+    seed = {"seed": run.sampled.seed} if run.sampled else {}
+    return {
         "title": run.title,
         "run": run.path.name,
         "model": run.model,
         "title_block": TitleBlock(
             *(run.document.get(name, "") for name in TitleBlock._fields)
         ),
-        "trials": trials,
-        "assumptions": Assumptions(
-            deviations, run.correlation, run.settings, run.assumptions,
-            run.diagnostics.missing,
-        ),
         "provenance": {
             **run.provenance,
             "source_digest": run.source_digest,
-            "seed": run.sampled.seed,
+            **seed,
             "study": run.study.text,
         },
         "stored_run": run,
-    }  # fmt: skip
+    }
 
 
 def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:

@@ -22,7 +22,7 @@ from tolstat.cli import options
 from tolstat.cli.check import checked
 from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
 from tolstat.cli.progress import AFTERWARDS, notes_of
-from tolstat.errors import PictureError, RunFileError, StoppedError, TolstatError
+from tolstat.errors import RunFileError, StoppedError, TolstatError
 from tolstat.execution.execute import run_of, work_off
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.workers.crew import Workers
@@ -142,16 +142,13 @@ class Queue:
         self.exit_codes.add(exit_code)
 
 
-def _report(run: Run) -> Path | None:
-    """Return the report of a run, written if missing; None for a grid or a table."""
+def _report(run: Run) -> Path:
+    """Return the report of a run, written if missing."""
     page = run.path.with_suffix(".html")
     with suppress(OSError):
         if page.stat().st_mtime >= run.path.stat().st_mtime:
             return page
-    try:
-        return report(run).save(page)
-    except PictureError:  # a grid or a table
-        return None
+    return report(run).save(page)
 
 
 def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:

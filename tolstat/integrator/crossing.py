@@ -217,7 +217,7 @@ def change_sides(accepted, aimed, first, lanes, step):
     changed, arrived = accepted & (first < 0.0), accepted & (first < 0.0)
     sides, sizes, returned = rows(lanes.side), rows(lanes.size), rows(lanes.returned)
     for i in range(len(step.crossings)):
-        _, m, b, zero = _values(i, lanes, step)
+        a, m, b, zero = _values(i, lanes, step)
         side, was = sides[i], returned[i]
         sizes[i] = np.where(accepted, zero / ROUNDING, sizes[i])
         held = side == 0.0
@@ -232,7 +232,7 @@ def change_sides(accepted, aimed, first, lanes, step):
         new = np.where(released, np.copysign(1.0, b), new)
         sides[i] = np.where(stays, 0.0, new)
         # what is held there stays zero
-        grown = 2.0 / ROUNDING * np.abs(b)
+        grown = 2.0 / ROUNDING * np.abs(a)
         sizes[i] = np.where(stays, np.maximum(sizes[i], grown), sizes[i])
         was = np.where(accepted & left | released, LEFT, was)
         was = np.where(crosses, AT_ZERO, was)

@@ -142,7 +142,7 @@ def _print(parts: Parts, before: str = "") -> None:
         end = typed[0] if typed else len(left)
         words = before + "".join(map(_unbroken, left[:end]))
         if words.strip(" ."):
-            console.say(words.rstrip())
+            console.say(words.strip())
         if typed:
             console.type(as_text((left[end],)))
         before, left = "", left[end + 1 :]

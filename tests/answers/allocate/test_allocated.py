@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -41,6 +42,10 @@ def test_linear_stack_has_the_cost_of_lagranges_solution(monkeypatch):
     digits = np.floor(halves * 1e6) / 1e6
     rounded = float(np.sum(0.1e-3 * np.array([*PRICES.values()]) / digits))
     assert found.schemes["root_sum_square"].cost == pytest.approx(rounded, rel=1e-9)
+    # a model that integrates has errors that nothing here audits
+    for integrates in (False, True):
+        said = str(replace(found, integrates=integrates).document())
+        assert ("Integration errors are not audited" in said) is integrates
     # the proof is what a run of the file shows
     proof = found.proof
     again = load(tomllib.loads(found.study_file()), model=Linear())

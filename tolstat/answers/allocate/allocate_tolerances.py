@@ -229,4 +229,5 @@ def _answer(search: Search, lengths: _Lengths) -> Allocation:
             found, trials=scheme.trials, seed=scheme.seed, sampling="random"
         ),
         listed=listed,
+        integrates=study.model.integrates,
     )

@@ -84,6 +84,7 @@ class Allocation(Answer):
     # with these tolerances, and the trials of the proof, as a file
     study: str = field(metadata={"json": False})
     listed: bool = field(metadata={"json": False})  # whether all are one of a list
+    integrates: bool = field(metadata={"json": False})  # whether its model does
 
     answers: ClassVar[str] = "allocate"
     index: ClassVar[str] = "scheme"
@@ -243,6 +244,11 @@ class Allocation(Answer):
             counted(sum(self.fresh_trials), "trial"),
             counted(len(self.fresh_trials), "fresh run"),
         )
+        if self.integrates:
+            yield text(
+                "Integration errors are not audited here. Write the study found (-o) "
+                "and run it: its run audits them."
+            )
 
 
 def equal_cost_words(schemes: Mapping[str, Scheme]) -> Parts:

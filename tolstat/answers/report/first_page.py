@@ -8,7 +8,7 @@ from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import limit_cell, ppm, verdict_cell
-from tolstat.answers.next_steps import to_extend, to_halve, to_resume
+from tolstat.answers.next_steps import to_allocate, to_extend, to_halve, to_resume
 from tolstat.answers.report import what_helps
 from tolstat.answers.report.finer_run import settle
 from tolstat.answers.report.off_centre import OFF_CENTRE, findings
@@ -216,8 +216,11 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
         for name, each in found.limits.items()
     )
     rough = [name for name, each in found.limits.items() if each.yields.reason]
-    steps = [settle(run, rough), next(filter(None, halve), ())]
-    limits = [(found.limits[name].yields.needed, name) for name in found.verdicts]
+    steps = [settle(run, rough), _centre(found), next(filter(None, halve), ())]
+    limits, needed = (
+        [(found.limits[name].yields.needed, name) for name in found.verdicts],
+        0,
+    )
     if undecided := [each for each in limits if each[0]]:
         needed, name = min(undecided)
         command = to_extend(run, needed)
@@ -226,19 +229,60 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
         )
         trials = counted(needed, "trial")
         steps.append(say("Decide {}: about {}{}.", Name(name), trials, how))
-    steps.append(_tell_causes(found))
+    steps += [_tell_causes(found, needed), _allocate(found)]
     return tuple(filter(None, steps))
 
 
-def _tell_causes(found: RunSummary) -> Parts:
-    """Return the step that adds trials until causes can be named; empty without."""
+def _allocate(found: RunSummary) -> Parts:
+    """Return the step that searches the cheapest tolerances; empty where all is met.
+
+    Without costs in the study, only where halving those of the causes is too little, or
+    most trials are out of limit.
+    """
+    parts, unmet = dict[str, None](), False
+    for name, each in found.limits.items():
+        if each.yields.reason:
+            return ()
+        response = found.responses[name]
+        unmet |= each.yields.verdict != MET
+        causes = response.causes
+        if not causes or each.yields.verdict == MET or causes.reason == OFF_CENTRE:
+            continue
+        if main := causes.main:
+            if what_helps.still(main, each.limit):
+                parts |= dict.fromkeys(m for by in causes.named for m in by.members)
+        elif causes.trials_out_of_limit > found.trials.counted / 2:
+            parts |= dict.fromkeys(response.most_of_variance)
+    if not unmet or not (commands := to_allocate(found.stored_run, [*parts])):
+        return ()
+    if len(commands) == 1:
+        last = Typed(*commands)
+        return text("Find the cheapest tolerances that meet all limits: ", last, ".")
+    return say("Find the widest tolerances of {} that meet all limits. Write prices of "
+               "1 over the tolerance: {} Search: {}",
+               listed([*map(Name, parts)]), *map(Typed, commands))  # fmt: skip
+
+
+def _centre(found: RunSummary) -> Parts:
+    """Return the step that centres responses; its commands stand in the findings."""
+    every = {name: found.responses[name].off_centre for name in found.limits}
+    names = [Name(name) for name, off in every.items() if off and off.shifts]
+    return say("Centre {} first, as said above.", listed(names)) if names else ()
+
+
+def _tell_causes(found: RunSummary, decided: int) -> Parts:
+    """Return the step that adds trials until causes can be named; empty without.
+
+    Also where as many are `decided` on.
+    """
     limits = {
         name: causes.needed
         for name, each in found.limits.items()
         if each.yields.verdict != MET and (causes := found.responses[name].causes)
     }
     name = min((n for n in limits if limits[n]), key=lambda n: limits[n], default="")
-    if not name or not (command := to_extend(found.stored_run, limits[name])):
+    command = to_extend(found.stored_run, limits[name]) if name else ""
+    if not command or limits[name] <= decided:
         return ()
     trials = counted(limits[name], "trial")
     return say("Find the causes of {}: about {} in all: {}.", Name(name), trials,
@@ -261,21 +305,23 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     if not (gains if known else math.isnan(then)):
         return ()
     parts = main.members
-    named, command = what_helps.named(main), to_halve(run, parts)
-    if not (known or command):
+    named, commands = what_helps.named(main), to_halve(run, parts)
+    if not (known or commands):
         return say(f"{{}} cannot be halved: {main.halved.reason}.", named)
     effect = say("the effect on {} is not estimable", Name(name))
     if known:
         falls = "falls" if clear else "may fall"
-        effect = say(f"{{}} {falls} from {{}} to {{}}", Name(name), ppm(now),
+        still = what_helps.still(main, limited.limit)
+        effect = say(f"{{}} {falls} from {{}} to {{}}{still}", Name(name), ppm(now),
                      ppm(main.halved))  # fmt: skip
     return say(
         f"{'Halve' if clear else 'Test half'} the "
-        f"{'tolerance' if len(parts) == 1 else 'tolerances'} of {{}}: {{}}{{}}.",
+        f"{'tolerance' if len(parts) == 1 else 'tolerances'} of {{}}: {{}}{{}}",
         named,
         effect,
-        (". Check it with a fresh run: ", Typed(command)) if command else None,
-    )
+        say(". Check it with a fresh run: {} Run it: {}", *map(Typed, commands))
+        if commands else ".",
+    )  # fmt: skip
 
 
 def ranges_of(found: RunSummary) -> blocks.Ranges:

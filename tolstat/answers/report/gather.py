@@ -68,25 +68,28 @@ def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
     return summary_of(drawn, run_answer.responses_in_focus(run))
 
 
-def report(run: RunSource, responses: Sequence[str] = ()) -> Report | RareSummary:
+def report(
+    run: RunSource, responses: Sequence[str] = ()
+) -> Report | RareSummary | Extremes:
     """Return the statistical tolerance report of a run; nothing is simulated.
 
     Parameters
     ----------
     run : Run or path
-        With sampled trials. The report needs only its file, not the model.
+        The report needs only its file, not the model.
     responses : sequence of str
         Responses in focus; see `responses_in_focus`.
 
     Returns
     -------
-    Report or RareSummary
-        `save` writes its page (.html), its numbers (.json) or its table (.csv).
+    Report, RareSummary or Extremes
+        By its sampling, as of `summary`. `save` writes its page (.html), its numbers
+        (.json) or its table (.csv).
 
     Raises
     ------
     PictureError
-        If the run has no statistics, or no such response.
+        If the run has no such response.
     RunFileError
         If the run cannot be read.
 
@@ -99,7 +102,11 @@ def report(run: RunSource, responses: Sequence[str] = ()) -> Report | RareSummar
     0.005
     """
     run = open_run(run)
-    return rare_summary(run, responses) if run.aim else report_of(run, responses)
+    if run.aim:
+        return rare_summary(run, responses)
+    if drawn_trials(run) is None:
+        return extremes_of(run, responses)
+    return report_of(run, responses)
 
 
 def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:

@@ -14,11 +14,12 @@ import numpy as np
 from scipy.special import ndtri
 
 from tolstat.answers.cells import ppm
+from tolstat.answers.halved_entries import entries_of, nominal_shift
 from tolstat.answers.next_steps import to_shift
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array
 from tolstat.deviations.distributions import Tolerance
-from tolstat.deviations.names import expand, general
+from tolstat.deviations.names import general
 from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
 from tolstat.model.description import Contributor
 from tolstat.statistics.estimate import Estimate
@@ -27,7 +28,6 @@ from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, yield_of
 from tolstat.statistics.summary import Summary
 from tolstat.store.stored_run import Run
-from tolstat.units.grammar import quantity
 
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import ResponseSummary, RunSummary
@@ -131,13 +131,13 @@ def rounding(limit: Limit, size: float) -> float:
 
 def _moved(run: Run) -> dict[str, float]:
     """Return the `nominal_shift` of contributors, SI: no nominal trial has it."""
-    units, found = {each.name: each.unit for each in run.contributors}, {}
-    for section in ("links", "deviations"):
-        for name, entry in run.study.table.get(section, {}).items():
-            if isinstance(entry, dict) and "nominal_shift" in entry:
-                for each in expand(name, [*units]):
-                    found[each] = quantity(str(entry["nominal_shift"]), units[each])
-    return found
+    units = {each.name: each.unit for each in run.contributors}
+    return {
+        name: shift
+        for _, entry, members in entries_of(run)
+        for name in members
+        if (shift := nominal_shift(entry, units[name]))
+    }
 
 
 def _half_reach(limit: Limit, done: Array, at: float, sigma: float) -> float:

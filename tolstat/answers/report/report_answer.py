@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
+import numpy as np
+
 from tolstat.answers.cells import summary_cells
 from tolstat.answers.report import report_document
 from tolstat.answers.report.off_centre import OffCentre
@@ -26,6 +28,7 @@ from tolstat.statistics.summary import Limited, Summary
 from tolstat.store.run_records import WorstCase
 from tolstat.units.scale import Scale
 
+MOST_OF_VARIANCE = 0.9
 NOTHING = 1e-3  # of the distance to the limit: a smaller range is not analysed
 
 
@@ -190,6 +193,15 @@ class ResponseSummary(Summary):
         known = {n: x for n, x in every.items() if x.value > 0 and not x.lower <= 0}
         name = max(known, key=lambda name: known[name].value, default="")
         return (name, known[name]) if name else None
+
+    @property
+    def most_of_variance(self) -> list[str]:
+        """The fewest contributors that make nine tenths of the variance."""
+        known = self.contributions.first_order if self.contributions else {}
+        values = {n: x.value for n, x in known.items() if x.value > 0}
+        names = sorted(values, key=lambda name: -values[name])
+        sums = np.cumsum([values[name] for name in names])
+        return names[: int(np.searchsorted(sums, MOST_OF_VARIANCE)) + 1]
 
     @property
     def shares_of_kinds(self) -> dict[str, Estimate]:

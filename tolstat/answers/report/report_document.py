@@ -23,6 +23,7 @@ from tolstat.units.scale import PER_CENT
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import Report
     from tolstat.answers.run_answer import Assumptions, RunAnswer
+    from tolstat.answers.sweep.extremes import Extremes
 
 LONGEST = 60  # letters of a title at the foot of a sheet
 MOMENTS = (
@@ -62,7 +63,7 @@ def report_document(found: Report) -> blocks.Document:
 
 def sheet(
     what: str,
-    found: RunAnswer,
+    found: RunAnswer | Extremes,
     first: tuple[blocks.Block, ...],
     *sections: blocks.Section | None,
     role: str = "first",
@@ -77,7 +78,8 @@ def sheet(
         rows.append(("approval, date", ()))
     signed = blocks.Section("", (blocks.Facts(tuple(rows), "sheet"),), page_only=True)
     source = str(given["source_digest"])[:12]
-    made_by = f"seed {given['seed']}, tolstat {given['version_tolstat']}, {source}"
+    seed = f"seed {given['seed']}, " if "seed" in given else ""
+    made_by = f"{seed}tolstat {given['version_tolstat']}, {source}"
     head = what, f"model {found.model}", found.run, made_by, str(given["started_at"])
     known = {name.replace("_", " "): text(str(each)) for name, each in given.items()}
     del known["study"]

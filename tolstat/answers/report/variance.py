@@ -7,10 +7,12 @@ from typing import Any
 
 from tolstat.answers.report.report_answer import SobolIndices
 from tolstat.answers.sampled_trials import Drawn
+from tolstat.execution.diagnostics.halved_tolerances import effects_of
 from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.intervals.jackknife import HEAVY
 from tolstat.statistics.sensitivity.contributions import Contributions, contributions
+from tolstat.statistics.sensitivity.named_causes import equal_parts
 from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
 
 ROUNDING = 1e-9  # of a share: values above 1 by less are 1
@@ -22,14 +24,21 @@ def contributions_of(
     """Return the contributions to the responses in focus.
 
     By response, empty where nothing deviates; and the contributors of each kind of
-    part.
+    part, and of parts with equal distribution and slope.
     """
     deviations = drawn.deviating(drawn.sample.done)
     if not deviations:
         return {}, {}
-    groups = kinds_of_part(list(deviations), drawn.run.contributors)
+    run = drawn.run
+    groups = kinds_of_part(list(deviations), run.contributors)
+    effects = effects_of(focus, run.assumed, run.diagnostics.slopes, run.contributors)
+    for known in effects.values() if run.independent else ():
+        for equal in equal_parts({n: known[n] for n in deviations if n in known}):
+            moves = any(known[name].size for name in equal)
+            if moves and not {*equal} & {n for each in groups.values() for n in each}:
+                groups[", ".join(equal)] = list(equal)
     responses = {name: drawn.done(name) for name in focus}
-    independent = drawn.run.independent
+    independent = run.independent
     found = contributions(deviations, responses, groups, independent=independent)
     found = {name: _at_most_all(each, independent) for name, each in found.items()}
     if drawn.sample.replicates:

@@ -10,6 +10,7 @@ from tolstat.answers.halved_entries import halved_entries
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Parts, listed, say, text
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET
 from tolstat.statistics.summary import Limited
 from tolstat.store.stored_run import Run
@@ -40,10 +41,13 @@ def cell(run: Run, causes: Causes | None, limited: Limited) -> Cell:
         return Cell(change, text("effect not estimable: ", main.halved.reason))
     now = limited.yields.fraction_out_of_limit
     same = main.halved.sure and not differ(main.halved, now)
-    said = ", no significant change" if same else None
-    if not same and main.halved.lower > 1 - limited.limit.demanded:
-        said = ", still not met"
-    return Cell(change, text(ppm(main.halved), said))
+    said = ", no significant change" if same else still(main, limited.limit)
+    return Cell(change, text(ppm(main.halved), said or None))
+
+
+def still(main: NamedCause, limit: Limit) -> str:
+    """Say that a limit is not met with half the tolerances; empty if it may be."""
+    return ", still not met" if main.halved.lower > 1 - limit.demanded else ""
 
 
 def named(main: NamedCause) -> Parts:

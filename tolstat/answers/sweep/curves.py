@@ -49,6 +49,13 @@ def words_along(run: Run, axis: str) -> list[str]:
     return [] if values.dtype.kind == "f" else list(dict.fromkeys(values.tolist()))
 
 
+def places(run: Run, axis: str) -> Array:
+    """Return where trials stand along an axis, SI; words by their number."""
+    values, words = _values(run, axis), words_along(run, axis)
+    found = [words.index(word) for word in values.tolist()] if words else values
+    return np.array(found, dtype=float)
+
+
 def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
     """Return the curves of a grid run along an axis, one for each other combination.
 
@@ -63,9 +70,7 @@ def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
             f"no response '{response}'; {allowed_names(response, names)}"
         )
     others = [name for name in run.grid if name != axis]
-    x, y = _values(run, axis), run.column(response)
-    if words := words_along(run, axis):
-        x = np.array([words.index(word) for word in x.tolist()], dtype=float)
+    x, y = places(run, axis), run.column(response)
     columns = [_values(run, name).tolist() for name in others]
     trials_at: dict[tuple[Any, ...], list[int]] = {}
     for trial in range(run.trials):
@@ -84,6 +89,12 @@ def responses_of_interest(run: Run) -> list[str]:
     known = [name for name in columns if name in run.units][1:]
     limited = [name for name in run.limits if name not in known]
     return [*known, *limited]
+
+
+def point_words(run: Run, trial: int) -> str:
+    """Return where a trial stands in the grid; of a table its number."""
+    at = {name: _values(run, name).tolist()[trial] for name in run.grid}
+    return _label(run, at) or f"trial {trial}"
 
 
 def axis_scale(run: Run, axis: str) -> Scale:

@@ -10,15 +10,23 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from tolstat.answers.answer import Answer
-from tolstat.answers.run_answer import notes_of
+from tolstat.answers.run_answer import (
+    TitleBlock,
+    identity_of,
+    notes_of,
+    responses_in_focus,
+)
+from tolstat.answers.sweep.curves import point_words
 from tolstat.answers.sweep.extremes_document import extremes_document
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.render.serialize import Row
-from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.limit import Limit, margins
 from tolstat.status import Status
 from tolstat.store.stored_run import ROUNDING, Run
 from tolstat.units.scale import Scale
+
+TINY = 1e-300  # instead of 0, to divide by
 
 
 class Extreme(NamedTuple):
@@ -39,6 +47,18 @@ class ResponseExtremes(NamedTuple):
     trials_out_of_limit: int  # trials, failed ones among them; 0 without a limit
 
 
+class Point(NamedTuple):
+    """A trial, and the limit that decides it: the one met by least, or missed most.
+
+    Limits compare by the distance to their nearer end, over the largest of all trials.
+    """
+
+    trial: int
+    at: str  # its place in the grid
+    response: str
+    value: float  # of that response, SI
+
+
 @dataclass(frozen=True, repr=False)
 class Extremes(Answer):
     """Extremes of a grid or a table, whose trials are no sample of production."""
@@ -46,11 +66,17 @@ class Extremes(Answer):
     title: str
     run: str
     model: str
+    title_block: TitleBlock
     sampling: str
     trials: int
     ran: int
     failed: int
     responses: Mapping[str, ResponseExtremes]
+    meet_all: int  # trials within all limits
+    best: Point | None  # None without a limit, and where no trial is done
+    worst: Point | None
+    provenance: Mapping[str, object]  # versions, times, processor, text of the study
+    focus: tuple[str, ...]  # responses that the page draws
     notes: tuple[str, ...]  # for readers of the numbers
     stored_run: Run = field(metadata={"json": False})
     answers: ClassVar[str] = "extremes"
@@ -84,18 +110,47 @@ def _value(extreme: Extreme | None, scale: Scale) -> Number:
     return Number(extreme.value if extreme else math.nan, scale)
 
 
-def extremes_of(run: Run) -> Extremes:
-    """Return the extremes of a run whose trials are given and not sampled."""
-    responses = {}
+def extremes_of(run: Run, chosen: Sequence[str] = ()) -> Extremes:
+    """Return the extremes of a run whose trials are given and not sampled.
+
+    `chosen`: the responses that its page draws; by default the one that decides.
+    """
+    responses, out_of_any = {}, run.status != Status.DONE
     for name in (each.name for each in run.responses):
         limit = run.limits.get(name)
-        out = int(np.count_nonzero(run.beyond(name))) if limit else 0
+        out = run.beyond(name) if limit else np.zeros(run.trials, dtype=np.bool_)
+        out_of_any = out_of_any | out
         nominal, ends = run.nominal_values[name], _ends(run, name)
-        responses[name] = ResponseExtremes(nominal, run.scales[name], *ends, limit, out)
+        responses[name] = ResponseExtremes(
+            nominal, run.scales[name], *ends, limit, int(np.count_nonzero(out))
+        )
+    best, worst = _best_and_worst(run)
+    by_default = [worst.response] if worst else responses_in_focus(run)[:1]
+    focus = responses_in_focus(run, chosen) if chosen else by_default
     return Extremes(
-        run.title, run.path.name, run.model, run.sampling, run.trials, run.ended,
-        run.failed, responses, tuple(notes_of(run, None)), run,
+        **identity_of(run), sampling=run.sampling, trials=run.trials, ran=run.ended,
+        failed=run.failed, responses=responses,
+        meet_all=int(np.count_nonzero(~out_of_any)), best=best, worst=worst,
+        focus=tuple(focus), notes=tuple(notes_of(run, None)),
     )  # fmt: skip
+
+
+def _best_and_worst(run: Run) -> tuple[Point | None, Point | None]:
+    """Return the trials farthest within all limits, and farthest out of one."""
+    done, names = np.flatnonzero(run.status == Status.DONE), list(run.limits)
+    if not len(done) or not names:
+        return None, None
+    within = np.array([
+        margins(run.column(name)[done], run.limits[name].permitted) for name in names
+    ])  # fmt: skip
+    within /= np.maximum(np.abs(within).max(axis=1, keepdims=True), TINY)
+    least, by = within.min(axis=0), within.argmin(axis=0)
+    best, worst = (
+        Point(trial, point_words(run, trial), name, float(run.column(name)[trial]))
+        for i in (least.argmax(), least.argmin())
+        for trial, name in [(int(done[i]), names[by[i]])]
+    )
+    return best, worst
 
 
 def _ends(run: Run, name: str) -> tuple[Extreme | None, Extreme | None]:

@@ -7,48 +7,143 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tolstat.answers.next_steps import command, to_resume
+from tolstat.answers.next_steps import command, to_replay, to_resume
+from tolstat.answers.report.first_page import what_next
+from tolstat.answers.report.report_document import sheet
 from tolstat.answers.run_answer import responses_in_focus
-from tolstat.answers.sweep.curves import TAKEN, Sweep, axis_scale, sweeps
+from tolstat.answers.sweep.curves import (
+    TAKEN,
+    Sweep,
+    axis_scale,
+    point_words,
+    sweeps,
+)
+from tolstat.answers.sweep.sweep_figure import point_figure
 from tolstat.document import blocks
-from tolstat.document.blocks import Block, Document, Given, Table, table_of
-from tolstat.document.inline import Name, Number, Typed, counted, listed, say, text
+from tolstat.document.blocks import (
+    Block,
+    Document,
+    Figure,
+    Given,
+    Paragraph,
+    Section,
+    Table,
+    table_of,
+)
+from tolstat.document.inline import (
+    Name,
+    Number,
+    Parts,
+    Typed,
+    Word,
+    counted,
+    listed,
+    say,
+    text,
+    with_unit,
+)
+from tolstat.statistics.limits.limit import margins
+from tolstat.statistics.limits.yields import MET, NOT_MET
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
 if TYPE_CHECKING:
-    from tolstat.answers.sweep.extremes import Extreme, Extremes
+    from tolstat.answers.sweep.extremes import Extreme, Extremes, Point
 
 MOST_ROWS = 40
 
 
 def extremes_document(found: Extremes) -> Document:
-    """Return the extremes of responses, limits, trials of a table, the reference."""
-    limits: list[dict[str, Given]] = [
-        {
-            "response": Name(name),
-            "limit": each.limit.words,
-            "trials out of limit": text(f"{each.trials_out_of_limit} of {found.ran}"),
-        }
-        for name, each in found.responses.items()
-        if each.limit
-    ]
-    title = f"{found.title}: {found.trials} trials of {found.model}"
-    if not found.ran:
-        missing = Typed(to_resume(found.stored_run.path, found.stored_run.machine))
-        said = blocks.paragraph("No trial has run. Run them: ", missing)
-        return Document(title, (said,))
-    return Document(
-        title,
+    """Return limits, picture, next steps, responses, trials of a table, reference."""
+    run, pictures, trials = found.stored_run, list[Figure](), tuple[Block, ...]()
+    if found.ran:
+        pictures = [point_figure(run, name) for name in found.focus]
+        trials = (_responses(found), *table_rows(run), *comparisons(run))
+    drawn = Section(f"Trials of the {found.sampling}", (*pictures,), "", 3, True)
+    return sheet(
+        f"{found.trials} trials of a {found.sampling}",
+        found,
         blocks.shown(
-            _responses(found),
-            table_of(limits, "Limits"),
+            Paragraph(_lead(found), "lead"),
+            _limits(found),
+            drawn,
+            what_next(_next_steps(found)),
             *map(blocks.note, found.notes),
-            *table_rows(found.stored_run),
-            *comparisons(found.stored_run),
         ),
+        Section("Responses", trials, "responses"),
+        role="",
     )
+
+
+def _points(found: Extremes, count: int) -> str:
+    """Return a count of trials with its noun."""
+    noun = "combination" if len(found.stored_run.grid) > 1 else "point"
+    noun = noun if found.sampling == "grid" else "trial"
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
+def _lead(found: Extremes) -> Parts:
+    """Say how many trials meet all limits, and which are the best and the worst."""
+    limits = sum(each.limit is not None for each in found.responses.values())
+    met, ran = found.meet_all, found.ran
+    if not ran:
+        return text("No trial has run.")
+    if not limits:
+        return text(f"{_points(found, ran)}. The study limits no response.")
+    of = "the limit" if limits == 1 else f"all {limits} limits"
+    meets = f"{met} of {_points(found, ran)} meet{'s' * (met == 1)} {of}"
+    left = f" So far {ran} of {found.trials} have run." * (ran < found.trials)
+    tone = MET if met == ran else "strong" if met else NOT_MET
+    return text(Word(meets, tone), ".", *_at(found, "Best", found.best),
+                *_at(found, "Worst", found.worst), left or None)  # fmt: skip
+
+
+def _at(found: Extremes, what: str, point: Point | None) -> Parts:
+    if point is None or found.ran < 2:
+        return ()
+    value = Number(point.value, found.responses[point.response].scale)
+    return say(f" {what}: {point.at}, where {{}} is {{}}.", Name(point.response), value)
+
+
+def _limits(found: Extremes) -> Table:
+    """Return in how many trials each limit is met, its worst value, and where."""
+    rows: list[dict[str, Given]] = []
+    judged = [(n, each) for n, each in found.responses.items() if each.limit]
+    for name, each in sorted(judged, key=lambda of: -of[1].trials_out_of_limit):
+        ends = [end for end in (each.least, each.largest) if end and each.limit]
+        if each.limit is None or not ends:
+            continue
+        limit = each.limit.permitted
+        worst = min(ends, key=lambda end: margins(np.array(end.value), limit))
+        trial = worst.trial
+        rows.append({
+            "response": Name(name),
+            "limit": Word(each.limit.words, "limit"),
+            "met in": f"{found.ran - each.trials_out_of_limit} of {found.ran}",
+            "worst value": with_unit(Number(worst.value, each.scale)),
+            "at": "all" if trial is None else point_words(found.stored_run, trial),
+        })  # fmt: skip
+    return table_of(rows, "Limits", words=["at"], look="verdicts")
+
+
+def _next_steps(found: Extremes) -> tuple[Parts, ...]:
+    """Say what to do next: run the rest, simulate the worst trial, see all."""
+    run, machine = found.stored_run, found.stored_run.machine
+    if not run.complete:
+        left = Typed(to_resume(run.path, machine))
+        return (text("Run the trials that are missing: ", left, "."),)
+    steps = []
+    if found.worst:
+        again = Typed(to_replay(run.path, found.worst.trial, machine))
+        steps.append(text("See the worst one in detail: ", again, "."))
+    others = [name for name in found.responses if name not in found.focus]
+    if others:
+        drawn = command("report", run.path, "--response", others[0], machine=machine)
+        steps.append(say("Draw another response, such as {}: {}.", Name(others[0]),
+                         Typed(drawn)))  # fmt: skip
+    table = command("export", run.path, "-o", run.path.with_suffix(".csv"))
+    return (*steps, text("Write all trials as a table: ", Typed(table), "."))
 
 
 def _responses(found: Extremes) -> Table:
@@ -62,7 +157,7 @@ def _responses(found: Extremes) -> Table:
         }
         for name, each in found.responses.items()
     ]
-    return table_of(rows, "Responses", keys=2)
+    return table_of(rows, keys=2, look="dense", spare=["nominal"])
 
 
 def _extreme(head: str, extreme: Extreme | None, scale: Scale) -> dict[str, Given]:

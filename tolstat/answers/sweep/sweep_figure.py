@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import cycle
 from pathlib import Path
 
+import numpy as np
+
 from tolstat.answers.sweep import curves
+from tolstat.arrays import Array
+from tolstat.document.blocks import Figure
 from tolstat.document.plot import Layer, Line, Plot, PlotAxis, PlotPanel, Points, Rule
 from tolstat.errors import PictureError
 from tolstat.render.output_file import check_ending
 from tolstat.render.shown_view import CURVE_COLOURS
+from tolstat.statistics.limits.limit import within
 from tolstat.store.stored_run import Run
 
+EVERY = (-math.inf, math.inf)
 MOST_CURVES = 12
 FEW_POINTS = 100  # have markers
 
@@ -53,12 +60,55 @@ def sweep_plot(runs: Sequence[Run], responses: Sequence[str] = ()) -> Plot:
         raise PictureError(
             f"{runs[0].path} limits no response; name the responses to draw"
         )
-    label = axis.removeprefix(curves.TAKEN)
-    label = label if words else curves.axis_scale(runs[0], axis).label(label)
-    x = PlotAxis(label, words=words)
+    x = _axis(runs[0], axis)
     panels = tuple(_panel(runs, axis, x, response) for response in chosen)
     height = 3.3 * len(chosen) + 0.5
     return Plot(panels, width=7.0, height=height, legends=True)
+
+
+def point_figure(run: Run, response: str) -> Figure:
+    """Return a figure of a response: curves, or points where these are too many.
+
+    Points that miss a limit have its colour. With two axes of numbers they stand in
+    the plane of both, else the response stands over the axis, or over the trials.
+    """
+    words, axes = f"{response} of each trial", list[str]()
+    with suppress(PictureError):  # no axis, or too many curves
+        axes = [curves.swept_axis(run)]
+        return Figure(words, sweep_plot([run], [response]), wide=True)
+    limit, scale = run.limits.get(response), run.scales[response]
+    axes += [each for each in run.grid if axes and each not in axes]
+    shown = [(_axis(run, each), _along(run, each)) for each in axes]
+    values = (PlotAxis(scale.label(response)), scale.factor * run.column(response))
+    if len(shown) != 2 or shown[1][0].words:
+        trials = (PlotAxis("trial"), np.arange(run.trials, dtype=float))
+        shown = [(shown or [trials])[0], values]
+    (x, at), (y, up) = shown
+    met = within(run.column(response), limit.permitted if limit else EVERY)
+    layers: list[Layer] = [
+        Points(at[among], up[among], colour, label, mark="o")
+        for among, colour, label in (
+            (met, "first", "met" if limit else "trial"),
+            (~met, "limit", f"out of limit {limit.words}" if limit else ""),
+        )
+        if among.any()
+    ]
+    panel = PlotPanel(x, y, tuple(layers), title=response)
+    return Figure(words, Plot((panel,), width=7.0, height=3.8, legends=True), wide=True)
+
+
+def _axis(run: Run, axis: str) -> PlotAxis:
+    """Return an axis of the grid as one of a picture."""
+    label, words = axis.removeprefix(curves.TAKEN), curves.words_along(run, axis)
+    named = label if words else curves.axis_scale(run, axis).label(label)
+    return PlotAxis(named, words=tuple(words))
+
+
+def _along(run: Run, axis: str) -> Array:
+    """Return where trials stand along an axis, in the unit shown."""
+    words = curves.words_along(run, axis)
+    factor = 1.0 if words else curves.axis_scale(run, axis).factor
+    return factor * curves.places(run, axis)
 
 
 def _panel(runs: Sequence[Run], axis: str, x: PlotAxis, response: str) -> PlotPanel:

@@ -99,7 +99,7 @@ def named_causes(
         columns |= {("", n): own[n] for n in batches if n in own}
     for response in told:
         known = {n: effects[response][n] for n in names if n not in batches}
-        equal[response] = _classes(known)
+        equal[response] = equal_parts(known)
         for members in equal[response]:
             signed = [np.sign(known[n].size) * deviations[n] for n in members]
             columns[response, *members] = np.sum(signed, axis=0)
@@ -134,7 +134,7 @@ def named_causes(
     return found
 
 
-def _classes(known: Mapping[str, Effect]) -> list[tuple[str, ...]]:
+def equal_parts(known: Mapping[str, Effect]) -> list[tuple[str, ...]]:
     """Return the contributors of equal slope and distribution, two or more each."""
     found: list[list[str]] = []
     for name, effect in known.items():
