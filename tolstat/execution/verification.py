@@ -28,7 +28,7 @@ from tolstat.study.study import Study
 
 BLOCK = 100  # trials of a block, so that they have other neighbours than in the run
 ALONE = 8  # trials at most that are evaluated alone
-HANDFUL = 3  # trials of them before a run
+HANDFUL = 2  # trials of them before a run; then the last of each longer block
 
 
 class Verification(NamedTuple):
@@ -166,14 +166,44 @@ def other_answers(one: Answers, other: Answers) -> Truths:
     return np.asarray(found)
 
 
-def check_rows(study: Study, case: Case, deviations: Array, workers: Workers) -> None:
-    """Refuse a model whose trials answer differently alone; warn of other rounding."""
-    rows = deviations[case.first : min(case.stop, case.first + HANDFUL)]
+def check_rows(study: Study, case: Case, deviations: Array, workers: Workers) -> bool:
+    """Check some trials of a case together and alone; see `check_alone`."""
+    some = case._replace(stop=min(case.stop, case.first + HANDFUL))
+    rows = deviations[some.first : some.stop]
+    together = workers.simulate(study.model, rows, case.settings)
+    return check_alone(study, some, together, deviations, workers)
+
+
+def check_block(
+    study: Study, first: int, block: Answers, deviations: Array, workers: Workers
+) -> bool:
+    """Check the last trial of a block; see `check_alone`."""
+    last = first + len(block.status) - 1
+    (case,) = cases_among(study.cases, np.array([last]))
+    steps = None if block.steps is None else block.steps[-1:]
+    together = Answers(block.responses[-1:], block.status[-1:], steps)
+    own = case._replace(first=last, stop=last + 1)
+    return check_alone(study, own, together, deviations, workers)
+
+
+def check_alone(
+    study: Study, case: Case, together: Answers, deviations: Array, workers: Workers
+) -> bool:
+    """Return whether the trials of a case answer alone as they did among others.
+
+    Other rounding is a warning.
+
+    Raises
+    ------
+    ModelError
+        If they answer differently.
+    """
+    rows = deviations[case.first : case.stop, None]
     answers = partial(workers.simulate, study.model, settings=case.settings)
-    together, alone = answers(rows), Answers.joined([*map(answers, rows[:, None])])
+    alone = Answers.joined([*map(answers, rows)])
     other = np.flatnonzero(other_answers(together, alone))
     if not len(other):
-        return
+        return True
     said = (
         f"the answer of trial {case.first + other[0]} depends on the other trials of "
         "its block; evaluate must compute each row of deviations by itself"
@@ -184,3 +214,4 @@ def check_rows(study: Study, case: Case, deviations: Array, workers: Workers) ->
         raise study.model.fault(said)
     advice = "in its last bits; write (a * b).sum(axis=1) instead of a @ b"
     warnings.warn(f"{said} ({advice})", RuntimeWarning, stacklevel=2)
+    return False
