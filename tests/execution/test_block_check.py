@@ -83,12 +83,12 @@ def test_the_status_counts_too(toy_study):
                 status=np.full(len(deviations), 1 + 3 * (len(deviations) > 1))
             )
 
-    with pytest.raises(ModelError, match=r"trial 0 depends on the other trials of"):
+    with pytest.raises(ModelError, match=r"trial 1 depends on the other trials of"):
         tolstat.run(toy_study, model=Picky())
 
 
 def test_other_rounding_is_a_warning(toy_study):
-    with pytest.warns(RuntimeWarning, match=r"trial 0 depends .*\(in its last bits"):
+    with pytest.warns(RuntimeWarning, match=r"trial 1 depends .*\(in its last bits"):
         assert tolstat.run(toy_study, model=Rounded()).complete
 
 
