@@ -46,6 +46,12 @@ loosest = "+-0.2 mm" }"""
 PRICED = STUDY.replace('">= 0.8 mm"', '{ limit = ">= 0.9 mm", yield = "80 %" }')
 PRICED = PRICED.replace('"+-0.1 mm" }', f'"+-0.1 mm", cost = {COST} }}')
 NUMBERS = {"kills": 300, "flips": 500, "models": 100, "executors": 50}
+LOADED = [  # once, and not by each process that is killed
+    "tests.attacks", "scipy.optimize", "tolstat.cli.batch", "tolstat.cli.allocate",
+    "tolstat.answers.rare.rare_answer", "tolstat.answers.report.gather",
+    "tolstat.execution.execute", "tolstat.machines.dimension_chain.machine",
+]  # fmt: skip
+SLOW = 10.0  # s, to notice that an executor fails
 BLOCK = 64  # trials: many commits
 KINDS = "bit", "bit", "bit", "hole", "cut", "more"  # of flips
 
@@ -150,7 +156,7 @@ def known_rows(before, after):
 def kills(number, folder):
     """Yield what was killed, and what is wrong."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([__name__, "tolstat.cli.main"])
+    context.set_forkserver_preload(LOADED)
     dice, whole, origin, seconds = random.Random(5), {}, {}, {}
     for what, (there, _) in DONE.items():
         origin[what] = folder / f"{what}-before"
@@ -323,6 +329,7 @@ def executors(number, folder):
     """Yield what an executor or a cluster does, and what is wrong."""
     study, path = folder / "a.toml", folder / "a.h5"
     study.write_text(STUDY.replace("3000", "200"))
+    tolstat.run(study)  # from now on nothing is compiled
     for i in range(number):
         how, after = [*REPLIES, "address"][i % (len(REPLIES) + 1)], i // 9 % 3
 
@@ -356,9 +363,9 @@ def executors(number, folder):
             tolstat.run(study, executor=Faulty())
             yield how, f"{how} after {after}: not noticed"
         except TolstatError:
+            seconds = time.monotonic() - began
             whole = not path.exists() or tolstat.resume(path).complete
-            slow = time.monotonic() - began > 30
-            wrong = "" if whole and not slow else f"{how}: slow, or not resumed"
+            wrong = "" if whole and seconds < SLOW else f"not resumed, or {seconds} s"
             yield how, wrong
         except BaseException:
             yield how, f"{how} after {after}: {traceback.format_exc(limit=-3)}"
@@ -375,7 +382,7 @@ def main(words):
         for how, said in globals()[what](number, Path(name)):
             counts[how] += 1
             wrong += bool(said)
-            if sum(counts.values()) % 25 == 0:
+            if sum(counts.values()) % 10 == 0:
                 print(f"{sum(counts.values())}: {wrong} got through", flush=True)
             if said:
                 print(f"{sum(counts.values())} {how}: {said}", flush=True)
@@ -385,4 +392,6 @@ def main(words):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    from tests import attacks
+
+    sys.exit(attacks.main(sys.argv[1:]))
