@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import csv
+import re
 import tomllib
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import tolstat
 from tolstat.answers.views.evaluate import view_of
 from tolstat.answers.views.replay import nominal_trial, replay
+from tolstat.cli.main import main
 from tolstat.render.shown_view import as_csv, plot_of
 from tolstat.study.study import load, typed_units
 
@@ -105,3 +108,12 @@ def test_a_response_without_a_unit_has_that_of_its_kind(tmp_path):
 )
 def test_units_of_kinds_are_those_on_which_all_entries_agree(sections, units):
     assert list(typed_units(sections).values()) == units
+
+
+def test_contributors_are_listed_in_units_of_drawings():
+    said = CliRunner().invoke(main, ["show", "stand"]).output
+    rows = dict(re.findall(r"^ *(\w+) +(\S+) ", said, re.MULTILINE))
+    names = "rod_length_1", "crank_angle_1", "friction", "rod_force_1", "runout_7"
+    assert [rows[name] for name in names] == ["mm", "deg", "%", "kN", "mm"]
+    said = CliRunner().invoke(main, ["show", "planetary"]).output
+    assert "gear of 96.74 mm" in said and not re.search(r"gear of \d+\.\d{3}", said)

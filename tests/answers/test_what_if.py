@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 import tomli_w
 from click.testing import CliRunner
+from scipy.stats import norm
 
 import tolstat
 from tests.benchmarks.what_if import CASES, compared
@@ -74,6 +75,27 @@ def test_common_scenarios_report_all_numbers(run, toy):
     assert any(
         "requested limits, not those of the study" in note for note in found.notes
     )
+
+
+def test_out_of_limit_trials_have_their_own_effective_sample_size(run, toy):
+    """Of a normal sum whose part moves by its sigma: Kish's ratio in closed form.
+
+    E[w] over a set is its share after the shift; E[w^2] is e times that after twice the
+    shift.
+    """
+    sigma, own = 2e-3 * np.sqrt(2) / 3, 2e-3 / 3  # of the gap, of a part in it
+    part = {"part_1": "-1.3333333333..0.6666666667 mm"}
+    few = tolstat.what_if(run, part, model=toy, limits={"gap": ">= -1.5 mm"})
+    many = tolstat.what_if(run, part, model=toy, limits={"gap": "<= 0 mm"})
+    for found, out in ((few, lambda at: norm.cdf(-1.5e-3, at, sigma)),
+                       (many, lambda at: norm.sf(0.0, at, sigma))):  # fmt: skip
+        expected = found.trials * out(-own) ** 2 / (np.e * out(-2 * own))
+        size = found.responses["gap"].out_of_limit_sample_size
+        assert size == pytest.approx(expected, rel=0.5), expected
+        said = "decide these fractions" in str(found.document())
+        assert said == (size < 100)
+        assert found.effective_sample_size <= found.expected_sample_size
+    assert found.expected_sample_size == pytest.approx(found.trials / np.e, rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -149,6 +149,17 @@ def test_pictures_need_no_backend(folder, backend):
     call(folder, "run", "stack.toml", "--machine", STACK)
     said = typed(folder, "report", "stack.h5", MPLBACKEND=backend)
     assert "report in stack.html" in said
+    code = (
+        "import os, tolstat; tolstat.report('stack.h5').save('own.html'); "
+        "import matplotlib; print(os.environ['MPLBACKEND'])"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True,
+        env={**os.environ, "MPLBACKEND": backend}, check=True,
+    )  # fmt: skip
+    assert ended.stdout == f"{backend}\n"
+    same = (folder / "own.html").read_text() == (folder / "stack.html").read_text()
+    assert same
 
 
 def test_a_full_disk_during_output_is_reported(folder):

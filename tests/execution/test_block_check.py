@@ -9,7 +9,8 @@ import tolstat
 from tests.conftest import Toy
 from tolstat import Outcome
 from tolstat.answers.checks import verified_document
-from tolstat.errors import ModelError
+from tolstat.errors import ModelError, TolstatError
+from tolstat.execution import run_loop
 from tolstat.render.screen import show
 
 
@@ -82,17 +83,34 @@ def test_the_status_counts_too(toy_study):
                 status=np.full(len(deviations), 1 + 3 * (len(deviations) > 1))
             )
 
-    with pytest.raises(ModelError, match=r"trial 0 depends on the other trials of"):
+    with pytest.raises(ModelError, match=r"trial 1 depends on the other trials of"):
         tolstat.run(toy_study, model=Picky())
 
 
 def test_other_rounding_is_a_warning(toy_study):
-    with pytest.warns(RuntimeWarning, match=r"trial 0 depends .*\(in its last bits"):
+    with pytest.warns(RuntimeWarning, match=r"trial 1 depends .*\(in its last bits"):
         assert tolstat.run(toy_study, model=Rounded()).complete
 
 
+class Huge(Lying):
+    """It depends on its block where that is longer than the first ones."""
+
+    def added(self, deviations):
+        return deviations[:, 0].mean() * (len(deviations) > 300)
+
+
+@pytest.mark.parametrize("model", [Late, Huge])
+def test_a_run_checks_its_own_blocks(toy_study, model):
+    with pytest.raises(
+        TolstatError, match=r"the answer of trial \d+ depends on the oth"
+    ):
+        tolstat.run(toy_study, model=model(), trials=20_000)
+
+
 def test_verify_evaluates_some_trials_alone(toy_study, capsys):
-    run = tolstat.run(toy_study, model=Late())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run_loop, "LONGER", 10**9)
+        run = tolstat.run(toy_study, model=Late())
     found = tolstat.verify(run.path, model=Late(), every=True)
     assert not found.whole and len(found.dependent) and len(found.different)
     assert {*found.dependent} <= {*found.alone}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +68,29 @@ def test_on_the_command_line_it_is_exit_code_2(tmp_path, raised):
         file.write_text(text.replace(before, before + now, 1))
         done = call("run", study, "--machine", f"{file}:Stack")
         assert done.exit_code == 2 and raised[:10] in done.stderr, done.output
+
+
+BREAKING = {
+    "close": lambda name: getattr(sys, name).close(),
+    "junk": lambda name: setattr(sys, name, object()),
+    "none": lambda name: setattr(sys, name, None),
+}
+
+
+@pytest.mark.parametrize("name", ["stdout", "stderr"])
+@pytest.mark.parametrize("how", BREAKING)
+def test_a_model_that_breaks_a_stream(toy_study, monkeypatch, name, how):
+    class Breaking(Toy):
+        def evaluate(self, deviations, settings):
+            BREAKING[how](name)
+            return super().evaluate(deviations, settings)
+
+    own = io.StringIO()  # its descriptor is that of the process
+    monkeypatch.setattr(sys, name, own)
+    with pytest.raises(TolstatError, match=rf"evaluate closes or breaks sys\.{name}; "):
+        tolstat.run(toy_study, model=Breaking())
+    assert how == "close" or getattr(sys, name) is own
+    assert not getattr(sys, name).closed
 
 
 class Wandering(Toy):

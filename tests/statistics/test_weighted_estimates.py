@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from tolstat.statistics.intervals.betting import mean_between
+from tolstat.statistics.intervals.betting import log_gain, mean_between
+from tolstat.statistics.intervals.moments import order_of
 from tolstat.statistics.intervals.weighted_estimates import (
-    weighted_quantile,
+    weighted_quantiles,
     weighted_share,
 )
 from tolstat.statistics.intervals.weights import Weights
@@ -18,6 +19,7 @@ from tolstat.statistics.summary import summarize
 from tolstat.status import Status
 
 N = 3000
+SHARES = 0.05, 0.5, 0.95
 Z = np.random.default_rng(5).standard_normal(N)
 HALVED = Weights(np.exp(np.log(2) - 1.5 * Z**2), 2.0, 0.0)
 
@@ -26,7 +28,7 @@ def test_weights_of_one_change_nothing_but_rounding():
     ones = Weights(np.ones(N))
     plain = mean_between(Z, -20.0, 20.0)
     assert mean_between(Z, -20.0, 20.0, weights=ones) == pytest.approx(plain, abs=2e-3)
-    found = weighted_quantile(Z, ones, 0.9)
+    found = weighted_quantiles(Z, ones, [0.9])[0.9]
     assert found.lower < norm.ppf(0.9) < found.upper
     assert found.value == pytest.approx(np.quantile(Z, 0.9), abs=0.01)
 
@@ -56,7 +58,7 @@ def test_the_cut_widens_every_interval():
     assert left.lower == pytest.approx(1 - wide.upper)
     a, b = (mean_between(Z, -5.0, 5.0, weights=w) for w in (HALVED, cut))
     assert b[1] - a[1] > 0.03 and a[0] - b[0] > 0.03
-    x, y = (weighted_quantile(Z, w, 0.5) for w in (HALVED, cut))
+    x, y = (weighted_quantiles(Z, w, [0.5])[0.5] for w in (HALVED, cut))
     assert y.upper > x.upper and y.lower < x.lower
 
 
@@ -79,8 +81,8 @@ def test_shares_of_zero_and_one_have_one_sided_intervals():
 def test_a_quantile_too_far_out_has_no_end_on_either_side(weights):
     """Where all trials may lie above it; what is low is high in a mirror."""
     for share in (0.0005, 0.001, 0.01, 0.4):
-        low = weighted_quantile(Z, weights, share)
-        high = weighted_quantile(-Z, weights, 1 - share)
+        low = weighted_quantiles(Z, weights, [share])[share]
+        high = weighted_quantiles(-Z, weights, [1 - share])[1 - share]
         if (1 - share) ** N > 0.025:  # all may lie above it: no interval can be
             assert low.reason == f"{N} trials are too few with these weights"
             assert np.isnan(low.lower) and np.isnan(low.upper)
@@ -114,7 +116,10 @@ def test_failed_trials_have_weights():
 def test_too_small_an_effective_sample_size_gives_no_interval():
     heavy = Weights(np.where(np.arange(N) < 100, 30.0, 0.0))
     assert heavy.number == 100
-    for found in (weighted_share(Z > 0, heavy), weighted_quantile(Z, heavy, 0.5)):
+    for found in (
+        weighted_share(Z > 0, heavy),
+        weighted_quantiles(Z, heavy, [0.5])[0.5],
+    ):
         assert (
             found.reason == "effective sample size 100; 150 needed" and not found.sure
         )
@@ -131,3 +136,20 @@ def test_failed_trials_of_unknown_side_have_weighted_quantiles():
             each = found.quantiles[share]
             assert each.value == pytest.approx(0.5 * norm.ppf(share), abs=0.04)
             assert each.lower < each.value < each.upper
+
+
+def test_ends_of_a_quantile_are_those_of_every_trial_tried():
+    """Few exact gains find what all find, with equal and infinite values too."""
+    rng = np.random.default_rng(3)
+    w = HALVED.values
+    for values in (Z, np.round(Z, 1), np.where(rng.uniform(size=N) < 0.6, 0.0, Z)):
+        values = np.where(rng.uniform(size=N) < 0.01, np.inf, values)
+        for weights in (HALVED, Weights(w, 2.0, 0.003), Weights(np.ones(N))):
+            order = order_of(N)
+            mixed, part = values[order], weights.part(order)
+            at = np.unique(values)[::7]  # of a monotone gain, some places suffice
+            for share, found in weighted_quantiles(values, weights, SHARES).items():
+                more = [log_gain(mixed <= x, share, 0.025, part) > 0 for x in at]
+                less = [log_gain(mixed > x, 1 - share, 0.025, part) > 0 for x in at]
+                assert more == (at >= found.upper).tolist()
+                assert less == (at < found.lower).tolist()

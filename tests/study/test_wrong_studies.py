@@ -734,3 +734,14 @@ def test_a_wrong_limit_of_a_rare_study_is_one_problem():
     with pytest.raises(StudyError) as raised:
         load(study)
     assert "gapp" in str(raised.value) and "sampling" not in str(raised.value)
+
+
+def test_a_long_list_of_what_is_allowed_is_given_once(tmp_path):
+    path = tmp_path / "ring.toml"
+    unknown = "\n".join(f"k{i} = 0" for i in range(20))
+    path.write_text(f'model = "ring"\ntrials = 9\n[settings]\n{unknown}\n')
+    with pytest.raises(StudyError) as refused:
+        load(path)
+    said = str(refused.value)
+    assert said.count("no such setting") == 20
+    assert said.count("allowed:") == 1 and len(said) < 4000

@@ -11,6 +11,8 @@ from tolstat.model.checked import described, offers
 from tolstat.model.description import Contributor
 from tolstat.units.scale import scale_of
 
+TYPED = {"1": "%", "rad": "deg"}  # on drawings, other than in tables of results
+
 
 def models_document() -> Document:
     """Return the names and titles of all models."""
@@ -37,14 +39,14 @@ def model_document(name: str) -> Document:
         ],
         "contributors: deviations": [
             {"contributor": Name(part.name),
-             "unit": "relative" if part.unit == "1" else part.unit,
+             "unit": TYPED.get(part.unit) or scale_of(part.unit).mark,
              "symbol": part.symbol, "": part.sentence, "nominal": _nominal(part),
              "equation": part.source}
             for part in contributors
         ],
         "responses": [
             {"response": Name(each.name),
-             "unit": (each.unit == "1" and each.shown) or each.unit,
+             "unit": scale_of(each.unit, each.shown).shown,
              "symbol": each.symbol, "": each.sentence, "equation": each.source}
             for each in responses
         ],
@@ -63,7 +65,6 @@ def model_document(name: str) -> Document:
 
 def _nominal(part: Contributor) -> str:
     """Return the size that a grade or a class of gears refers to."""
-    scale = scale_of("m")
-    if part.gear:
-        return f"gear of {scale.factor * part.gear.diameter:g} {scale.mark}"
-    return f"{scale.factor * part.size:g} {scale.mark}" if part.size else ""
+    scale, gear = scale_of("m"), "gear of " * bool(part.gear)
+    size = part.gear.diameter if part.gear else part.size
+    return f"{gear}{scale.number(size)} {scale.mark}" if size else ""

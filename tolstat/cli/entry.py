@@ -21,8 +21,6 @@ Handler = Callable[[int, FrameType | None], object]
 def entry() -> None:
     """Run the command line; the entry point of the package."""
     on_interrupt(leave)
-    # a notebook's backend may be missing here; pictures go to files alone
-    os.environ["MPLBACKEND"] = "agg"
     # only now: loading click takes as long as Python itself
     import warnings
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import warnings
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,12 +22,11 @@ from tolstat.status import Status
 from tolstat.store.layout import STEPS
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import ROUNDING, Run
-from tolstat.study.given_points import Case, cases_among
+from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
 
 BLOCK = 100  # trials of a block, so that they have other neighbours than in the run
 ALONE = 8  # trials at most that are evaluated alone
-HANDFUL = 3  # trials of them before a run
 
 
 class Verification(NamedTuple):
@@ -166,21 +164,36 @@ def other_answers(one: Answers, other: Answers) -> Truths:
     return np.asarray(found)
 
 
-def check_rows(study: Study, case: Case, deviations: Array, workers: Workers) -> None:
-    """Refuse a model whose trials answer differently alone; warn of other rounding."""
-    rows = deviations[case.first : min(case.stop, case.first + HANDFUL)]
-    answers = partial(workers.simulate, study.model, settings=case.settings)
-    together, alone = answers(rows), Answers.joined([*map(answers, rows[:, None])])
-    other = np.flatnonzero(other_answers(together, alone))
-    if not len(other):
-        return
+def check_last(
+    study: Study, first: int, block: Answers, deviations: Array, workers: Workers
+) -> bool:
+    """Return whether the last trial of a block answers alone as it did in the block.
+
+    `first` is the number of the first trial of the block. Other rounding is a warning.
+
+    Raises
+    ------
+    ModelError
+        If it answers differently.
+    """
+    last = first + len(block.status) - 1
+    (case,) = cases_among(study.cases, np.array([last]))
+    alone = workers.simulate(
+        study.model, deviations[last : last + 1], settings=case.settings
+    )
+    steps = None if block.steps is None else block.steps[-1:]
+    among = Answers(block.responses[-1:], block.status[-1:], steps)
+    if not other_answers(among, alone).any():
+        return True
     said = (
-        f"the answer of trial {case.first + other[0]} depends on the other trials of "
+        f"the answer of trial {last} depends on the other trials of "
         "its block; evaluate must compute each row of deviations by itself"
     )
-    one, two = (np.nan_to_num(each.responses) for each in (together, alone))
-    close = np.abs(one - two) <= ROUNDING * np.abs(one).max(axis=0)
-    if not close.all() or (together.status != alone.status).any():
+    one, two = (np.nan_to_num(each.responses) for each in (among, alone))
+    sizes = np.abs(np.nan_to_num(block.responses)).max(axis=0)
+    close = np.abs(one - two) <= ROUNDING * sizes
+    if not close.all() or (among.status != alone.status).any():
         raise study.model.fault(said)
     advice = "in its last bits; write (a * b).sum(axis=1) instead of a @ b"
     warnings.warn(f"{said} ({advice})", RuntimeWarning, stacklevel=2)
+    return False

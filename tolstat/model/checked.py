@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import sys
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import chdir, contextmanager, nullcontext
@@ -28,6 +30,7 @@ RESERVED = (
     "numbers", "diagnostics", "checks", "provenance",
 )  # fmt: skip
 DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "number"}
+STREAMS = {"stdout": 1, "stderr": 2}  # of the process, with their descriptors
 TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
 
 
@@ -84,17 +87,38 @@ def _printable(text: object) -> bool:
 @contextmanager
 def _asking(model: Model, what: str) -> Iterator[None]:
     """Name the model, the fault and its line, where the model's own code fails."""
+    before = {name: getattr(sys, name) for name in STREAMS}
     try:  # a model may leave the working directory, which all threads share
         with chdir(".") if current_thread() is main_thread() else nullcontext():
             yield
+        if lost := [name for name, each in before.items() if _mended(name, each)]:
+            raise model.fault(f"{what} closes or breaks sys.{lost[0]}; leave it open")
     except (TolstatError, KeyboardInterrupt):
         raise
     except BaseException as error:
+        for name, each in before.items():
+            _mended(name, each)
         last = traceback.extract_tb(error.__traceback__)[-1]
         raise model.fault(
             f"{what} fails: {told(error)} "
             f"({Path(last.filename).name}, line {last.lineno})",
         ) from error
+
+
+def _mended(name: str, before: Any) -> bool:
+    """Mend a stream of the process that is closed or broken; return whether it was."""
+    if not _writable(before, closed=True) or _writable(getattr(sys, name)):
+        return False
+    if not _writable(before):  # closed, but not its descriptor
+        encoding = getattr(before, "encoding", None)
+        before = os.fdopen(STREAMS[name], "w", encoding=encoding, closefd=False)
+    setattr(sys, name, before)
+    return True
+
+
+def _writable(stream: Any, *, closed: bool = False) -> bool:
+    """Return whether a stream can be written, or could before it was closed."""
+    return hasattr(stream, "write") and (closed or not getattr(stream, "closed", False))
 
 
 def described(model: Model, settings: Any) -> Description:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import tolstat.render.any_backend  # noqa: F401
+
+# isort: split
 from functools import partial
 from textwrap import wrap
 from typing import Any, assert_never

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import tolstat.render.any_backend  # noqa: F401
+
+# isort: split
 import io
 import re
 from itertools import count

@@ -12,6 +12,7 @@ from tolstat.model.setting_kinds import as_typed
 Found = TypeVar("Found")
 LONGEST = 300  # characters that a message quotes
 LONGEST_MESSAGE = 2000
+ALLOWED = "; allowed: "  # after what is wrong
 MOST_SAID = 50  # problems of one study
 
 
@@ -21,7 +22,7 @@ class Problems:
     def __init__(self, source: str, verdict: str = "cannot be run") -> None:
         self.source, self.verdict = source, verdict
         self.found: list[str] = []
-        self._places: set[str] = set()
+        self._places, self._allowed = set[str](), set[str]()
         self.advice: list[Advice] = []
 
     def add(self, key: str, value: Any, message: str) -> None:
@@ -35,7 +36,10 @@ class Problems:
             return
         self._places.add(key)
         shown = "" if value is None else f" = {shortened(toml_of(value))}"
-        what = shortened(message, LONGEST_MESSAGE)
+        what, _, allowed = message.partition(ALLOWED)
+        if len(allowed) < LONGEST or allowed not in self._allowed:
+            what = shortened(message, LONGEST_MESSAGE)
+        self._allowed.add(allowed)  # a long list is given once
         self.found.append(f"{shortened(key)}{shown}: {what}")
         if len(self.found) > MOST_SAID:
             self.raise_if_any()

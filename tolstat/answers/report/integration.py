@@ -58,7 +58,7 @@ def _effect(drawn: Drawn, better: Array, of: Summary) -> Effect:
     done, moved = better[sample.done], None
     sigma = float(done.std(ddof=1)) if len(done) > 1 else math.nan
     limit = limited.limit.permitted if limited else None
-    quantiles = quantiles_at(better, sample, of.quantiles, limit)
+    quantiles = quantiles_at(better, sample, [*of.quantiles], limit)
     if limited:
         again = yield_of(better, sample, limited.limit.permitted).fraction_out_of_limit
         moved = limited.yields.fraction_out_of_limit.value - again.value

@@ -32,7 +32,12 @@ from tolstat.execution.planning import plan_of
 from tolstat.execution.trial_table import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
-from tolstat.statistics.intervals.weights import LEAST_EFFECTIVE, Weights
+from tolstat.statistics.intervals.weights import (
+    LEAST_EFFECTIVE,
+    Weights,
+    effective_number,
+)
+from tolstat.statistics.limits.limit import within
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
@@ -121,7 +126,7 @@ def what_if(
             for name, words in scenario.words.items()
         },
         len(drawn.trials),
-        found.weights.number,
+        min(found.weights.number, int(found.expected)),
         found.expected,
         AllLimitsWhatIf(before_all, after_all) if before_all and after_all else None,
         {
@@ -131,11 +136,21 @@ def what_if(
                 run.nominal_values[response.name],
                 response.sentence,
                 run.scales[response.name],
+                _out_of_limit(weighted, response.name),
             )
             for response in run.responses
         },
         (*kinds, *notes),
     )
+
+
+def _out_of_limit(drawn: Drawn, response: str) -> int | None:
+    """Return the effective sample size of the out-of-limit trials."""
+    sample, limit = drawn.sample, drawn.run.limits.get(response)
+    if limit is None or sample.weights is None:
+        return None
+    good = sample.done & within(drawn.values(response), limit.permitted)
+    return effective_number(sample.weights.values[sample.ran & ~good])
 
 
 def _check_drawn(run: Run, study: Study) -> None:

@@ -10,8 +10,18 @@ from tolstat.answers.answer import Answer
 from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm, summary_cells
 from tolstat.answers.report.report_answer import AllLimits
 from tolstat.document import blocks
-from tolstat.document.inline import Name, Number, Parts, Word, counted, say, text
+from tolstat.document.inline import (
+    Name,
+    Number,
+    Parts,
+    Word,
+    counted,
+    listed,
+    say,
+    text,
+)
 from tolstat.render.serialize import Row
+from tolstat.statistics.intervals.weighted_estimates import ENOUGH
 from tolstat.statistics.summary import QUANTILES, Summary
 from tolstat.units.scale import PER_CENT, Scale, share_words
 
@@ -41,6 +51,8 @@ class ResponseWhatIf(NamedTuple):
     nominal: float  # of the nominal trial
     sentence: str  # its description
     scale: Scale
+    # effective sample size of the weighted out-of-limit trials; None without a limit
+    out_of_limit_sample_size: int | None
 
 
 @dataclass(frozen=True, repr=False)
@@ -53,7 +65,8 @@ class WhatIf(Answer):
     # by contributor; all others stay, and so do batches and correlations
     changes: Mapping[str, Change]
     trials: int  # that are weighted
-    effective_sample_size: int  # of the weighted trials
+    # of the weighted trials; at most the expected one
+    effective_sample_size: int
     expected_sample_size: float  # the same by the distributions, without the trials
     all_limits: AllLimitsWhatIf | None  # None without limits
     responses: Mapping[str, ResponseWhatIf]
@@ -78,6 +91,9 @@ class WhatIf(Answer):
                 **summary_cells(each.baseline, each.scale, "baseline: "),
                 "trials": self.trials,
                 "effective sample size": self.effective_sample_size,
+                "effective sample size, out of limit": ""
+                if each.out_of_limit_sample_size is None
+                else each.out_of_limit_sample_size,
             }
             for name, each in self.responses.items()
         ]
@@ -183,6 +199,22 @@ class WhatIf(Answer):
                 Number(self.effective_sample_size),
             )
         )
+        few = {
+            name: each.out_of_limit_sample_size
+            for name, each in self.responses.items()
+            if each.out_of_limit_sample_size is not None
+            and each.out_of_limit_sample_size < ENOUGH
+        }
+        if few:
+            sizes = [(Name(name), " ", Number(size)) for name, size in few.items()]
+            yield blocks.note(
+                say(
+                    "Few out-of-limit trials decide these fractions; their effective "
+                    "sample size: {}. A fresh run tells more (`tolstat what-if ... "
+                    "--write STUDY.toml`).",
+                    listed(sizes),
+                )
+            )
         yield from map(blocks.note, self.notes)
         yield blocks.note(
             "Each number has its 95 % interval below it: of fractions out of limit "

@@ -73,22 +73,30 @@ def least_mean(
     return lower + scale * float(m)
 
 
-def surely_more(machines: Truths, share: float, miss: float, weights: Weights) -> bool:
-    """Return whether the share of flagged units surely exceeds a share above 0.
+def log_gain(flagged: Truths, share: float, miss: float, weights: Weights) -> float:
+    """Return the log gain of bets that flagged units exceed a share above 0.
 
-    It errs with a probability of at most `miss`; the order is that of `mean_between`.
+    Above 0 they surely do. It errs with a probability of at most `miss`; the order is
+    that of `mean_between`.
     """
-    y, wanted = machines.astype(np.float64), math.log(1 / miss)
-    return _gain(share, y, _stakes(y, wanted, weights), wanted, weights) > 0
+    y, wanted = flagged.astype(np.float64), math.log(1 / miss)
+    return _gain(share, y, _stakes(y, wanted, weights), wanted, weights)
 
 
 def _stakes(y: Array, wanted: float, weights: Weights) -> Array:
     """Return the stake of each trial."""
-    n, w = len(y), weights.capped
-    mean = (0.5 + np.cumsum(w * y)) / (np.cumsum(w) + 1)
-    variance = (0.25 + np.cumsum((w * (y - mean)) ** 2)) / np.arange(2, n + 2)
+    n, wy = len(y), weights.capped * y
+    mean = np.cumsum(wy)
+    mean += 0.5
+    mean /= weights.so_far
+    mean *= weights.capped
+    wy -= mean
+    wy *= wy
     # except for its scale, each stake depends only on the trials before it
-    return np.asarray(np.sqrt(2 * wanted / (n * np.append(0.25, variance[:-1]))))
+    squares = np.append(0.0, np.cumsum(wy[:-1]))
+    squares += 0.25
+    squares /= np.arange(1, n + 1)
+    return np.asarray(np.sqrt(2 * wanted / n / squares))
 
 
 def _gain(m: float, y: Array, stake: Array, wanted: float, weights: Weights) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from tolstat.statistics.intervals.replicates import (
     quantile_of_replicates,
     sigma_of_replicates,
 )
-from tolstat.statistics.intervals.weighted_estimates import weighted_quantile
+from tolstat.statistics.intervals.weighted_estimates import weighted_quantiles
 from tolstat.statistics.limits.limit import worst_side
 from tolstat.statistics.limits.yields import yield_of
 from tolstat.statistics.sample import Sample
@@ -59,7 +59,7 @@ def sigma(
 def quantiles_at(
     values: Array,
     sample: Sample,
-    shares: Iterable[float],
+    shares: Sequence[float],
     limit: tuple[float, float] | None = None,
     confidence: float = 0.95,
 ) -> dict[float, Estimate]:
@@ -79,23 +79,24 @@ def quantiles_at(
         return quantiles(done, shares, confidence, sample.failed, worst)
     replicate, weights = sample.replicate[sample.ran], sample.weights_of(sample.ran)
 
-    def of(share: float, side: float) -> Estimate:
-        """Estimate a quantile with failed trials on one side of all others."""
+    def of(side: float) -> dict[float, Estimate]:
+        """Estimate quantiles with failed trials on one side of all others."""
         placed = np.where(sample.done, values, side)[sample.ran]
         if weights:
-            return weighted_quantile(placed, weights, share, confidence)
-        return quantile_of_replicates(placed, replicate, share, confidence)
+            return weighted_quantiles(placed, weights, shares, confidence)
+        return {
+            share: quantile_of_replicates(placed, replicate, share, confidence)
+            for share in shares
+        }
 
     if worst or not sample.failed:
-        return {share: of(share, math.inf * (worst or 1)) for share in shares}
-    found, ordered = {}, np.sort(done)
+        return of(math.inf * (worst or 1))
+    found, ordered, lows, highs = {}, np.sort(done), of(-math.inf), of(math.inf)
     weights_done = sample.weights_of(sample.done)
+    known = weights_done and weighted_quantiles(done, weights_done, shares, confidence)
     for share in shares:
-        low, high = of(share, -math.inf), of(share, math.inf)
-        if weights_done:
-            value = weighted_quantile(done, weights_done, share, confidence).value
-        else:
-            value = median_unbiased(ordered, share)
+        low, high = lows[share], highs[share]
+        value = known[share].value if known else median_unbiased(ordered, share)
         reason = low.reason or high.reason
         ends = (math.nan, math.nan) if reason else (low.lower, high.upper)
         found[share] = Estimate(value, *ends, reason)

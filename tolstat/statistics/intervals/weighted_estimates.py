@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
+from collections.abc import Callable, Iterable
+from itertools import count
 
 import numpy as np
 from scipy.special import ndtri
 
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import CONFIDENCE, NONE_DONE, Estimate, enclosing
-from tolstat.statistics.intervals.betting import surely_more
+from tolstat.statistics.intervals.betting import log_gain
 from tolstat.statistics.intervals.moments import order_of
 from tolstat.statistics.intervals.shares import gamma_ends
 from tolstat.statistics.intervals.weights import Weights, effective_number
 
 ENOUGH = 100  # effective sample size of the trials out of limit
+MOST_TRIES = 8  # of expected places, before halves
 COUNTED = 10  # units out of limit from which their count is nearly normal
 
 
@@ -43,39 +45,75 @@ def weighted_share(units: Truths, weights: Weights) -> Estimate:
     return Estimate(float(value), float(min(lower, value)), float(upper))
 
 
-def weighted_quantile(
-    values: Array, weights: Weights, share: float, confidence: float = 0.95
-) -> Estimate:
-    """Estimate a quantile of other distributions; values are infinite in failed trials.
+def weighted_quantiles(
+    values: Array, weights: Weights, shares: Iterable[float], confidence: float = 0.95
+) -> dict[float, Estimate]:
+    """Estimate quantiles of other distributions, by share.
 
-    The ends are the trials at which bets do not show that more, or fewer, units lie
-    below. There is no interval if the heaviest trials leave an end open.
+    Values are infinite in failed trials. The ends are the trials at which bets do not
+    show that more, or fewer, units lie below. There is no interval if the heaviest
+    trials leave an end open.
     """
     if not len(values):
-        return NONE_DONE
-    ordered = np.argsort(values, kind="stable")
-    below = np.cumsum(weights.values[ordered])
-    place = int(np.searchsorted(below, share * below[-1]))
-    value = float(values[ordered[min(place, len(values) - 1)]])
-    shown = value if math.isfinite(value) else math.nan
-    if weights.too_few:
-        return Estimate(shown, reason=weights.too_few)
+        return dict.fromkeys(shares, NONE_DONE)
     n, miss = len(values), (1 - confidence) / 2
-    mixed, at = values[order_of(n)], values[ordered]
-    mixed_weights = weights.part(order_of(n))
+    ordered = np.argsort(values, kind="stable")
+    at, below = values[ordered], np.cumsum(weights.values[ordered])
+    last = np.append(np.flatnonzero(at[1:] != at[:-1]), n - 1)  # of equal values
+    ends, order = at[last], order_of(n)
+    mixed, mixed_weights = values[order], weights.part(order)
+    counts = weights.capped[ordered]
+    units, squares = np.cumsum(counts)[last], np.cumsum(counts**2)[last]
 
-    def not_above(k: int) -> bool:
-        return not surely_more(mixed > at[k], 1 - share, miss, mixed_weights)
+    def end(share: float, side: int) -> int:
+        """Return the first value below which more, or not fewer, units surely lie."""
 
-    def above(k: int) -> bool:
-        return surely_more(mixed <= at[k], share, miss, mixed_weights)
+        def gain(k: int) -> float:
+            below = mixed <= ends[k]
+            flagged = below if side > 0 else ~below
+            return side * log_gain(flagged, share, miss, mixed_weights)
 
-    low, high = (bisect_left(range(n), True, key=of) for of in (not_above, above))
-    everything = np.ones(n, np.bool_)
-    from_below = surely_more(everything, 1 - share, miss, mixed_weights)
-    if not from_below or high == n:
-        return Estimate(shown, reason=f"{n} trials are too few with these weights")
-    return enclosing(value, float(at[low]), float(at[high]))
+        S, Q = (c if side > 0 else c[-1] - c for c in (units, squares))
+        variance = (1 - 2 * share) * Q + share**2 * squares[-1]
+        excess = S - share * (units[-1] + n * weights.cut)
+        wanted = 2 * math.log(1 / miss)  # the stakes of each bet nearly agree
+        return _first_gain(gain, side * (np.sqrt(wanted / variance) * excess - wanted))
+
+    found = {}
+    for share in shares:
+        place = int(np.searchsorted(below, share * below[-1]))
+        value = float(at[min(place, n - 1)])
+        shown = value if math.isfinite(value) else math.nan
+        if weights.too_few:
+            found[share] = Estimate(shown, reason=weights.too_few)
+            continue
+        low, high = end(1 - share, -1), end(share, 1)
+        every = np.ones(n, np.bool_)
+        if high == len(ends) or (
+            low == 0 and not log_gain(every, 1 - share, miss, mixed_weights) > 0
+        ):
+            reason = f"{n} trials are too few with these weights"
+            found[share] = Estimate(shown, reason=reason)
+        else:
+            found[share] = enclosing(value, float(ends[low]), float(ends[high]))
+    return found
+
+
+def _first_gain(gain: Callable[[int], float], expected: Array) -> int:
+    """Return the first place with a gain above 0, their number if there is none.
+
+    Gains rise nearly as the expected ones, which a few exact gains correct.
+    """
+    low, high, error = -1, len(expected), 0.0
+    for tries in count():
+        if high - low == 1:
+            break
+        k = int(np.searchsorted(expected, -error, "right"))
+        k = min(max(k, low + 1), high - 1) if tries < MOST_TRIES else (low + high) // 2
+        found = gain(k)
+        error = found - float(expected[k])
+        low, high = (low, k) if found > 0 else (k, high)
+    return high
 
 
 def rare_share(out: Truths, weights: Array) -> Estimate:

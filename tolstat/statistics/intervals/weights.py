@@ -38,6 +38,11 @@ class Weights:
         return np.minimum(self.values, self.most)
 
     @cached_property
+    def so_far(self) -> Array:
+        """One more than the units up to each trial: float64[trial]."""
+        return np.cumsum(self.capped) + 1
+
+    @cached_property
     def number(self) -> int:
         """Effective sample size; 0 of none."""
         return effective_number(self.values)
