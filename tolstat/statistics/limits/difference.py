@@ -9,13 +9,8 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import CONFIDENCE, Estimate
-from tolstat.statistics.intervals.jackknife import (
-    HEAVY,
-    PARTS,
-    jackknifed,
-    spreads,
-    tails_are_light,
-)
+from tolstat.statistics.intervals.as_sampled import few_dominate
+from tolstat.statistics.intervals.jackknife import HEAVY, PARTS, jackknifed, spreads
 from tolstat.statistics.intervals.replicates import WIDER
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.capability import FAR, STILL
@@ -163,7 +158,7 @@ def difference_of_ppk(
     a, b = (_ppk(x, limit) for x, limit in zip((first, second), limits, strict=True))
     if max(a[0], b[0]) > FAR:
         return STILL
-    if not (tails_are_light(first) and tails_are_light(second)):
+    if few_dominate(first) or few_dominate(second):
         return Estimate(float(b[0] - a[0]), reason=HEAVY)
     whole, left_out = np.array([b[0] - a[0]]), (b[1:] - a[1:])[:, None]
     (found,) = jackknifed(whole, left_out)
