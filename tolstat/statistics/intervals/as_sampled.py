@@ -10,6 +10,7 @@ from scipy.special import stdtrit
 from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.jackknife import HEAVY
+from tolstat.statistics.intervals.moments import few_leave
 
 LEAST = 50  # trials from which there is an interval
 MOST_SKEWED = 0.6  # gamma over the root of n; 1 over the root of the trials that count
@@ -60,9 +61,9 @@ def sigma_as_sampled(
 ) -> Estimate:
     """Estimate the standard deviation by the mean of squares: see `mean_as_sampled`."""
     n = len(values)
-    if n < LEAST:
-        value = float(values.std(ddof=1)) if n > 1 else math.nan
-        return Estimate(value, reason=f"needs {LEAST}")
+    reason = f"needs {LEAST}" if n < LEAST else few_leave(values)
+    if reason:
+        return Estimate(float(values.std(ddof=1)) if n > 1 else math.nan, reason=reason)
     squares = (values - values.mean()) ** 2 * (n / (n - 1))
     found = mean_as_sampled(squares, confidence, replicate)
     value, lower, upper = (math.sqrt(max(x, 0.0)) for x in found[:3])

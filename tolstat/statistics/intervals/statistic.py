@@ -9,7 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import NONE_DONE, RANDOM_ONLY, Estimate
+from tolstat.statistics.estimate import (
+    CONFIDENCE,
+    NONE_DONE,
+    RANDOM_ONLY,
+    Estimate,
+)
 from tolstat.statistics.intervals.as_sampled import mean_as_sampled, sigma_as_sampled
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, mean_of, sigma_of
 from tolstat.statistics.intervals.quantiles import median_unbiased, quantiles
@@ -154,10 +159,15 @@ class Statistic(NamedTuple):
         sample: Sample,
         limit: tuple[float, float] | None = None,
         declared: tuple[float, float] | None = None,
+        confidence: float = CONFIDENCE,
     ) -> Estimate:
-        """Return its estimate; `declared` is the response range, infinite if open."""
+        """Return its estimate; `declared` is the response range, infinite if open.
+
+        Another confidence is for quantiles only.
+        """
         if self.kind == "quantile":
-            return quantiles_at(values, sample, [self.share], limit)[self.share]
+            shares = [self.share]
+            return quantiles_at(values, sample, shares, limit, confidence)[self.share]
         if self.kind == "beyond":
             assert limit is not None  # checked with the study
             return yield_of(values, sample, limit).fraction_out_of_limit

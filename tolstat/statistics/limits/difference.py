@@ -18,6 +18,7 @@ from tolstat.statistics.limits.limit import Limit
 
 LEAST_OF_MOMENTS = 1000  # trials from which Ppk by moments is compared
 MOST_CORRELATED = 0.9  # above, the ends of both are too ragged to be subtracted
+MOST_STEP = 1 / 3  # of the interval of a quantile, from one unit to the next
 NONE_OUT = "none out of limit in either"
 
 
@@ -121,12 +122,15 @@ def correlation_of_quantiles(
 ) -> float:
     """Return the correlation of the errors of a quantile of two paired designs.
 
-    0 if several units share the value at an end of an interval: that interval is wider
-    than the error.
+    0 if one step between neighbouring units takes up a third of an interval, as ties
+    and gaps make it: that interval is no measure of the error.
     """
     a, b = quantiles
     for values, each in ((first, a), (second, b)):
-        if any(np.count_nonzero(values == e) > 1 for e in (each.lower, each.upper)):
+        inside = np.sort(values[(values >= each.lower) & (values <= each.upper)])
+        steps = np.diff(inside)
+        tied = any(np.count_nonzero(values == e) > 1 for e in each[1:3])
+        if tied or steps.max(initial=0.0) > MOST_STEP * (each.upper - each.lower):
             return 0.0
     return correlation_of_shares(first <= a.value, second <= b.value)
 
