@@ -60,7 +60,6 @@ PERFORMANCE = (
     "Simulated trials show performance, not the capability of a process. By moments: "
     "if no rarer kind of trial exists than those seen."
 )
-FOR_ANY = "for any distribution"
 REACH = (
     "For any distribution: no unit leaves the declared range of the response. Where "
     "none is declared, none lies more than twice the observed range outside."
@@ -173,18 +172,18 @@ def _performance(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
 
 def _kinds_of_interval(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
     """Return mean and sigma with either kind of interval."""
-    of: dict[str, dict[str, Estimate]] = {
-        "as sampled": {"mean": each.mean, "sigma": each.sigma},
-        FOR_ANY: {
-            "mean": each.mean_for_any_distribution,
-            "sigma": each.sigma_for_any_distribution,
-        },
-    }
-    for name in for_any(each):
-        del of["as sampled"][name]
+    wide, own = for_any(each), each.scale
     rows: list[Row] = [
-        {"interval": kind, **{n: Number(x, each.scale) for n, x in row.items()}}
-        for kind, row in of.items()
+        {
+            "interval": "as sampled",
+            "mean": None if "mean" in wide else Number(each.mean, own),
+            "sigma": None if "sigma" in wide else Number(each.sigma, own),
+        },
+        {
+            "interval": "for any distribution",
+            "mean": Number(each.mean_for_any_distribution, own),
+            "sigma": Number(each.sigma_for_any_distribution, own),
+        },
     ]
     table = blocks.table_of(rows, caption=rests_on(found))
     return table, blocks.note(f"{AS_SAMPLED} {REACH}")

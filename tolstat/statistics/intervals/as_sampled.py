@@ -47,10 +47,11 @@ def mean_as_sampled(
     g = skewness(values)
     if not abs(g) <= MOST_SKEWED:
         return Estimate(value, reason=HEAVY)
-    each = values
+    size = float(np.abs(values).max())  # squares of others may not be finite
+    each = values / size
     if replicate is not None:
-        each = np.bincount(replicate, values) / np.bincount(replicate)
-    error, free = float(each.std(ddof=1)) / math.sqrt(len(each)), len(each) - 1
+        each = np.bincount(replicate, each) / np.bincount(replicate)
+    error, free = size * float(each.std(ddof=1)) / math.sqrt(len(each)), len(each) - 1
     t = (1 + WIDER * g**2) * float(stdtrit(free, 0.5 + confidence / 2))
     lower, upper = (value - error * _quantile(x, g) for x in (t, -t))
     return Estimate(value, lower, upper)
@@ -64,10 +65,12 @@ def sigma_as_sampled(
     reason = f"needs {LEAST}" if n < LEAST else few_leave(values)
     if reason:
         return Estimate(float(values.std(ddof=1)) if n > 1 else math.nan, reason=reason)
-    squares = (values - values.mean()) ** 2 * (n / (n - 1))
+    off = values - values.mean()
+    size = float(np.abs(off).max()) or 1.0
+    squares = (off / size) ** 2 * (n / (n - 1))
     found = mean_as_sampled(squares, confidence, replicate)
     value, lower, upper = (math.sqrt(max(x, 0.0)) for x in found[:3])
-    return Estimate(value, lower, upper, found.reason)
+    return Estimate(value, lower, upper, found.reason).times(size)
 
 
 def few_dominate(values: Array) -> bool:

@@ -37,10 +37,6 @@ class Moments(NamedTuple):
     mean: Estimate
     sigma: Estimate
 
-    def times(self, factor: float) -> Moments:
-        """Return them in another unit; the factor is above 0."""
-        return Moments(self.mean.times(factor), self.sigma.times(factor))
-
     def otherwise(self, other: Moments) -> Moments:
         """Return each that has an interval, and the other one where it has none."""
         pairs = zip(self, other, strict=True)
@@ -53,9 +49,7 @@ def as_sampled(values: Array, sample: Sample, confidence: float = 0.95) -> Momen
     They hold if no rarer kind of trial exists than those seen; none for weighted
     trials.
     """
-    done, size = values[sample.done], _size_of(values[sample.done])
-    if size != 1.0:
-        return as_sampled(values / size, sample, confidence).times(size)
+    done = values[sample.done]
     if sample.weights:
         none = Estimate(math.nan, reason=RANDOM_ONLY)
         return Moments(none, none)
@@ -73,21 +67,16 @@ def for_any(
     confidence: float = 0.95,
 ) -> Moments:
     """Estimate mean and sigma for any distribution between two ends: see `Reach`."""
-    done, size = values[sample.done], _size_of(values[sample.done])
-    if size != 1.0:
+    done = values[sample.done]
+    size = float(np.abs(done).max(initial=0.0))
+    if size > 0 and not SQUARED[0] < size < SQUARED[1]:
         found = for_any(values / size, sample, reach.times(1 / size), confidence)
-        return found.times(size)
+        return Moments(*(each.times(size) for each in found))
     if sample.replicates:
         given = done, sample.replicate[sample.done], reach, confidence
         return Moments(mean_of_replicates(*given), sigma_of_replicates(*given))
     independent = done, reach, confidence, sample.weights_of(sample.done)
     return Moments(mean_of(*independent), sigma_of(*independent))
-
-
-def _size_of(done: Array) -> float:
-    """Return the largest size of float64[trial], or 1 if its square is finite."""
-    size = float(np.abs(done).max(initial=0.0))
-    return size if size > 0 and not SQUARED[0] < size < SQUARED[1] else 1.0
 
 
 def quantiles_at(
