@@ -14,7 +14,7 @@ from tolstat.statistics.intervals.moments import few_leave
 
 LEAST = 50  # trials from which there is an interval
 MOST_SKEWED = 0.6  # gamma over the root of n; 1 over the root of the trials that count
-OF_REPLICATES = 0.3, 1.1  # the same with replicates, and how much wider Student's is
+OF_REPLICATES = 0.2, 1.1  # the same with replicates, and how much wider Student's is
 WIDER = 3.0  # times the square of that: a sample understates heavy tails
 
 
@@ -35,7 +35,7 @@ def mean_as_sampled(
         With Student's interval, corrected for the skewness gamma, and wider by
         3 gamma^2/n. There is none if |gamma| > 0.6 sqrt(n): about three trials decide
         the mean. With replicates, whose scatter counts then, it is a tenth wider, and
-        the bound is 0.3.
+        the bound is 0.2.
 
     References
     ----------

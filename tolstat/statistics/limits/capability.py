@@ -70,20 +70,21 @@ def by_moments(
 
     Pp = (U - L)/6s, Ppk the lesser of (U - mean)/3s and (mean - L)/3s. The intervals
     follow from those of mean and sigma as sampled, each with half the error: none if
-    few trials dominate, or below 200 trials. Those of weighted trials are for any
-    distribution. They describe the share out of limit for normal responses only.
+    few trials dominate, or below 200 trials. Those of weighted trials and replicates
+    are for any distribution. They describe the share out of limit for normal responses
+    only.
     """
     if not sample.done.any():
         return Performance(NONE_DONE, NONE_DONE)
     half = 1 - (1 - CONFIDENCE) / 2
     middle, spread = as_sampled(values, sample, half)
-    if sample.weights:
+    if dependent := bool(sample.weights or sample.replicates):
         reach = Reach(declared, limit.permitted)
         middle, spread = for_any(values, sample, reach, half)
     if not spread.value > 0:
         return Performance(STILL, STILL)
     reason = middle.reason or spread.reason
-    if not sample.weights and sample.done.sum() < LEAST_OF_MOMENTS:
+    if not dependent and sample.done.sum() < LEAST_OF_MOMENTS:
         reason = f"needs {LEAST_OF_MOMENTS}"
     if spread.sure and spread.lower <= 0:
         reason = "sigma may be nearly zero"
