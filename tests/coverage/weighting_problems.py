@@ -14,7 +14,7 @@ from tolstat.deviations.dependence import Batch, Dependence, joined
 from tolstat.deviations.distributions import Normal, Tolerance
 from tolstat.deviations.overlap import check_overlap, overlap_of
 from tolstat.statistics.intervals.moments import Reach
-from tolstat.statistics.intervals.statistic import mean, quantiles_at, sigma
+from tolstat.statistics.intervals.statistic import for_any, quantiles_at
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.capability import by_moments, by_percentiles
 from tolstat.statistics.limits.limit import Limit
@@ -106,8 +106,9 @@ def intervals(name, rng, n):
         def of(words, found, true, end=words):
             return name, f"weighted {words}{end}", found, true, False
 
-        yield of("mean", mean(values, sample, reach), truth.mean())
-        yield of("sigma", sigma(values, sample, reach), truth.std())
+        mean, sigma = for_any(values, sample, reach)
+        yield of("mean", mean, truth.mean())
+        yield of("sigma", sigma, truth.std())
         for share, found in quantiles_at(values, sample, SHARES).items():
             yield of(f"quantile {share}", found, truth.ppf(share))
         ppk = (limit.upper - truth.mean()) / (3 * truth.std())

@@ -131,3 +131,11 @@ def test_ppk_by_moments_without_a_difference_has_a_reason():
     assert "few trials dominate" in difference_of_ppk(z, z**7, limits).reason
     still = difference_of_ppk(z, np.full(4000, 1.0), limits)
     assert np.isnan(still.value) and "does not spread" in still.reason
+
+
+def test_a_gap_in_the_interval_of_a_quantile_leaves_no_correlation():
+    z = np.random.default_rng(8).normal(size=400)
+    for far, known in ((0.0, False), (8.0, True)):  # of the largest 5 % of units
+        both = [x + far * (z > 1.645) for x in (z, 0.9 * z)]
+        a, b = (quantile(x, 0.95) for x in both)
+        assert (correlation_of_quantiles(*both, (a, b)) == 0.0) == known

@@ -77,7 +77,11 @@ def numbers_of(each: Summary, scale: Scale) -> dict[str, Number]:
 
 def number_cells(each: Summary, scale: Scale, whose: str = "") -> Cells:
     """Return cells of a wide table: the numbers of a response."""
-    return {f"{whose}{n} [unit]": x for n, x in numbers_of(each, scale).items()}
+    numbers = numbers_of(each, scale) | {
+        "mean, for any distribution": Number(each.mean_for_any_distribution, scale),
+        "sigma, for any distribution": Number(each.sigma_for_any_distribution, scale),
+    }
+    return {f"{whose}{n} [unit]": x for n, x in numbers.items()}
 
 
 def limit_cells(

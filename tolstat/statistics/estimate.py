@@ -43,6 +43,11 @@ class Estimate(NamedTuple):
         """Whether more trials would give an interval: the reason says how many."""
         return self.reason.startswith("needs")
 
+    def times(self, factor: float) -> Estimate:
+        """Return the estimate in another unit; the factor is above 0."""
+        value, lower, upper = (factor * each for each in self[:3])
+        return Estimate(value, lower, upper, self.reason)
+
     @property
     def complement(self) -> Estimate:
         """Share of all other units, if the number is a share."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.moments import Ends, Reach
-from tolstat.statistics.intervals.statistic import mean, quantiles_at, sigma
+from tolstat.statistics.intervals.statistic import as_sampled, for_any, quantiles_at
 from tolstat.statistics.limits.capability import (
     Performance,
     by_moments,
@@ -55,7 +55,11 @@ class Summary:
     Attributes
     ----------
     mean, sigma : Estimate
-        Mean and standard deviation of the trials that are done.
+        Mean and standard deviation of the trials that are done, as sampled: if no
+        rarer kind of trial exists than those seen. As the next two if few trials
+        dominate.
+    mean_for_any_distribution, sigma_for_any_distribution : Estimate
+        The same for any distribution between the ends of `Reach`.
     least, largest : float
         Extremes of the trials that are done; NaN without any, or with weights.
     quantiles : dict of float to Estimate
@@ -66,6 +70,8 @@ class Summary:
 
     mean: Estimate
     sigma: Estimate
+    mean_for_any_distribution: Estimate
+    sigma_for_any_distribution: Estimate
     least: float
     largest: float
     quantiles: dict[float, Estimate]
@@ -100,9 +106,10 @@ def summarize(
         done = done[:0]
     permitted = limit.permitted if limit else None
     reach = Reach(declared, permitted)
+    wide = for_any(values, sample, reach)
     return Summary(
-        mean(values, sample, reach),
-        sigma(values, sample, reach),
+        *as_sampled(values, sample).otherwise(wide),
+        *wide,
         float(done.min()) if len(done) else math.nan,
         float(done.max()) if len(done) else math.nan,
         quantiles_at(values, sample, QUANTILES, permitted),

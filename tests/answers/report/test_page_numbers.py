@@ -22,6 +22,7 @@ from tests.answers.page_checks import (
     words_in,
     words_under,
 )
+from tolstat.answers.cells import ppk_cell
 from tolstat.answers.report.gather import report_of
 from tolstat.answers.report.response_section import response_section
 from tolstat.document.blocks import Cell
@@ -29,6 +30,7 @@ from tolstat.document.digits import in_cell, plain
 from tolstat.document.inline import Number
 from tolstat.render.page import _cell
 from tolstat.render.screen import as_text
+from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import MET
 from tolstat.statistics.summary import QUANTILES
 from tolstat.units.scale import Ratio, share_words
@@ -39,16 +41,20 @@ def test_every_printed_number_is_in_the_answer(report):
 
 
 def test_a_ppk_without_interval_is_as_small_as_its_reason(report):
-    small = 0
     for name in report.answer.focus:
         limited = report.answer.responses[name].limited
         table = table_under(section_of(report.document, name), "Performance")
         assert number_in(rows_of(table)[0]["Ppk"]) == limited.equivalent_ppk
         by = (limited.percentiles, limited.moments)
-        small += a_ppk_without_interval_stands_as_small_as_its_reason(
+        a_ppk_without_interval_stands_as_small_as_its_reason(
             table.rows[1:], report.text, [(each.pp, each.ppk) for each in by]
         )
-    assert small
+
+
+def test_a_ppk_without_interval_is_below_with_its_reason():
+    cell = ppk_cell(Estimate(1.2, reason="few trials dominate"))
+    assert not cell.main and as_text(cell.below) == "1.2: few trials dominate"
+    assert ppk_cell(Estimate(1.2, 1.0, 1.4)).main
 
 
 def test_numbers_have_the_digits_that_their_intervals_support(report, mill):

@@ -61,8 +61,9 @@ def test_the_page_has_its_parts_in_order(report):
     one = section_of(report.document, "extra_loss")
     assert any(isinstance(each, Gallery) for each in one.blocks)
     assert [each.title for each in one.blocks if isinstance(each, Section)] == [
-        "Performance", "Main causes of out-of-limit trials", "Variance contributions",
-        "Classical answers", "Integration error", "Worst trials",
+        "Performance", "Mean and sigma", "Main causes of out-of-limit trials",
+        "Variance contributions", "Classical answers", "Integration error",
+        "Worst trials",
     ]  # fmt: skip
     words = words_in(one)
     assert "of production err more (95 %)" in words

@@ -139,6 +139,7 @@ class SobolIndices(NamedTuple):
     first: Mapping[str, Estimate]
     total: Mapping[str, Estimate]
     dominated_by_few: bool
+    clipped: bool  # of the response clipped to the central 99 % of its trials
 
     @property
     def reason(self) -> str:

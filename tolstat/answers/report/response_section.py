@@ -16,6 +16,7 @@ from tolstat.answers.report.first_page import (
 )
 from tolstat.answers.report.off_centre import finding
 from tolstat.answers.report.response_figures import figures_of
+from tolstat.answers.report.summary_document import AS_SAMPLED, for_any
 from tolstat.document import blocks
 from tolstat.document.blocks import Block, Cell, Given, Section, Table
 from tolstat.document.inline import (
@@ -55,7 +56,14 @@ STILL = (
     "All trials lie from {} to {}. This range is below a thousandth of its distance to "
     "the limit: its spread is not analysed."
 )
-PERFORMANCE = "Simulated trials show performance, not the capability of a process."
+PERFORMANCE = (
+    "Simulated trials show performance, not the capability of a process. By moments: "
+    "if no rarer kind of trial exists than those seen."
+)
+REACH = (
+    "For any distribution: no unit leaves the declared range of the response. Where "
+    "none is declared, none lies more than twice the observed range outside."
+)
 LEVELS = (
     "Among out-of-limit trials: mean less that of all trials, and root mean square "
     "distance from it, both in sigmas of all trials. Level: how often chance alone "
@@ -76,6 +84,11 @@ LINEAR = "Shares come from a linear regression, which explains nearly all. "
 NEIGHBOURS = (
     "Shares come from nearest neighbours, which understate joint effects of parts. "
 )
+CLIPPED = (
+    "Few trials may dominate the variance: shares are those of the response clipped to "
+    "the central 99 % of its trials. "
+)
+CENTRAL = " of the central 99 %"  # of the trials, behind the variance in a head
 RARER = "They hold for trials like those seen. A rarer kind would change them."
 OVERLAP = " Deviations are correlated: shares overlap and need not add up to 100 %."
 
@@ -99,6 +112,7 @@ def response_section(found: Report, name: str) -> Section:
         blocks.Gallery(figures_of(found, name)) if drawn else blocks.paragraph(nothing),
         blocks.paragraph(finding(found.stored_run, name, each)),
         _part("Performance", *_performance(found, each)),
+        _part("Mean and sigma", *_kinds_of_interval(found, each)),
         *(() if each.still else analysed),
         _part("Integration error", *_integration(found, each)),
         _part("Worst trials", _worst_trials(found, name, each)),
@@ -154,6 +168,25 @@ def _performance(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
         {head: method, "Pp": pp, "Ppk": ppk} for method, (pp, ppk) in found_by.items()
     ]
     return blocks.table_of(rows, caption=rests_on(found)), blocks.note(PERFORMANCE)
+
+
+def _kinds_of_interval(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
+    """Return mean and sigma with either kind of interval."""
+    wide, own = for_any(each), each.scale
+    rows: list[Row] = [
+        {
+            "interval": "as sampled",
+            "mean": None if "mean" in wide else Number(each.mean, own),
+            "sigma": None if "sigma" in wide else Number(each.sigma, own),
+        },
+        {
+            "interval": "for any distribution",
+            "mean": Number(each.mean_for_any_distribution, own),
+            "sigma": Number(each.sigma_for_any_distribution, own),
+        },
+    ]
+    table = blocks.table_of(rows, caption=rests_on(found))
+    return table, blocks.note(f"{AS_SAMPLED} {REACH}")
 
 
 def _causes(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
@@ -248,8 +281,8 @@ def _kinds(each: ReportedResponse, known: Contributions) -> list[Row]:
             alone = Cell((summed,), text("sum of first orders"))
         rows.append({
             "contributor": Cell((Name(kind),), text(", ".join(each.members[kind]))),
-            ALONE: alone,
-            TOGETHER: share,
+            ALONE + CENTRAL * known.clipped: alone,
+            TOGETHER + CENTRAL * known.clipped: share,
         })  # fmt: skip
     return rows
 
@@ -261,11 +294,12 @@ def _contributors(
     shares: dict[str, tuple[Values, Scale | Ratio]] = {}
     if known:
         alone = {} if known.dominated_by_few else known.first_order
-        shares[ALONE] = alone, PART
+        shares[ALONE + CENTRAL * known.clipped] = alone, PART
         shares["rank regression coefficient"] = known.rank_regression, AS_IS
     if (indices := each.indices) and not indices.reason:
-        shares["Sobol' first-order index, %"] = indices.first, PART
-        shares["Sobol' total index, %"] = indices.total, PART
+        central = CENTRAL * indices.clipped
+        shares[f"Sobol' first-order index, %{central}"] = indices.first, PART
+        shares[f"Sobol' total index, %{central}"] = indices.total, PART
     if each.root_sum_square:
         shares["root sum square, % of the variance"] = (
             each.root_sum_square.shares,
@@ -297,6 +331,7 @@ def _remarks(found: Report, known: Contributions) -> Parts:
     return text(
         alone if estimated else None,
         None if math.isnan(known.explained.value) else ranks,
+        CLIPPED if known.clipped else None,
         LINEAR if known.linear else NEIGHBOURS,
         "Estimates below 0 are chance. " if estimated and not known.linear else None,
         RARER,

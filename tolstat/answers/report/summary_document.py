@@ -24,7 +24,6 @@ from tolstat.answers.run_answer import responses_in_focus
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
-from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.limits.limit import margins
 from tolstat.statistics.summary import QUANTILES
 from tolstat.units.scale import PART, share_words
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import ResponseSummary, RunSummary
 
 STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
+AS_SAMPLED = "As sampled: holds if no rarer kind of trial exists than those seen."
 LOW = [share_words(share) for share in QUANTILES if share < 0.5]
 HIGH = [share_words(share) for share in QUANTILES if share > 0.5]
 MEDIAN, LARGEST_SHARE = share_words(0.5), "main contribution"
@@ -58,7 +58,7 @@ def summary_document(found: RunSummary) -> blocks.Document:
             blocks.note(more) if others else None,
             blocks.paragraph(_worst_cases(found)),
             *map(blocks.note, found.trials.notes),
-            assumption(found) if found.trials.done else None,
+            assumption(found, own) if found.trials.done else None,
             reading(found),
             what_next(steps),
         ),
@@ -92,15 +92,21 @@ def responses_table(found: RunSummary, names: Sequence[str] = ()) -> blocks.Tabl
     )  # fmt: skip
 
 
-def assumption(found: RunSummary) -> blocks.Paragraph:
-    """Say what the intervals of mean and sigma assume."""
-    responses = found.stored_run.responses
-    ranged = ", ".join(x.name for x in responses if Reach(x.range).known)
-    within = f"; of {ranged} for any distribution within the declared range"
-    return blocks.note(
-        "* Assumes that no unseen trial lies more than twice the observed range "
-        f"outside{within if ranged else ''}."
-    )
+def assumption(found: RunSummary, names: Sequence[str] = ()) -> blocks.Paragraph:
+    """Say what the intervals of mean and sigma assume; of all responses by default."""
+    wide = {name: for_any(found.responses[name]) for name in names or found.responses}
+    named = "; ".join(f"{n}, {' and '.join(of)}" for n, of in wide.items() if of)
+    others = f" For any distribution instead, as few trials dominate: {named}."
+    return blocks.note(f"* {AS_SAMPLED}{others if named else ''}")
+
+
+def for_any(each: ResponseSummary) -> list[str]:
+    """Return which of mean and sigma have an interval for any distribution only."""
+    both = {
+        "mean": (each.mean, each.mean_for_any_distribution),
+        "sigma": (each.sigma, each.sigma_for_any_distribution),
+    }
+    return [name for name, (one, other) in both.items() if one.sure and one == other]
 
 
 def _largest_share(each: ResponseSummary) -> Cell:

@@ -11,6 +11,7 @@ from tolstat.execution.diagnostics.halved_tolerances import effects_of
 from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.intervals.jackknife import HEAVY
+from tolstat.statistics.sensitivity.clipping import clipped
 from tolstat.statistics.sensitivity.contributions import Contributions, contributions
 from tolstat.statistics.sensitivity.named_causes import equal_parts
 from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
@@ -92,4 +93,5 @@ def indices_of(drawn: Drawn, name: str) -> SobolIndices:
         {factor: at_most_all(each.first) for factor, each in found.items()},
         {factor: at_most_all(each.total) for factor, each in found.items()},
         any(each.first.reason == HEAVY for each in found.values()),
+        bool(len(groups)) and not clipped(groups, groups[:, :2]).light,
     )

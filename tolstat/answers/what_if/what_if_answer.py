@@ -169,8 +169,8 @@ class WhatIf(Answer):
                 "unit": each.scale.mark if name else None,
                 "": side,
                 "nominal": Number(each.nominal, each.scale) if name else None,
-                "mean": Number(of.mean, each.scale),
-                "sigma": Number(of.sigma, each.scale),
+                "mean": Number(of.mean_for_any_distribution, each.scale),
+                "sigma": Number(of.sigma_for_any_distribution, each.scale),
                 **{
                     share_words(share): Number(of.quantiles[share], each.scale)
                     for share in QUANTILES

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from scipy.special import stdtrit
 
@@ -11,7 +9,6 @@ from tolstat.arrays import Array
 from tolstat.statistics.estimate import CONFIDENCE, Estimate
 
 PARTS = 20
-MOST_KURTOSIS = 0.2  # excess kurtosis over the root of the number of trials
 HEAVY = "no trustworthy interval: few trials dominate the variance"
 
 
@@ -37,13 +34,3 @@ def jackknifed(
 def spreads(values: Array) -> bool:
     """Return whether float64[n] differ by more than the rounding of their mean."""
     return bool(values.std(ddof=1) > 1e-14 * abs(values.mean()))
-
-
-def tails_are_light(values: Array) -> bool:
-    """Return whether the variance of float64[n] is not dominated by few values."""
-    if not spreads(values):
-        return True
-    scores = (values - values.mean()) / values.std()
-    squares = scores * scores  # NumPy's power takes as long as a hundred products
-    kurtosis = np.mean(squares * squares) - 3
-    return bool(kurtosis <= MOST_KURTOSIS * math.sqrt(len(values)))

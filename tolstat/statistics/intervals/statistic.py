@@ -9,7 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.estimate import (
+    CONFIDENCE,
+    NONE_DONE,
+    RANDOM_ONLY,
+    Estimate,
+)
+from tolstat.statistics.intervals.as_sampled import mean_as_sampled, sigma_as_sampled
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, mean_of, sigma_of
 from tolstat.statistics.intervals.quantiles import median_unbiased, quantiles
 from tolstat.statistics.intervals.replicates import (
@@ -25,35 +31,52 @@ from tolstat.statistics.sample import Sample
 SQUARED = 1e-100, 1e100  # sizes between which squares are finite and not 0
 
 
-def mean(
+class Moments(NamedTuple):
+    """Mean and standard deviation of the trials that are done."""
+
+    mean: Estimate
+    sigma: Estimate
+
+    def otherwise(self, other: Moments) -> Moments:
+        """Return each that has an interval, and the other one where it has none."""
+        pairs = zip(self, other, strict=True)
+        return Moments(*(one if one.sure else another for one, another in pairs))
+
+
+def as_sampled(values: Array, sample: Sample, confidence: float = 0.95) -> Moments:
+    """Estimate mean and sigma of float64[trial]: see `mean_as_sampled`.
+
+    They hold if no rarer kind of trial exists than those seen; none for weighted
+    trials.
+    """
+    done = values[sample.done]
+    if sample.weights:
+        none = Estimate(math.nan, reason=RANDOM_ONLY)
+        return Moments(none, none)
+    replicate = sample.replicate[sample.done] if sample.replicates else None
+    return Moments(
+        mean_as_sampled(done, confidence, replicate),
+        sigma_as_sampled(done, confidence, replicate),
+    )
+
+
+def for_any(
     values: Array,
     sample: Sample,
     reach: Reach = ANYWHERE,
     confidence: float = 0.95,
-) -> Estimate:
-    """Estimate the mean of float64[trial] over the trials that are done."""
-    done, replicate = values[sample.done], sample.replicate[sample.done]
-    if sample.replicates:
-        return mean_of_replicates(done, replicate, reach, confidence)
-    return mean_of(done, reach, confidence, sample.weights_of(sample.done))
-
-
-def sigma(
-    values: Array,
-    sample: Sample,
-    reach: Reach = ANYWHERE,
-    confidence: float = 0.95,
-) -> Estimate:
-    """Estimate the standard deviation over the trials that are done, as `mean` does."""
-    done, replicate = values[sample.done], sample.replicate[sample.done]
+) -> Moments:
+    """Estimate mean and sigma for any distribution between two ends: see `Reach`."""
+    done = values[sample.done]
     size = float(np.abs(done).max(initial=0.0))
     if size > 0 and not SQUARED[0] < size < SQUARED[1]:
-        found = sigma(values / size, sample, reach.times(1 / size), confidence)
-        value, lower, upper = (size * each for each in found[:3])
-        return Estimate(value, lower, upper, found.reason)
+        found = for_any(values / size, sample, reach.times(1 / size), confidence)
+        return Moments(*(each.times(size) for each in found))
     if sample.replicates:
-        return sigma_of_replicates(done, replicate, reach, confidence)
-    return sigma_of(done, reach, confidence, sample.weights_of(sample.done))
+        given = done, sample.replicate[sample.done], reach, confidence
+        return Moments(mean_of_replicates(*given), sigma_of_replicates(*given))
+    independent = done, reach, confidence, sample.weights_of(sample.done)
+    return Moments(mean_of(*independent), sigma_of(*independent))
 
 
 def quantiles_at(
@@ -126,12 +149,18 @@ class Statistic(NamedTuple):
         sample: Sample,
         limit: tuple[float, float] | None = None,
         declared: tuple[float, float] | None = None,
+        confidence: float = CONFIDENCE,
     ) -> Estimate:
-        """Return its estimate; `declared` is the response range, infinite if open."""
+        """Return its estimate; `declared` is the response range, infinite if open.
+
+        Another confidence is for quantiles only.
+        """
         if self.kind == "quantile":
-            return quantiles_at(values, sample, [self.share], limit)[self.share]
+            shares = [self.share]
+            return quantiles_at(values, sample, shares, limit, confidence)[self.share]
         if self.kind == "beyond":
             assert limit is not None  # checked with the study
             return yield_of(values, sample, limit).fraction_out_of_limit
-        of = mean if self.kind == "mean" else sigma
-        return of(values, sample, Reach(declared, limit))
+        wide = for_any(values, sample, Reach(declared, limit))
+        found = as_sampled(values, sample).otherwise(wide)
+        return found.mean if self.kind == "mean" else found.sigma

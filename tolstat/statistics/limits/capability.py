@@ -14,11 +14,12 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import CONFIDENCE, NONE_DONE, Estimate
 from tolstat.statistics.intervals.moments import Ends, Reach
-from tolstat.statistics.intervals.statistic import mean, quantiles_at, sigma
+from tolstat.statistics.intervals.statistic import as_sampled, for_any, quantiles_at
 from tolstat.statistics.limits.limit import Limit, ppk_of
 from tolstat.statistics.sample import Sample
 
 LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
+LEAST_OF_MOMENTS = 200  # trials from which Ppk by moments has an interval
 FAR = 100.0  # Ppk above which the spread is too small to be a measure
 ONE_END = Estimate(math.nan, reason="the limit has one end")
 STILL = Estimate(math.nan, reason="the response does not spread")
@@ -68,18 +69,23 @@ def by_moments(
     """Estimate Pp and Ppk from mean and sigma, as for normal responses.
 
     Pp = (U - L)/6s, Ppk the lesser of (U - mean)/3s and (mean - L)/3s. The intervals
-    follow from those of mean and sigma, each with half the error. They describe the
-    share out of limit for normal responses only.
+    follow from those of mean and sigma as sampled, each with half the error: none if
+    few trials dominate, or below 200 trials. Those of weighted trials and replicates
+    are for any distribution. They describe the share out of limit for normal responses
+    only.
     """
     if not sample.done.any():
         return Performance(NONE_DONE, NONE_DONE)
     half = 1 - (1 - CONFIDENCE) / 2
-    reach = Reach(declared, limit.permitted)
-    middle = mean(values, sample, reach, half)
-    spread = sigma(values, sample, reach, half)
+    middle, spread = as_sampled(values, sample, half)
+    if dependent := bool(sample.weights or sample.replicates):
+        reach = Reach(declared, limit.permitted)
+        middle, spread = for_any(values, sample, reach, half)
     if not spread.value > 0:
         return Performance(STILL, STILL)
     reason = middle.reason or spread.reason
+    if not dependent and sample.done.sum() < LEAST_OF_MOMENTS:
+        reason = f"needs {LEAST_OF_MOMENTS}"
     if spread.sure and spread.lower <= 0:
         reason = "sigma may be nearly zero"
     sides = []

@@ -9,13 +9,8 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import CONFIDENCE, Estimate
-from tolstat.statistics.intervals.jackknife import (
-    HEAVY,
-    PARTS,
-    jackknifed,
-    spreads,
-    tails_are_light,
-)
+from tolstat.statistics.intervals.as_sampled import few_dominate
+from tolstat.statistics.intervals.jackknife import HEAVY, PARTS, jackknifed, spreads
 from tolstat.statistics.intervals.replicates import WIDER
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.capability import FAR, STILL
@@ -23,6 +18,7 @@ from tolstat.statistics.limits.limit import Limit
 
 LEAST_OF_MOMENTS = 1000  # trials from which Ppk by moments is compared
 MOST_CORRELATED = 0.9  # above, the ends of both are too ragged to be subtracted
+MOST_STEP = 1 / 3  # of the interval of a quantile, from one unit to the next
 NONE_OUT = "none out of limit in either"
 
 
@@ -126,12 +122,15 @@ def correlation_of_quantiles(
 ) -> float:
     """Return the correlation of the errors of a quantile of two paired designs.
 
-    0 if several units share the value at an end of an interval: that interval is wider
-    than the error.
+    0 if one step between neighbouring units takes up a third of an interval, as ties
+    and gaps make it: that interval is no measure of the error.
     """
     a, b = quantiles
     for values, each in ((first, a), (second, b)):
-        if any(np.count_nonzero(values == e) > 1 for e in (each.lower, each.upper)):
+        inside = np.sort(values[(values >= each.lower) & (values <= each.upper)])
+        steps = np.diff(inside)
+        tied = any(np.count_nonzero(values == e) > 1 for e in each[1:3])
+        if tied or steps.max(initial=0.0) > MOST_STEP * (each.upper - each.lower):
             return 0.0
     return correlation_of_shares(first <= a.value, second <= b.value)
 
@@ -163,7 +162,7 @@ def difference_of_ppk(
     a, b = (_ppk(x, limit) for x, limit in zip((first, second), limits, strict=True))
     if max(a[0], b[0]) > FAR:
         return STILL
-    if not (tails_are_light(first) and tails_are_light(second)):
+    if few_dominate(first) or few_dominate(second):
         return Estimate(float(b[0] - a[0]), reason=HEAVY)
     whole, left_out = np.array([b[0] - a[0]]), (b[1:] - a[1:])[:, None]
     (found,) = jackknifed(whole, left_out)

@@ -3,6 +3,8 @@
 They need no additional trials. The rank regression shows monotonic effects, the
 first-order Sobol' index any main effect; the remainder is interaction or chance. If a
 linear regression explains nearly all, the indices come from it: intervals are narrower.
+If few trials may dominate the variance, it is that of the response clipped to the
+central 99 % of its trials.
 """
 
 from __future__ import annotations
@@ -17,8 +19,19 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.jackknife import jackknifed, tails_are_light
-from tolstat.statistics.sensitivity.neighbours import Row, first_orders, joint, nearest
+from tolstat.statistics.intervals.jackknife import jackknifed
+from tolstat.statistics.sensitivity.clipping import (
+    Clipped,
+    clipped,
+    few_leave_a_point_mass,
+)
+from tolstat.statistics.sensitivity.neighbours import (
+    Row,
+    first_orders,
+    first_orders_left_out,
+    joint,
+    nearest,
+)
 from tolstat.statistics.sensitivity.regression import (
     Regressed,
     ascending,
@@ -49,12 +62,15 @@ class Contributions(NamedTuple):
         than four.
     unexplained : Estimate
         Remainder: interaction, correlation or chance.
+    clipped : bool
+        Whether all these shares are of the variance of the response clipped to the
+        central 99 % of its trials: few trials may dominate the whole variance.
     linear : bool
         Whether the shares come from a linear regression that explains nearly all;
         otherwise from neighbours.
     dominated_by_few : bool
-        Whether few trials dominate the variance. Its shares are noise then, except the
-        lower end of the share of a group together.
+        Whether too few trials leave a value that most share. Shares are noise then,
+        except the lower end of the share of a group together.
     """
 
     rank_regression: dict[str, Estimate]
@@ -63,6 +79,7 @@ class Contributions(NamedTuple):
     groups: dict[str, Estimate]
     together: dict[str, Estimate]
     unexplained: Estimate
+    clipped: bool = False
     linear: bool = False
     dominated_by_few: bool = False
 
@@ -92,8 +109,9 @@ def contributions(
     -------
     dict of str to Contributions
         By response, with intervals from a jackknife that leaves out a twentieth of the
-        trials at a time. If few trials dominate the variance, only shares of groups
-        together have intervals: these shares are understated in any case.
+        trials at a time. Upper ends of first orders are higher by what neighbours
+        miss: see `first_orders`. If few trials leave a value that most share, only
+        shares of groups together have intervals: these are understated in any case.
 
     References
     ----------
@@ -107,7 +125,7 @@ def contributions(
     Quantification 8 (2020), 5.1: nearest neighbours.
     """
     names, groups = list(deviations), groups or {}
-    few = [g for g, members in groups.items() if len(members) <= LARGEST_GROUP]
+    small = [g for g, members in groups.items() if len(members) <= LARGEST_GROUP]
     spreading = {
         name: y for name, y in responses.items() if len(y) >= LEAST and np.ptp(y) > 0
     }
@@ -117,13 +135,15 @@ def contributions(
     orders = [ascending(column) for column in columns]
     rows = [Row(order) for order in orders]
     # on two threads: NumPy and the neighbour search release the GIL
+    central = {name: clipped(y, y) for name, y in spreading.items()}
     with ThreadPoolExecutor(1) as other:
-        near = other.map(
-            nearest, [np.column_stack([deviations[n] for n in groups[g]]) for g in few]
+        found_near = other.map(
+            nearest,
+            [np.column_stack([deviations[n] for n in groups[g]]) for g in small],
         )
-        alone = other.map(partial(first_orders, rows), spreading.values())
+        alone = other.map(partial(_near, rows), central.values())
         ranks = rank_regressions(columns, orders, list(spreading.values()))
-    neighbours = list(near)
+    neighbours = list(found_near)
     computed = dict(zip(spreading, zip(ranks, alone, strict=True), strict=True))
     # contributors of each group: float64[group, contributor]
     sums = np.array([[n in members for n in names] for members in groups.values()])
@@ -134,25 +154,23 @@ def contributions(
         if response not in spreading:
             found[response] = _nothing(names, groups, y)
             continue
-        regression, (whole, left_out) = computed[response]
+        regression, near = computed[response]
         *coefficients, explained = jackknifed(*regression)
-        light = tails_are_light(y)
-        shares = partial(jackknifed, trusted=light)
-        linear = straight is not None and straight.linear(response)
+        core, few = central[response], few_leave_a_point_mass(y)
+        linear = straight is not None and not few and straight.linear(response)
         if straight and linear:
-            every = partial(straight.shares, response, trusted=light)
+            every = partial(straight.shares, response)
             first, summed = every(np.eye(len(names))), every(sums)
             together = dict(zip(groups, summed, strict=True))
-            rest = straight.unexplained(response, trusted=light)
+            rest = straight.unexplained(response)
         else:
-            first = shares(whole, left_out)
-            summed = shares(sums @ whole, left_out @ sums.T)
-            joined = jackknifed(*joint(neighbours, y))
-            known = dict(zip(few, joined, strict=True))
+            first, summed = (near.sums(of, few) for of in (np.eye(len(names)), sums))
+            (rest,) = near.sums(np.ones((1, len(names))), few)
+            rest = rest.complement
+            joined = joint(neighbours, core.values)
+            left_out = core.followed(joined[1], lambda v: joint(neighbours, v)[0])
+            known = dict(zip(small, jackknifed(joined[0], left_out), strict=True))
             together = {group: _together(known.get(group)) for group in groups}
-            (rest,) = shares(
-                1 - whole.sum(keepdims=True), 1 - left_out.sum(axis=1, keepdims=True)
-            )
         found[response] = Contributions(
             dict(zip(names, coefficients, strict=True)),
             explained,
@@ -160,10 +178,39 @@ def contributions(
             dict(zip(groups, summed, strict=True)),
             together,
             rest,
+            not (linear or core.light),
             linear,
-            not light,
+            few,
         )
     return found
+
+
+class _Near(NamedTuple):
+    """First orders from neighbours: of all trials, and with one part left out.
+
+    `missed` is how much smaller they are from trials two places apart.
+    """
+
+    whole: Array
+    left_out: Array
+    missed: Array
+
+    def sums(self, of: Array, few: bool) -> list[Estimate]:
+        """Estimate sums of indices: float64[sum, contributor], 0 or 1."""
+        found = jackknifed(of @ self.whole, self.left_out @ of.T, trusted=not few)
+        missed = (of @ self.missed).tolist()
+        return [
+            each._replace(upper=each.upper + more)
+            for each, more in zip(found, missed, strict=True)
+        ]
+
+
+def _near(rows: Sequence[Row], core: Clipped) -> _Near:
+    """Return first orders of a clipped response, from neighbours."""
+    of, y = partial(first_orders, rows), core.values
+    whole = of(y)
+    left_out = core.followed(first_orders_left_out(rows, y), of)
+    return _Near(whole, left_out, np.maximum(whole - of(y, 2), 0.0))
 
 
 def _together(joined: Estimate | None) -> Estimate:

@@ -21,8 +21,14 @@ class Row:
         self.last = np.append(self.first[1:], len(order)) - 1
         self.part = part[self.first]
 
-    def differences(self, y: Array) -> tuple[float, Array]:
-        """Return summed squared differences of neighbours, and without each part."""
+    def summed(self, y: Array, apart: int = 1) -> float:
+        """Return summed squared differences of trials so many places apart."""
+        y = y[self.order]
+        off = y[apart:] - y[:-apart]
+        return float(off @ off)
+
+    def differences_left_out(self, y: Array) -> Array:
+        """Return summed squared differences of neighbours without each part."""
         y = y[self.order]
         # cumulative sum up to each trial
         upto = np.append(0.0, np.cumsum(np.diff(y) ** 2))
@@ -30,29 +36,32 @@ class Row:
         gone = upto[np.minimum(after, len(y) - 1)] - upto[np.maximum(before, 0)]
         met = np.zeros(len(before))
         met[1:-1] = (y[after[1:-1]] - y[before[1:-1]]) ** 2
-        return float(upto[-1]), upto[-1] + np.bincount(self.part, met - gone, PARTS)
+        return np.asarray(upto[-1] + np.bincount(self.part, met - gone, PARTS))
 
 
-def first_orders(rows: Sequence[Row], y: Array) -> tuple[Array, Array]:
-    """Estimate first-order Sobol' indices from neighbours in rank.
+def first_orders(rows: Sequence[Row], y: Array, apart: int = 1) -> Array:
+    """Estimate first-order Sobol' indices from neighbours in rank: by contributor.
 
     The variance of y among trials of equal deviation is half the mean square of its
-    differences to the next larger one. Returns float64[contributor] of all trials, and
-    float64[part, contributor] with one part left out.
+    differences to the next larger one. Where the response changes much from one to the
+    next, the indices are too small, and those from trials two places `apart` smaller.
     """
+    square = 2 * np.sum((y - y.mean()) ** 2)
+    return np.array([1 - row.summed(y, apart) / square for row in rows])
+
+
+def first_orders_left_out(rows: Sequence[Row], y: Array) -> Array:
+    """Return the same with one part left out: float64[part, contributor]."""
     n = len(y)
     centred = y - y.mean()
     part = np.arange(n) % PARTS
     sizes = n - np.bincount(part, minlength=PARTS)
     sums = centred.sum() - np.bincount(part, centred, PARTS)
-    square = np.sum(centred**2)
-    squares = square - np.bincount(part, centred**2, PARTS) - sums**2 / sizes
-    whole, left_out = np.empty(len(rows)), np.empty((PARTS, len(rows)))
-    for column, row in enumerate(rows):
-        differences, without = row.differences(centred)
-        whole[column] = 1 - differences / (2 * square)
-        left_out[:, column] = 1 - without / (2 * squares)
-    return whole, left_out
+    squares = (
+        np.sum(centred**2) - np.bincount(part, centred**2, PARTS) - sums**2 / sizes
+    )
+    every = np.array([row.differences_left_out(centred) for row in rows])
+    return np.asarray(1 - every.T / (2 * squares)[:, None])
 
 
 def nearest(X: Array) -> Integers:

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.as_sampled import skewness
 from tolstat.statistics.intervals.jackknife import PARTS, jackknifed
 
 NEARLY_ALL = 0.99  # explained share of the variance of a linear response
+MOST_TAILED = 0.3  # skewness of its squares over the root of the trials
 
 
 class Regressed:
@@ -39,6 +41,7 @@ class Regressed:
         cov = sums[:, :-1, :-1] / sizes - means[:, :, None] * means[:, None] / sizes**2
         self._shares: dict[str, Array] = {}
         self.explained: dict[str, Estimate] = {}
+        self.tails = {n: skewness((y - y.mean()) ** 2) for n, y in responses.items()}
         for row, name in enumerate(responses, start=k):
             shares = np.array([_shares_of(each[:k, :k], each[:k, row], each[row, row])
                                for each in cov])  # fmt: skip
@@ -47,10 +50,14 @@ class Regressed:
             self.explained[name] = jackknifed(r[0], r[1:])[0]
 
     def linear(self, response: str) -> bool:
-        """Return whether the regression explains nearly all of a response."""
-        return self.explained[response].lower >= NEARLY_ALL
+        """Return whether the regression explains nearly all of a response.
 
-    def shares(self, response: str, sums: Array, *, trusted: bool) -> list[Estimate]:
+        Not if few trials have a large part in its variance: shares are noise then.
+        """
+        light = self.tails[response] <= MOST_TAILED
+        return light and self.explained[response].lower >= NEARLY_ALL
+
+    def shares(self, response: str, sums: Array) -> list[Estimate]:
         """Estimate sums of contributions: float64[sum, contributor], 0 or 1.
 
         Upper ends include the remainder, which may be any contributor's.
@@ -59,17 +66,15 @@ class Regressed:
         rest = max(1 - self.explained[response].lower, 0.0)
         return [
             each._replace(lower=max(each.lower, 0.0), upper=min(each.upper + rest, 1.0))
-            if each.sure
-            else each
-            for each in jackknifed(every[0], every[1:], trusted=trusted)
+            for each in jackknifed(every[0], every[1:])
         ]
 
-    def unexplained(self, response: str, *, trusted: bool) -> Estimate:
+    def unexplained(self, response: str) -> Estimate:
         """Estimate the share of interactions: at most the remainder."""
         left = 1 - self._shares[response].sum(axis=1, keepdims=True)
         left = np.maximum(left.round(12), 0.0)  # without rounding errors
-        found = jackknifed(left[0], left[1:], trusted=trusted)[0]
-        return found._replace(lower=0.0) if found.sure else found
+        found = jackknifed(left[0], left[1:])[0]
+        return found._replace(lower=0.0)
 
 
 def _shares_of(among: Array, with_y: Array, variance: float) -> Array:

@@ -10,7 +10,8 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.jackknife import PARTS, jackknifed, tails_are_light
+from tolstat.statistics.intervals.jackknife import PARTS, jackknifed
+from tolstat.statistics.sensitivity.clipping import clipped, few_leave_a_point_mass
 
 LEAST = 500  # groups from which indices are given
 
@@ -24,6 +25,8 @@ class Indices(NamedTuple):
 
 def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
     """Estimate the Sobol' indices of a response, with a jackknife over groups.
+
+    If few trials may dominate the variance, the response is clipped: see `clipped`.
 
     Parameters
     ----------
@@ -43,30 +46,20 @@ def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
             reason = "the response does not spread"
         none = Estimate(math.nan, reason=reason)
         return dict.fromkeys(factors, Indices(none, none))
-    # an offset adds only noise to the first order
-    f = groups - groups[:, :2].mean()
-    A, B, AB = f[:, 0], f[:, 1], f[:, 2:]
-    sums = np.column_stack(
-        [B[:, None] * (AB - A[:, None]), (A[:, None] - AB) ** 2 / 2, A, B, A**2, B**2]
-    )
-    parts = np.array([sums[p::PARTS].sum(axis=0) for p in range(PARTS)])
-    sizes = np.array([len(sums[p::PARTS]) for p in range(PARTS)])
-    whole = parts.sum(axis=0)
-    value = _ratios(whole, n)
-    left_out = np.array(
-        [
-            _ratios(whole - part, n - size)
-            for part, size in zip(parts, sizes, strict=True)
-        ]
-    )
-    light = tails_are_light(groups[:, :2].ravel())
-    found = jackknifed(value, left_out, trusted=light)
+    own = groups[:, :2]
+    core, few = clipped(groups, own), few_leave_a_point_mass(own.ravel())
+    part = np.arange(n) % PARTS
+    left_out = np.array([_indices(core.values[part != p]) for p in range(PARTS)])
+    left_out = core.followed(left_out, _indices)
+    found = jackknifed(_indices(core.values), left_out, trusted=not few)
     k = len(factors)
     return {name: Indices(found[i], found[k + i]) for i, name in enumerate(factors)}
 
 
-def _ratios(sums: Array, n: int) -> Array:
-    """Divide the numerators of first and total indices by the variance."""
-    a, b, aa, bb = sums[-4:]
-    variance = (aa + bb) / (2 * n) - ((a + b) / (2 * n)) ** 2
-    return np.asarray(sums[:-4] / n / variance)
+def _indices(groups: Array) -> Array:
+    """Return first and total indices: float64[2 factors]."""
+    # an offset adds only noise to the first order
+    f = groups - groups[:, :2].mean()
+    A, B, AB = f[:, 0], f[:, 1], f[:, 2:]
+    first, total = B @ (AB - A[:, None]), np.sum((A[:, None] - AB) ** 2, axis=0) / 2
+    return np.asarray(np.append(first, total) / len(f) / f[:, :2].var())

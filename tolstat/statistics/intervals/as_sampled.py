@@ -1,0 +1,106 @@
+"""Mean and sigma, with intervals as sampled: no rarer kind of trial than those seen."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.special import stdtrit
+
+from tolstat.arrays import Array, Integers
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.jackknife import HEAVY
+from tolstat.statistics.intervals.moments import few_leave
+
+LEAST = 50  # trials from which there is an interval
+MOST_SKEWED = 0.6  # gamma over the root of n; 1 over the root of the trials that count
+OF_REPLICATES = 0.2, 1.1  # the same with replicates, and how much wider Student's is
+WIDER = 3.0  # times the square of that: a sample understates heavy tails
+
+
+def mean_as_sampled(
+    values: Array, confidence: float = 0.95, replicate: Integers | None = None
+) -> Estimate:
+    """Estimate the mean of float64[n] trials.
+
+    Parameters
+    ----------
+    replicate : int64[n], optional
+        Number of the independent randomisation that each trial belongs to; without it
+        trials are independent.
+
+    Returns
+    -------
+    Estimate
+        With Student's interval, corrected for the skewness gamma, and wider by
+        3 gamma^2/n. There is none if |gamma| > 0.6 sqrt(n): about three trials decide
+        the mean. With replicates, whose scatter counts then, it is a tenth wider, and
+        the bound is 0.2.
+
+    References
+    ----------
+    P. Hall, On the removal of skewness by transformation, J. R. Statist. Soc. B 54
+    (1992) 221-228.
+    """
+    n = len(values)
+    value = float(values.mean()) if n else math.nan
+    if n < LEAST:
+        return Estimate(value, reason=f"needs {LEAST}")
+    g, dependent = skewness(values), replicate is not None
+    most, wider = OF_REPLICATES if dependent else (MOST_SKEWED, 1.0)
+    if not abs(g) <= most:
+        return Estimate(value, reason=HEAVY)
+    size = float(np.abs(values).max())  # squares of others may not be finite
+    each = values / size
+    if replicate is not None:
+        each = np.bincount(replicate, each) / np.bincount(replicate)
+    error, free = size * float(each.std(ddof=1)) / math.sqrt(len(each)), len(each) - 1
+    t = wider * (1 + WIDER * g**2) * float(stdtrit(free, 0.5 + confidence / 2))
+    lower, upper = (value - error * _quantile(x, g) for x in (t, -t))
+    return Estimate(value, lower, upper)
+
+
+def sigma_as_sampled(
+    values: Array, confidence: float = 0.95, replicate: Integers | None = None
+) -> Estimate:
+    """Estimate the standard deviation by the mean of squares: see `mean_as_sampled`."""
+    n = len(values)
+    reason = f"needs {LEAST}" if n < LEAST else few_leave(values)
+    if reason:
+        return Estimate(float(values.std(ddof=1)) if n > 1 else math.nan, reason=reason)
+    off = values - values.mean()
+    size = float(np.abs(off).max()) or 1.0
+    squares = (off / size) ** 2 * (n / (n - 1))
+    found = mean_as_sampled(squares, confidence, replicate)
+    value, lower, upper = (math.sqrt(max(x, 0.0)) for x in found[:3])
+    return Estimate(value, lower, upper, found.reason).times(size)
+
+
+def few_dominate(values: Array) -> bool:
+    """Return whether few of float64[n] trials decide the variance."""
+    return not abs(skewness((values - values.mean()) ** 2)) <= MOST_SKEWED
+
+
+def skewness(values: Array) -> float:
+    """Return the skewness of float64[n] over the root of n; NaN without spread.
+
+    It is 1 if one trial carries all of the spread to one side, and about 1/sqrt(k) if
+    k trials do.
+    """
+    off = values - values.mean()
+    largest = float(np.abs(off).max())
+    if not largest > 1e-14 * abs(float(values.mean())):
+        return math.nan
+    off /= largest
+    squares = off * off
+    return float(squares @ off / squares.sum() ** 1.5)
+
+
+def _quantile(x: float, g: float) -> float:
+    """Return the quantile of Student's ratio at a normal one, for a skewed response.
+
+    The inverse of Hall's polynomial T + g T^2/3 + g^2 T^3/27 + g/6.
+    """
+    if abs(g) < 1e-6:
+        return x
+    return 3 / g * (math.cbrt(1 + g * (x - g / 6)) - 1)
