@@ -396,3 +396,30 @@ def test_a_motion_that_is_cut_off_has_no_answer():
     rows = tolstat.evaluate(MODEL, deviations, BRAKED)
     late = "still starting at the horizon"
     assert list(rows["status"]) == ["done", late, late]
+
+
+@pytest.mark.parametrize(
+    ("given", "printed"),
+    [
+        (BRAKED, [0.239460729, 0.014242003, 0.003297388, 0.000474228]),
+        (TABLE, [0.315112360, 0.012845101, 0.000893787, 0.000195195]),
+    ],
+)
+def test_what_each_mode_keeps_after_the_motion(given, printed):
+    frame = tolstat.view(MODEL, "modes", settings=given).frame()
+    np.testing.assert_allclose(frame["residual 4"], printed, atol=5.1e-10)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_what_one_mass_keeps_is_what_it_swings_by(law):
+    """The residual's envelope, from theta and its rate at the end of the motion."""
+    one = {
+        "inertia": [0.5], "stiffness": [200.0], "damping": [1.5], "load_torque": [],
+        "start_up_law": law, "braking_start": 0.7, "braking_time": 0.6, "horizon": 1.6,
+    }  # fmt: skip
+    k, zeta = 20.0, 1.5 * 20.0 / 400.0
+    k_d = k * np.sqrt(1 - zeta**2)
+    t = np.array([0.0, np.pi / 2 / k_d])
+    now, later = theta(one, 1.3 + t)[:, 0] * np.exp(zeta * k * t)
+    frame = tolstat.view(MODEL, "modes", settings=one).frame()
+    assert frame["residual 1"][0] == pytest.approx(np.hypot(now, later), rel=1e-10)

@@ -39,7 +39,7 @@ class Pack(NamedTuple):
     Gh: Array  # [entry, lane], over a step
     begin: Array  # [phase, lane], s
     h: Array  # [phase, lane], s
-    count: Array  # [phase, lane], steps
+    steps: Array  # [phase, lane]
     change: Array  # [phase times row, lane], of z
     rest: Array  # [phase times watched, lane], what is added to the sums
     since: Array  # [watched, lane], phase from which its peak is taken
@@ -175,7 +175,7 @@ def take_samples(phase, n, pack):
     """Store the watched quantities at the sample times of this step, its n-th."""
     watched, expanded = len(pack.greatest), False
     for lane in range(WIDTH):
-        if not n < pack.count[phase, lane]:
+        if not n < pack.steps[phase, lane]:
             continue
         h = pack.h[phase, lane]
         t = pack.begin[phase, lane] + n * h
@@ -252,16 +252,16 @@ def follow(pack):
     m, n, watched = len(pack.z), len(pack.series) // (TERMS + 1), len(pack.greatest)
     z, moved = rows(pack.z), rows(pack.moved)
     change, at = rows(pack.change), rows(pack.at)
-    for phase in range(len(pack.count)):
+    for phase in range(len(pack.steps)):
         for i in range(m):
             jump = change[phase * m + i]
             z[i] = z[i] + jump if i < 2 * n else jump
         longest = 0.0
         for lane in range(WIDTH):
-            longest = max(longest, pack.count[phase, lane])
+            longest = max(longest, pack.steps[phase, lane])
         if longest == 0.0:
             continue
-        h, count = rows(pack.h)[phase], rows(pack.count)[phase]
+        h, count = rows(pack.h)[phase], rows(pack.steps)[phase]
         propagator(h, pack)
         read(phase, 0, pack.z, pack)
         for step in range(int(longest)):

@@ -10,11 +10,17 @@ from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.elastic_machine import motion
 from tolstat.machines.elastic_machine.declarations import Settings, description_of
-from tolstat.machines.elastic_machine.modes import Modes, left_by_start_up, modes_of
+from tolstat.machines.elastic_machine.modes import (
+    Modes,
+    left_by,
+    left_by_start_up,
+    modes_of,
+)
 from tolstat.machines.elastic_machine.motion import HEAD, PIECE, Chain
 from tolstat.machines.elastic_machine.parameters import (
     build,
     deflected_at_start_up,
+    programme_of,
     rows_of,
 )
 from tolstat.machines.elastic_machine.start_up import LAWS, Law
@@ -213,14 +219,17 @@ def listed(deviations: Array, settings: Settings) -> Listing:
     law, n = settings.law, len(modes.k)
     periods = modes.k * chains.t0[0] / (2.0 * np.pi)
     last = modes.rho[:, -1]
+    begin, end, f, turn = (each[0] for each in programme_of(chains, settings))
+    pieces = np.column_stack([begin, end, f, turn])
     return Listing.of(
-        "a mode; damping ratio as for classical damping",
+        "a mode; damping as if classical; residual at the end of the motion",
         ("mode", "1", "count", np.arange(1.0, n + 1.0)),
         ("frequency", "Hz", "", modes.k / (2.0 * np.pi)),
         ("damping ratio", "1", "", modes.zeta),
         ("periods in the start-up", "1", "1", periods),
         ("lambda", "1", "1", law.spectrum(periods)),
         (f"share of static error {n}", "1", "", last / last.sum()),
+        (f"residual {n}", "rad", "", left_by(modes, pieces)[:, -1]),
         *((f"shape {s}", "1", "1", shape) for s, shape in enumerate(modes.h.T, 1)),
     )
 
