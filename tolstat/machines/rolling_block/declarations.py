@@ -59,7 +59,8 @@ class Settings:
     band: float = setting(0.05, "a speed resonates where an excitation is nearer to a natural frequency than this share of it", unit="1", at_least=0.0)
     response_loads: tuple[int, ...] = setting((32, 33), "loads of the view response, each alone and all at once: 31 to 34, or 1 for the motor", at_least=1, count=(1, 5))
     response_link: str = setting("12", "link of the views response and pulses", choices=structure.LINK_NAMES)
-    rtol: float = setting(1e-9, "integration tolerance, relative to the twists of the static load", above=0.0)
+    runge_kutta: bool = setting(False, "whether the motion is integrated by Runge-Kutta and not solved exactly, as in audits")
+    rtol: float = setting(1e-9, "tolerance of that integration, relative to the twists of the static load", above=0.0)
     # fmt: on
 
     def __post_init__(self) -> None:
