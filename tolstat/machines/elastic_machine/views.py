@@ -10,6 +10,10 @@ from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.elastic_machine import motion
 from tolstat.machines.elastic_machine.declarations import Settings, description_of
+from tolstat.machines.elastic_machine.frequency_functions import (
+    first_mode,
+    response,
+)
 from tolstat.machines.elastic_machine.modes import (
     Modes,
     left_by,
@@ -246,5 +250,7 @@ OFFERS = (
         residual,
         MANY,
     ),
+    Offer("response", "frequency functions of the last mass", response),
+    Offer("first_mode", "what the first mode alone misses of each mass", first_mode),
     Offer("modes", "natural frequencies, damping and shapes", listed),
 )
