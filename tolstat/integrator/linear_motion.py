@@ -13,7 +13,8 @@ from tolstat.status import Status
 STEPS_A_PERIOD = 8  # of the fastest mode
 LEAST_STEPS = 8  # of a phase, for what drives it
 MOST_STEPS = 20_000_000  # of a trial
-TERMS = 18  # of a Taylor series over a step: (2 pi/8)^19/19! = 1e-19
+TERMS = 18  # of e^(G h), which thousands of steps multiply: (2 pi/8)^19/19! = 1e-19
+SERIES = 13  # terms of the solution inside a step: (2 pi/8)^14/14! = 4e-13, once
 
 
 class LinearMotion(NamedTuple):
@@ -72,33 +73,39 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
     few = count.sum(axis=1) <= MOST_STEPS
     count = np.where((finite & few)[:, None], count, 0.0)
     h = span / np.maximum(count, 1.0)
-    greatest, least = np.full((2, n, watched), np.nan)
-    history = np.full((n, len(taken), watched), np.nan)
-    for first in range(0, n, WIDTH):
-        one = np.arange(first, min(first + WIDTH, n))
-        lanes = np.append(one, np.full(WIDTH - len(one), one[-1]))
+    packs = -(-n // WIDTH)
+    # the last pack is filled up with its last trial
+    filled = np.minimum(np.arange(packs * WIDTH), n - 1)
 
-        def across(values: Array, lanes: Integers = lanes) -> Array:
-            of_trial = values[lanes].reshape(WIDTH, -1)
-            return np.ascontiguousarray(of_trial.T)
+    def across(values: Array) -> Array:
+        of_trial = values[filled].reshape(packs, WIDTH, -1)
+        return np.ascontiguousarray(of_trial.transpose(0, 2, 1))
 
-        def room(*shape: int) -> Array:
-            return np.zeros((*shape, WIDTH))
+    def back(values: Array, *shape: int) -> Array:
+        of_trial = values.transpose(0, 2, 1).reshape(packs * WIDTH, *shape)
+        return np.ascontiguousarray(of_trial[:n])
 
-        pack = Pack(
-            *by_rows(motion.entries, m), *by_rows(motion.sums, watched),
-            across(motion.G), room(len(motion.entries)), across(motion.marks[:, :-1]),
-            across(h), across(count), across(motion.change), across(motion.rest),
-            across(motion.since), np.repeat(taken[:, None], WIDTH, axis=1),
-            np.zeros(WIDTH, np.int64), room(m), room(m), room(1), room(m * m),
-            room(m * m), room(m * m), room((1 + TERMS) * motion.positions),
-            room(4 * watched), room(watched) - np.inf, room(watched) + np.inf,
-            room(len(taken) * watched) + np.nan,
-        )  # fmt: skip
-        follow(pack)
-        greatest[one] = pack.greatest.T[: len(one)]
-        least[one] = pack.least.T[: len(one)]
-        history[one] = pack.history.T[: len(one)].reshape(len(one), -1, watched)
+    def room(*shape: int) -> Array:
+        return np.zeros((*shape, WIDTH))
+
+    first_entry, column = by_rows(motion.entries, m)
+    first_summed, summed = by_rows(motion.sums, watched)
+    given = [motion.G, motion.marks[:, :-1], h, count, motion.change, motion.rest]
+    G, begin, h_, steps, change, rest, since = map(across, [*given, motion.since])
+    samples_ = np.repeat(taken[:, None], WIDTH, axis=1)
+    greatest, least = room(packs, watched) - np.inf, room(packs, watched) + np.inf
+    history = room(packs, len(taken) * watched) + np.nan
+    spare = [room(m), room(watched), *(room(m * m) for _ in range(3))]
+    spare += [room((1 + SERIES) * motion.positions), room(4 * watched)]
+    Gh = room(len(motion.entries))
+    for i in range(packs):
+        follow(Pack._make((
+            first_entry, column, first_summed, summed, G[i], Gh, begin[i], h_[i],
+            steps[i], change[i], rest[i], since[i], samples_, np.zeros(WIDTH, np.int64),
+            room(m), *spare, greatest[i], least[i], history[i],
+        )))  # fmt: skip
+    greatest, least = back(greatest, watched), back(least, watched)
+    history = back(history, len(taken), watched)
     failed = ~(finite & few)
     for values in (greatest, least, history):
         values[failed] = np.nan

@@ -14,7 +14,7 @@ import numpy as np
 from numba import types
 
 from tolstat.arrays import Array, Integers
-from tolstat.integrator.linear_motion import TERMS
+from tolstat.integrator.linear_motion import SERIES, TERMS
 from tolstat.integrator.signatures import integers, table
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
@@ -47,7 +47,7 @@ class Pack(NamedTuple):
     taken: Integers  # [lane], samples
     z: Array  # [row, lane]
     moved: Array  # [row, lane], z behind the step
-    wanted: Array  # [1, lane], where a peak is looked for
+    wanted: Array  # [watched, lane], where a peak is looked for
     P: Array  # [row times row, lane]
     power: Array  # [row times row, lane]
     product: Array  # [row times row, lane]
@@ -70,9 +70,21 @@ def times(width, factor, pack):
     m = len(pack.z)
     Gh, power, product = rows(pack.Gh), rows(pack.power), rows(pack.product)
     for i in range(m):
-        for k in range(width):
-            total = 0.0 * factor * Gh[0]
-            for e in range(pack.first_entry[i], pack.first_entry[i + 1]):
+        begin, end = pack.first_entry[i], pack.first_entry[i + 1]
+        for k in range(0, width - 3, 4):  # these sums do not wait for each other
+            one = two = three = four = 0.0 * Gh[0]
+            for e in range(begin, end):
+                at = pack.column[e] * width + k
+                one = one + Gh[e] * power[at]
+                two = two + Gh[e] * power[at + 1]
+                three = three + Gh[e] * power[at + 2]
+                four = four + Gh[e] * power[at + 3]
+            at = i * width + k
+            product[at], product[at + 1] = one * factor, two * factor
+            product[at + 2], product[at + 3] = three * factor, four * factor
+        for k in range(width - width % 4, width):
+            total = 0.0 * Gh[0]
+            for e in range(begin, end):
                 total = total + Gh[e] * power[pack.column[e] * width + k]
             product[i * width + k] = total * factor
     for i in range(m * width):
@@ -98,13 +110,13 @@ def propagator(h, pack):
 @compiled()
 def expand(pack):
     """Fill the Taylor series of all positions over the step, in shares of it."""
-    n = len(pack.series) // (TERMS + 1)
+    n = len(pack.series) // (SERIES + 1)
     z, power, series = rows(pack.z), rows(pack.power), rows(pack.series)
     for i in range(len(z)):
         power[i] = z[i]
     for i in range(n):
         series[i] = z[i]
-    for term in range(1, TERMS + 1):
+    for term in range(1, SERIES + 1):
         times(1, 1.0 / term, pack)
         for i in range(n):
             series[term * n + i] = power[i]
@@ -113,7 +125,7 @@ def expand(pack):
 @compiled(within=True)
 def read(phase, first, z, pack):
     """Fill values of the watched quantities, from row `first`, and slopes behind."""
-    n, watched = len(pack.series) // (TERMS + 1), len(pack.greatest)
+    n, watched = len(pack.series) // (SERIES + 1), len(pack.greatest)
     Z, at, rest = rows(z), rows(pack.at), rows(pack.rest)
     for o in range(watched):
         begin, end = pack.first_summed[o], pack.first_summed[o + 1]
@@ -128,9 +140,9 @@ def read(phase, first, z, pack):
 @compiled()
 def of_series(o, lane, share, pack):
     """Return a watched sum, its slope and its bend at a share of the step."""
-    n = len(pack.series) // (TERMS + 1)
+    n = len(pack.series) // (SERIES + 1)
     value, slope, bend = 0.0, 0.0, 0.0
-    for term in range(TERMS, -1, -1):
+    for term in range(SERIES, -1, -1):
         c = 0.0
         for each in range(pack.first_summed[o], pack.first_summed[o + 1]):
             c += pack.series[term * n + pack.summed[each], lane]
@@ -171,14 +183,15 @@ def refine(phase, o, lane, pack):
 
 
 @compiled()
-def take_samples(phase, n, pack):
-    """Store the watched quantities at the sample times of this step, its n-th."""
+def take_samples(phase, step, pack):
+    """Store the watched quantities at the sample times of a step."""
     watched, expanded = len(pack.greatest), False
+    n = len(pack.series) // (SERIES + 1)
     for lane in range(WIDTH):
-        if not n < pack.steps[phase, lane]:
+        if not step < pack.steps[phase, lane]:
             continue
         h = pack.h[phase, lane]
-        t = pack.begin[phase, lane] + n * h
+        t = pack.begin[phase, lane] + step * h
         while pack.taken[lane] < len(pack.samples):
             sample = pack.taken[lane]
             share = (pack.samples[sample, lane] - t) / h
@@ -188,18 +201,23 @@ def take_samples(phase, n, pack):
                 expand(pack)
                 expanded = True
             for o in range(watched):
-                value, _, _ = of_series(o, lane, share, pack)
+                value = 0.0
+                for term in range(SERIES, -1, -1):
+                    value *= share
+                    for i in range(pack.first_summed[o], pack.first_summed[o + 1]):
+                        value += pack.series[term * n + pack.summed[i], lane]
                 rest = pack.rest[phase * watched + o, lane]
                 pack.history[sample * watched + o, lane] = value + rest
             pack.taken[lane] += 1
 
 
-@compiled()
-def take_peaks(phase, n, h, running, pack):
-    """Raise the greatest and lower the least values by the n-th step of a phase."""
-    watched, expanded = len(pack.greatest), False
-    at, since = rows(pack.at), rows(pack.since)
+@compiled(within=True)
+def take_peaks(phase, h, running, pack):
+    """Raise the greatest and lower the least values by a step."""
+    watched = len(pack.greatest)
+    at, since, wanted = rows(pack.at), rows(pack.since), rows(pack.wanted)
     greatest, least = rows(pack.greatest), rows(pack.least)
+    some = running & ~running
     for o in range(watched):
         a, a_ = at[o], at[watched + o]
         b, b_ = at[2 * watched + o], at[3 * watched + o]
@@ -213,15 +231,14 @@ def take_peaks(phase, n, h, running, pack):
         middle = 6.0 * (b - a) - h * (a_ + b_)
         turns = (a_ * b_ < 0.0) | (middle * a_ < 0.0)
         reach = REACH * h * np.maximum(np.abs(a_), np.abs(b_))
-        beyond = (high + reach > top) | (low - reach < bottom)
-        wanted = taking & turns & beyond
-        if np.any(wanted):
-            if not expanded:
-                expand(pack)
-                expanded = True
-            rows(pack.wanted)[0] = np.where(wanted, 1.0, 0.0)
+        here = taking & turns & ((high + reach > top) | (low - reach < bottom))
+        wanted[o] = np.where(here, 1.0, 0.0)
+        some = some | here
+    if np.any(some):
+        expand(pack)
+        for o in range(watched):
             for lane in range(WIDTH):
-                if pack.wanted[0, lane] > 0.0:
+                if pack.wanted[o, lane] > 0.0:
                     refine(phase, o, lane, pack)
 
 
@@ -249,7 +266,7 @@ def advance(pack):
 @compiled(types.void(pack_type))
 def follow(pack):
     """Follow the trials of a pack from the first mark to the last."""
-    m, n, watched = len(pack.z), len(pack.series) // (TERMS + 1), len(pack.greatest)
+    m, n, watched = len(pack.z), len(pack.series) // (SERIES + 1), len(pack.greatest)
     z, moved = rows(pack.z), rows(pack.moved)
     change, at = rows(pack.change), rows(pack.at)
     for phase in range(len(pack.steps)):
@@ -268,7 +285,7 @@ def follow(pack):
             running = count > float(step)
             advance(pack)
             read(phase, 2 * watched, pack.moved, pack)
-            take_peaks(phase, step, h, running, pack)
+            take_peaks(phase, h, running, pack)
             if len(pack.samples) > 0:
                 take_samples(phase, step, pack)
             for i in range(m):

@@ -9,6 +9,7 @@ Russian), (8), (9), (13) and (19).
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,7 @@ def frequency_functions(
     """
     w = omega[:, None, None]
     dynamic = of_springs(c) + 1j * w * of_springs(b) - w * w * np.diag(J)
-    e = np.linalg.inv(dynamic)
+    e: Any = np.linalg.inv(dynamic)
     return e, e @ J
 
 
