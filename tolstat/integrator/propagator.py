@@ -279,7 +279,12 @@ def follow(pack):
         if longest == 0.0:
             continue
         h, count = rows(pack.h)[phase], rows(pack.steps)[phase]
-        propagator(h, pack)
+        other = phase == 0
+        for lane in range(WIDTH):
+            other |= pack.h[phase, lane] != pack.h[max(phase - 1, 0), lane]
+            other |= pack.steps[max(phase - 1, 0), lane] == 0.0
+        if other:  # equal phases in a row share their P
+            propagator(h, pack)
         read(phase, 0, pack.z, pack)
         for step in range(int(longest)):
             running = count > float(step)
