@@ -30,7 +30,7 @@ class Pack(NamedTuple):
     """Trials in lanes, and room for their steps."""
 
     # entries of G that are not zero in all trials, by rows: the first of each row and
-    # behind all, their columns; likewise the positions that watched quantities add up
+    # behind all, their columns; the same of the positions that a watched sum adds up
     first_entry: Integers
     column: Integers
     first_summed: Integers
