@@ -2,8 +2,8 @@
 
 `System` names equations compiled by `compiled(rates_signature)`. They read rows of
 lanes by `rows` or, with the letters of a named tuple, by `named`, and store them by
-`write`. `integrate` returns the `Solution` of a block of trials. The compiler is loaded
-with the first name that needs it.
+`write`. `integrate` returns the `Solution` of a block of trials; `solve` that of a
+`LinearMotion`, exactly. The compiler is loaded with the first name that needs it.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from tolstat.integrator.examination import proposed_scale
     from tolstat.integrator.integrate import integrate
+    from tolstat.integrator.linear_motion import LinearMotion, solve
     from tolstat.integrator.problem import SIDES, Accuracy, Moment, Solution, System
     from tolstat.integrator.signatures import rates_signature
     from tolstat.lanes.compiled import compiled
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "Accuracy": "tolstat.integrator.problem",
+    "LinearMotion": "tolstat.integrator.linear_motion",
     "Moment": "tolstat.integrator.problem",
     "SIDES": "tolstat.integrator.problem",
     "Solution": "tolstat.integrator.problem",
@@ -31,11 +33,13 @@ _HOMES = {
     "proposed_scale": "tolstat.integrator.examination",
     "rates_signature": "tolstat.integrator.signatures",
     "rows": "tolstat.lanes.rows",
+    "solve": "tolstat.integrator.linear_motion",
     "write": "tolstat.lanes.rows",
 }
 __all__ = [
     "SIDES",
     "Accuracy",
+    "LinearMotion",
     "Moment",
     "Solution",
     "System",
@@ -45,6 +49,7 @@ __all__ = [
     "proposed_scale",
     "rates_signature",
     "rows",
+    "solve",
     "write",
 ]
 

@@ -98,9 +98,10 @@ def test_the_printed_moments_after_a_step():
         {"damping_ratio": 0.3, "scale": 7.0},
     ],
 )
-def test_integrated_against_the_closed_form(given):
-    """1e-7 of the peak, over the whole second, at an rtol of 1e-9, any drive."""
-    settings = Settings(**given)
+@pytest.mark.parametrize(("second", "off"), [(False, 1e-12), (True, 1e-7)])
+def test_followed_against_the_closed_form(given, second, off):
+    """The whole second of any drive, exactly; by Runge-Kutta to 1e-7 of the peak."""
+    settings = Settings(**given, runge_kutta=second)
     time = np.linspace(0.0, 1.0, 1501)
     drive, modes = scattered(6, settings=settings)
     for loading, steps in (
@@ -111,7 +112,7 @@ def test_integrated_against_the_closed_form(given):
         found = solution.history[:, :, :8].transpose(0, 2, 1) * drive.C[:, :, None]
         expected = moments(time, modes.omega, drive.zeta, steps)
         peak = abs(expected).max(axis=2)
-        assert (abs(found - expected).max(axis=2) < 1e-7 * peak).all()
+        assert (abs(found - expected).max(axis=2) < off * peak).all()
 
 
 def pulsed(drive, modes, stand, length):
@@ -137,7 +138,7 @@ def test_pulses_as_printed(length, expected):
     given = {"pulse_length": length, "pulse_moment": 250.0}
     found = tolstat.evaluate("rolling_block", None, given).iloc[0]
     peak = [found[f"pulse_peak_{ij}"] for ij in known.LINKS]
-    np.testing.assert_allclose(np.array(peak) / 250.0, expected, atol=3e-9)
+    np.testing.assert_allclose(np.array(peak) / 250.0, expected, atol=1.1e-9)
 
 
 @pytest.mark.parametrize("stand", STANDS)
@@ -151,7 +152,7 @@ def test_a_pulse_on_any_stand_of_any_drive(stand):
         steps = pulsed(type(drive)(*one, of_one), of_one, stand, settings.pulse_length)
         expected = peaks_in_closed_form(of_one, one[2], steps, 0.15)
         found = np.maximum(solution.greatest, -solution.least)[trial]
-        np.testing.assert_allclose(found, expected, rtol=2e-8)
+        np.testing.assert_allclose(found, expected, rtol=1e-11)
 
 
 def test_delays_one_number_or_three():
@@ -226,17 +227,19 @@ def test_a_drive_that_does_not_swing(zeta):
     solution = followed(drive, load_steps(settings), settings, time)
     for link in range(8):
         moment = drive.C[0, link] * solution.history[0, :, link]
-        assert moment == pytest.approx(found[link], abs=1e-7)
+        assert moment == pytest.approx(found[link], abs=1e-11)
 
 
 def test_a_tighter_rtol_does_not_change_peaks():
     """What is said at rtol 1e-9 is true to 1e-6 of itself."""
-    short = {"horizon": 0.3}
+    short = {"horizon": 0.3, "runge_kutta": True}
     usual = tolstat.evaluate("rolling_block", None, short)
     close = tolstat.evaluate("rolling_block", None, {"rtol": 1e-11, **short})
     names = [n for n in usual if n.startswith(("ampl", "moment", "pulse"))]
     np.testing.assert_allclose(usual[names], close[names], rtol=1e-6)
     assert close["steps"].iloc[0] > 2 * usual["steps"].iloc[0]
+    exact = tolstat.evaluate("rolling_block", None, {"horizon": 0.3})
+    np.testing.assert_allclose(exact[names], close[names], rtol=1e-9)
 
 
 def test_the_result_scales_with_load_and_drive():
@@ -248,3 +251,15 @@ def test_the_result_scales_with_load_and_drive():
         name = f"amplification_{ij}"
         assert small[name] == pytest.approx(usual[name], rel=1e-9)
     assert nominal(Settings(scale=1e-3)).C[0, 0] == pytest.approx(8e3)
+
+
+def test_bit_for_bit_the_same_in_any_block():
+    settings = Settings(delay=(3e-3, 0.0, 10e-3), horizon=0.1)
+    drive, _ = scattered(21)
+    whole = followed(drive, load_steps(settings), settings)
+    for rows in (slice(0, 1), slice(3, 8), slice(17, None), slice(None, None, -1)):
+        one = [each[rows] for each in drive[:3]]
+        part = type(drive)(*one, modes_of(*one[:2]))
+        found = followed(part, load_steps(settings), settings)
+        np.testing.assert_array_equal(found.peak, whole.peak[rows])
+        np.testing.assert_array_equal(found.steps, whole.steps[rows])

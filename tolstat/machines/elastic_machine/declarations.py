@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tolstat.errors import ModelError
-from tolstat.machines.elastic_machine.start_up import LAWS
+from tolstat.machines.elastic_machine.start_up import LAWS, Law, of_table
 from tolstat.model.description import POSITIVE, Contributor, Description, Response
 from tolstat.model.settings import column, setting
 
@@ -17,6 +17,10 @@ LOAD_COLUMNS = {
     "time": column("time of the step", unit="s", at_least=0.0),
     "mass": column("number of the mass, 1 next to the shaft", like=1, at_least=1),
     "torque": column("step of the torque, positive with the motion", unit="N m"),
+}
+TABLE_COLUMNS = {
+    "time": column("time of the point", unit="s", at_least=0.0),
+    "acceleration": column("phi0'' there", unit="rad/s^2"),
 }
 
 
@@ -36,13 +40,17 @@ class Settings:
     inertia: tuple[float, ...] = setting((0.8, 0.6, 0.5, 0.3), "moment of inertia of each mass, from the programmed shaft outwards", unit="kg m^2", above=0.0, count=(1, MOST_MASSES))
     stiffness: tuple[float, ...] = setting((1200.0, 900.0, 700.0, 500.0), "stiffness of the spring before each mass, the first on the programmed shaft", unit="N m/rad", above=0.0)
     damping: tuple[float, ...] = setting((1.2, 0.9, 0.7, 0.5), "damping of the spring before each mass", unit="N m s/rad", at_least=0.0)
-    start_up_law: str = setting("constant", "acceleration of the programmed shaft: constant, as in the paper; smooth: polynomial, trapezoidal jerk, cycloid", choices=tuple(LAWS))
+    start_up_law: str = setting("constant", "acceleration of the programmed shaft: constant, as in the paper; smooth: polynomial, trapezoidal jerk, cycloid; that of a table", choices=(*LAWS, "table"))
+    acceleration: tuple[Mapping[str, Any], ...] = setting((), "points of the table: straight lines between them, a jump where a time is repeated, 0 outside; its last time replaces start_up_time", columns=TABLE_COLUMNS)
     final_speed: float = setting(10.0, "speed omega0 of the programmed shaft after start-up; a deviation of the start-up time does not change it, eps0 = omega0/t0", unit="rad/s")
     start_up_time: float = setting(0.5, "start-up time t0", unit="s", above=0.0)
+    braking_start: float = setting(1.0, "when braking begins, t_B", unit="s", at_least=0.0)
+    braking_time: float = setting(0.0, "braking time t_b, from final_speed to rest by the start-up law; 0 for no braking", unit="s", at_least=0.0)
     load_torque: tuple[Mapping[str, Any], ...] = setting(LOAD, "steps of the load torque, each from its time to the end; [] for none", columns=LOAD_COLUMNS)
     horizon: float = setting(2.0, "simulated time, from t = 0", unit="s", above=0.0)
-    rtol: float = setting(1e-8, "integration tolerance, relative to each state's scale", above=0.0)
-    max_step: float = setting(1e-2, "longest integration step", unit="s", above=0.0)
+    runge_kutta: bool = setting(False, "whether the motion is integrated by Runge-Kutta and not solved exactly, as in audits")
+    rtol: float = setting(1e-8, "tolerance of that integration, relative to each state's scale", above=0.0)
+    max_step: float = setting(1e-2, "its longest step", unit="s", above=0.0)
     # fmt: on
 
     def __post_init__(self) -> None:
@@ -67,15 +75,60 @@ class Settings:
                     f"{where}: time = {step['time']:g} s is not before the horizon of "
                     f"{self.horizon:g} s; enlarge the horizon"
                 )
-        if not self.start_up_time < self.horizon:
-            raise ModelError(
-                f"start_up_time = {self.start_up_time:g} s does not end before the "
-                f"horizon of {self.horizon:g} s; enlarge the horizon"
-            )
-        if self.final_speed == 0 and not any(s["torque"] for s in self.load_torque):
+        self._check_motion()
+        if self.speed == 0 and not any(s["torque"] for s in self.load_torque):
             raise ModelError(
                 "final_speed = 0 and no load torque: nothing moves the machine"
             )
+
+    def _check_motion(self) -> None:
+        """Refuse a programmed motion that is none, or does not end in time."""
+        times = [row["time"] for row in self.acceleration]
+        table = self.start_up_law == "table"
+        if table and (len(times) < 2 or times[-1] <= 0.0 or times != sorted(times)):
+            raise ModelError(
+                'start_up_law = "table" takes two or more rows of acceleration, their '
+                "times ascending and the last above 0 s"
+            )
+        if not table and times:
+            raise ModelError(
+                'acceleration is given: it counts with start_up_law = "table" alone'
+            )
+        if table and self.braking_time:
+            raise ModelError(
+                "braking_time: a table brakes by its own rows; leave braking_time at 0"
+            )
+        t0, end = self.nominal_start_up, self.braking_start + self.braking_time
+        name = "acceleration, last time" if table else "start_up_time"
+        if not t0 < self.horizon:
+            raise ModelError(
+                f"{name} = {t0:g} s does not end before the horizon of "
+                f"{self.horizon:g} s; enlarge the horizon"
+            )
+        if self.braking_time and not t0 <= self.braking_start < end < self.horizon:
+            raise ModelError(
+                f"braking lasts from {self.braking_start:g} s to {end:g} s: it must "
+                f"begin after the start-up ({t0:g} s) and end before the horizon "
+                f"({self.horizon:g} s)"
+            )
+
+    @property
+    def law(self) -> Law:
+        """The start-up law."""
+        table = self.start_up_law == "table"
+        return of_table(self.acceleration) if table else LAWS[self.start_up_law]
+
+    @property
+    def nominal_start_up(self) -> float:
+        """Its duration t0, s."""
+        table = self.start_up_law == "table"
+        return float(self.acceleration[-1]["time"]) if table else self.start_up_time
+
+    @property
+    def speed(self) -> float:
+        """What multiplies f of the law: phi0'' = speed/t0 f, rad/s."""
+        table = self.start_up_law == "table"
+        return self.nominal_start_up if table else self.final_speed
 
 
 def spring(s: int) -> str:
@@ -99,10 +152,11 @@ def description_of(settings: Settings, deflected: Collection[int]) -> Descriptio
                 Contributor(f"load_torque_{i}", "N m", f"M_{i}", f"step of the load torque on mass {step['mass']} at {step['time']:g} s", "M_r in (7)", shown="N m")
                 for i, step in enumerate(settings.load_torque, start=1)
             ),
+            *([Contributor("braking_time", "s", "t_b", "braking time, from the same speed", "(19)")] if settings.braking_time else ()),
         ),
         (
             *(Response(f"error_{s}", "rad", f"|theta_{s}|", f"peak dynamic error of mass {s}: its twist against the programmed motion", "(7)", range=POSITIVE) for s in masses),
-            *(Response(f"residual_{s}", "rad", f"|theta_{s} - C^-1 M|", f"peak residual twist of mass {s} after start-up, beside the static twist", "(18)", range=POSITIVE) for s in masses),
+            *(Response(f"residual_{s}", "rad", f"|theta_{s} - C^-1 M|", f"peak residual twist of mass {s} after start-up and braking, beside the static twist", "(18)", range=POSITIVE) for s in masses),
             *(Response(f"torque_peak_{s}", "N m", f"|c_{spring(s)} (theta_{s} - theta_{s - 1})|", f"peak elastic torque of the spring before mass {s}", "(7)", shown="N m", range=POSITIVE) for s in masses),
             *(Response(f"dynamic_factor_{s}", "1", f"K_{s}", f"peak dynamic error of mass {s} over its static one at the greatest acceleration", "(7)", shown="1", range=POSITIVE) for s in deflected),
             *(Response(f"frequency_{s}", "Hz", f"k_{s}/2pi", f"natural frequency {s} without damping", "I, C in (7)", range=POSITIVE) for s in masses),

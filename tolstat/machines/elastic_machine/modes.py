@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
+from tolstat.machines.elastic_machine.motion import acceleration
 from tolstat.machines.elastic_machine.start_up import Law
 
 
@@ -96,3 +97,37 @@ def left_by_start_up(modes: Modes, law: Law, omega0: float, t0: Array) -> Array:
     periods = np.multiply.outer(t0, modes.k) / (2.0 * np.pi)
     share = abs(omega0) * law.spectrum(periods) * modes.k
     return share[:, :, None] * np.abs(modes.rho)
+
+
+def left_by(modes: Modes, pieces: Array) -> Array:
+    """Return the amplitude of each mode when a programmed motion ends, damped, (18).
+
+    |rho_s^(m)| k/sqrt(1 - zeta^2) times |integral of phi0'' e^(zeta k (t - t_e))
+    e^(-j k_d t)| to its end t_e; NaN for a mode that does not swing.
+
+    Parameters
+    ----------
+    modes : Modes
+        Of one chain.
+    pieces : float64[piece, 7]
+        Begin and end, s; phi0'' at the begin, rad/s2, three derivatives, and its turn.
+
+    Returns
+    -------
+    float64[mode, mass]
+        rad.
+    """
+    x, weight = np.polynomial.legendre.leggauss(16)
+    root = np.sqrt(np.where(modes.zeta < 1.0, 1.0 - modes.zeta**2, np.nan))
+    pole = modes.k * (modes.zeta - 1j * root)
+    t_e, total = pieces[:, 1].max(), 0.0 * pole
+    for begin, end, *f, turn in pieces:
+        panels = 1 + int(max(modes.k.max(), turn) * (end - begin) / 2.0)
+        edge = np.linspace(begin, end, panels + 1)
+        half = 0.5 * (edge[1] - edge[0])
+        t = (edge[:-1, None] + half * (1.0 + x)).ravel()
+        piece = np.array([0.0, np.inf, begin, *f, turn])
+        eps = acceleration(t, 0.0 * t, piece) * half * np.tile(weight, panels)
+        total = total + np.exp(np.multiply.outer(pole, t - t_e)) @ eps
+    share: Array = np.abs(total) * modes.k / root
+    return share[:, None] * np.abs(modes.rho)

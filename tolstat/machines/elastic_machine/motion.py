@@ -24,16 +24,23 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 
 
-class StartUp(NamedTuple):
-    """The start-up of each trial, each float64[lanes]."""
+class Piece(NamedTuple):
+    """A piece of the programmed motion of each trial, each float64[lanes]."""
 
-    law: Array  # number in `start_up.LAWS`, the same in all trials
-    eps0: Array  # rad/s2
-    per_t0: Array  # 1/s
-    ended: Array  # phase from which it is over
+    on: Array  # phase from which it holds
+    off: Array  # phase from which no more
+    begin: Array  # s
+    f: Array  # phi0'' at its begin, rad/s2, and its derivatives
+    f_: Array
+    f__: Array
+    f___: Array
+    turn: Array  # rad/s: of a cosine, whose first derivative is 0; or 0
 
 
-HEAD = len(StartUp._fields)  # these parameters come first
+PIECE = len(Piece._fields)
+# these parameters come first: the phase from which the programmed motion is over, the
+# number of its pieces, the same in all trials
+HEAD = 2
 
 
 class Chain(NamedTuple):
@@ -44,13 +51,23 @@ class Chain(NamedTuple):
     b: Array  # N m s/rad, of the same spring
 
 
-def acceleration(f: Array, phase: Array, start_up: StartUp) -> Array:
-    """Return phi0'', rad/s2, from f of the start-up law, each float64[lanes].
+def acceleration(t: Array, phase: Array, pieces: Array) -> Array:
+    """Return phi0'', rad/s2, of all pieces, float64[row, lanes].
 
     The phase decides, not the time: a step that lands on the end of the start-up still
     sees the acceleration before it.
     """
-    return np.where(phase < start_up.ended, start_up.eps0 * f, 0.0)
+    total = 0.0 * t
+    for first in range(0, len(pieces), PIECE):
+        on, off, begin = pieces[first], pieces[first + 1], pieces[first + 2]
+        f, f_, f__ = pieces[first + 3], pieces[first + 4], pieces[first + 5]
+        f___, turn = pieces[first + 6], pieces[first + 7]
+        x = t - begin
+        powers = f + x * (f_ + x * (0.5 * f__ + x * f___ * (1.0 / 6.0)))
+        half = np.sin(0.5 * turn * x) / np.where(turn > 0.0, turn, 1.0)
+        found = np.where(turn > 0.0, f + 2.0 * f__ * half * half, powers)
+        total = total + np.where((phase >= on) & (phase < off), found, 0.0)
+    return total
 
 
 def static_deflection(phase: Array, steps: Array, out: Array) -> None:

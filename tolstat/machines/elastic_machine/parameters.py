@@ -9,7 +9,7 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 from tolstat.machines.elastic_machine.declarations import Settings
 from tolstat.machines.elastic_machine.modes import natural_frequencies
-from tolstat.machines.elastic_machine.start_up import LAWS
+from tolstat.machines.elastic_machine.motion import PIECE
 
 BALANCED = 1e-12  # of a deflection: what rounding leaves where torques balance
 
@@ -22,12 +22,32 @@ class Chains(NamedTuple):
     b: Array  # [trial, mass], of the same spring
     t0: Array  # [trial]
     M: Array  # [trial, step of the load]
+    t_b: Array  # [trial], 0 without braking
+
+
+class Programme(NamedTuple):
+    """The programmed motion, piece by piece: start-up, then braking."""
+
+    begin: Array  # [trial, piece], s
+    end: Array  # [trial, piece], s
+    f: Array  # [trial, piece, 4], phi0'' at the begin, and three derivatives
+    turn: Array  # [trial, piece], rad/s, see `start_up.Law`
+
+
+class Events(NamedTuple):
+    """When each trial's phases begin: numbers of the last mark passed."""
+
+    marks: Array  # [trial, mark], s: start, events in order of time, horizon
+    on: Array  # [trial, piece of the programmed motion], from which it holds
+    off: Array  # [trial, piece], and from which no more
+    begun: Array  # [trial, step of the load], from which it acts
 
 
 def exist(chains: Chains) -> Truths:
     """Return which trials can be built."""
-    J, c, b, t0, _ = chains
-    return ((J > 0) & (c > 0) & (b >= 0)).all(axis=1) & (t0 > 0)
+    J, c, b, t0, _, t_b = chains
+    # the nominal braking time is 0 or above: a deviation must not turn it round
+    return ((J > 0) & (c > 0) & (b >= 0)).all(axis=1) & (t0 > 0) & (t_b >= 0)
 
 
 def build(deviations: Array, settings: Settings) -> Chains:
@@ -36,9 +56,42 @@ def build(deviations: Array, settings: Settings) -> Chains:
     J = np.array(settings.inertia) * (1.0 + deviations[:, :n])
     c = np.array(settings.stiffness) * (1.0 + deviations[:, n : 2 * n])
     b = np.array(settings.damping) * (1.0 + deviations[:, 2 * n : 3 * n])
-    t0 = settings.start_up_time + deviations[:, 3 * n]
+    t0 = settings.nominal_start_up + deviations[:, 3 * n]
     torque = [step["torque"] for step in settings.load_torque]
-    return Chains(J, c, b, t0, np.array(torque, float) + deviations[:, 3 * n + 1 :])
+    last = 3 * n + 1 + len(torque)
+    M = np.array(torque, float) + deviations[:, 3 * n + 1 : last]
+    t_b = 0.0 * t0
+    if settings.braking_time:
+        t_b = settings.braking_time + deviations[:, last]
+    return Chains(J, c, b, t0, M, t_b)
+
+
+def ends_late(chains: Chains, settings: Settings) -> Truths:
+    """Return which trials start into their braking, or move beyond the horizon."""
+    if not settings.braking_time:
+        return np.asarray(chains.t0 >= settings.horizon)
+    late = chains.t0 > settings.braking_start
+    return late | (settings.braking_start + chains.t_b >= settings.horizon)
+
+
+def programme_of(chains: Chains, settings: Settings) -> Programme:
+    """Return phi0'' = speed/t0 f(t/t0), and from t_B on -speed/t_b f((t - t_B)/t_b)."""
+    law = settings.law
+    s = np.array((0.0, *law.knots, 1.0))
+    table = np.zeros((len(law.pieces), 4))
+    for row, piece in zip(table, law.pieces, strict=True):
+        row[: len(piece)] = piece
+    parts = [(0.0, chains.t0, settings.speed)]
+    if settings.braking_time:
+        parts.append((settings.braking_start, chains.t_b, -settings.speed))
+    found = []
+    for begin, T, speed in parts:
+        t = begin + T[:, None] * s
+        power = T[:, None] ** -np.arange(1.0, 5.0)
+        f = speed * table * power[:, None, :]
+        turn = np.broadcast_to(law.turn / T[:, None], f.shape[:2])
+        found.append((t[:, :-1], t[:, 1:], f, turn))
+    return Programme(*(np.hstack(each) for each in zip(*found, strict=True)))
 
 
 def static_deflection(c: Array, M: Array) -> Array:
@@ -60,8 +113,7 @@ def deflection_at_start_up(chains: Chains, settings: Settings) -> Array:
     M_end are the torques at the end of start-up, with any that steps at that very
     moment.
     """
-    greatest = LAWS[settings.start_up_law].greatest
-    eps_max = greatest * settings.final_speed / chains.t0
+    eps_max = settings.law.greatest * settings.speed / chains.t0
     found = static_deflection(chains.c, -chains.J * eps_max[:, None])
     for i, step in enumerate(settings.load_torque):
         acts = np.where(step["time"] <= chains.t0, chains.M[:, i], 0.0)
@@ -75,60 +127,58 @@ def deflected_at_start_up(settings: Settings) -> tuple[int, ...]:
     It may come after the start-up of a machine that stands, or balance it.
     """
     n = len(settings.inertia)
-    nominal = build(np.zeros((1, 3 * n + 1 + len(settings.load_torque))), settings)
+    # one more for braking
+    nominal = build(np.zeros((1, 3 * n + 2 + len(settings.load_torque))), settings)
     found = np.abs(deflection_at_start_up(nominal, settings)[0])
     there = found > BALANCED * scale_of(settings)[:n]
     return tuple((1 + np.flatnonzero(there)).tolist())
 
 
-def events_of(chains: Chains, settings: Settings) -> tuple[Array, Array, Array]:
-    """Return the knots and end of the start-up and the load steps, in order of time.
+def events_of(chains: Chains, programme: Programme, settings: Settings) -> Events:
+    """Return the pieces of the programmed motion and the load steps, in order of time.
 
     A longer start-up may pass the time of a step. So each trial stores the phase that
-    each of its events begins: the number of the last mark passed.
-
-    Returns
-    -------
-    marks : float64[trial, mark]
-        Start, events, horizon, s, in the order in which each trial has them.
-    ended : float64[trial]
-        The phase from which the start-up is over.
-    begun : float64[trial, step of the load]
-        The phase from which it acts.
+    each of its events begins.
     """
-    parts = (*LAWS[settings.start_up_law].knots, 1.0)
-    # a start-up that does not end has no answer; its marks end with the horizon
-    own = np.minimum(chains.t0[:, None] * np.array(parts), settings.horizon)
+    n = programme.begin.shape[1] // (2 if settings.braking_time else 1)
+    # the ends of start-up and braking, then what begins behind t = 0
+    own = np.hstack([programme.end[:, n - 1 :: n], programme.begin[:, 1:]])
     steps = [step["time"] for step in settings.load_torque]
     given = np.broadcast_to(np.array(steps, float), (len(own), len(steps)))
-    times = np.hstack([own, given])
+    # what does not end has no answer; its marks end with the horizon
+    times = np.hstack([np.minimum(own, settings.horizon), given])
     order = np.argsort(times, axis=1, kind="stable")
     phase = np.empty_like(times)
     np.put_along_axis(phase, order, 1.0 + np.arange(times.shape[1])[None], axis=1)
     ordered = np.take_along_axis(times, order, axis=1)
     edge = np.zeros((len(own), 1))
     marks = np.hstack([edge, ordered, edge + settings.horizon])
-    return marks, phase[:, len(parts) - 1], phase[:, len(parts) :]
+    parts = programme.end[:, n - 1 :: n].shape[1]
+    on = np.hstack([edge, phase[:, parts : own.shape[1]]])
+    off = np.hstack([on[:, 1:], edge])
+    off[:, n - 1 :: n] = phase[:, :parts]
+    return Events(marks, on, off, phase[:, own.shape[1] :])
 
 
-def rows_of(chains: Chains, ended: Array, begun: Array, settings: Settings) -> Array:
+def rows_of(
+    chains: Chains, programme: Programme, events: Events, settings: Settings
+) -> Array:
     """Return float64[trial, parameter], as the equations of motion read them.
 
-    First what `motion.StartUp` names, then 1/J, c and b of each mass, then of each
+    First the phase from which the programmed motion is over and the number of its
+    pieces, then 1/J, c and b of each mass, then what `motion.Piece` names, then of each
     step of the load its phase and the static deflection of each mass.
     """
     # a start-up after the horizon ends as "not finite", without motion
-    one = np.where(chains.t0 < settings.horizon, 1.0, np.nan)
-    start_up = (
-        np.full_like(one, list(LAWS).index(settings.start_up_law)),
-        one * settings.final_speed / chains.t0,
-        one / chains.t0,
-        ended,
-    )
-    rows = [np.stack(start_up, axis=1), 1.0 / chains.J, chains.c, chains.b]
+    one = np.where(ends_late(chains, settings), np.nan, 1.0)[:, None]
+    on, off, (begin, _, f, turn) = events.on, events.off, programme
+    pieces = np.concatenate([np.stack([on, off, begin], 2), f, turn[:, :, None]], 2)
+    number = np.full_like(one, on.shape[1])
+    rows = [off[:, -1:], number, 1.0 / chains.J, chains.c, one * chains.b]
+    rows.append(pieces.reshape(len(one), PIECE * on.shape[1]))
     for i, step in enumerate(settings.load_torque):
         deflection = chains.M[:, i : i + 1] * of_unit_torque(chains.c, step["mass"])
-        rows += [begun[:, i : i + 1], deflection]
+        rows += [events.begun[:, i : i + 1], deflection]
     return np.hstack(rows)
 
 
@@ -141,8 +191,10 @@ def scale_of(settings: Settings) -> Array:
     Speeds by these times the lowest natural frequency, rad/s.
     """
     J, c = np.array([settings.inertia]), np.array([settings.stiffness])
-    greatest = LAWS[settings.start_up_law].greatest
-    eps_max = greatest * abs(settings.final_speed) / settings.start_up_time
+    times = [settings.nominal_start_up]
+    if settings.braking_time:
+        times.append(settings.braking_time)
+    eps_max = abs(settings.law.greatest * settings.speed) / min(times)
     theta = static_deflection(c, J * eps_max)
     for step in settings.load_torque:
         theta = theta + abs(step["torque"]) * of_unit_torque(c, step["mass"])

@@ -14,7 +14,8 @@ thirds of the trapezoidal jerk are a choice made here.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -97,22 +98,74 @@ class Law(NamedTuple):
     knots: tuple[float, ...]  # where a derivative of f jumps: a step has to end there
     zeros: tuple[float, ...]  # the first zero of lambda, and their distance, if any
     sentence: str  # what the acceleration does
+    # f and its derivatives by s behind the start and behind each knot, up to the last
+    # that is not zero; with a turn, the third is -turn^2 times the first
+    pieces: tuple[tuple[float, ...], ...]
+    turn: float = 0.0
 
 
+def of_table(rows: Sequence[Mapping[str, float]]) -> Law:
+    """Return the law of a table: straight lines, jumps where a time is repeated.
+
+    s is the share of the table's last time T. f is the acceleration itself: the speed
+    that multiplies it is T rad/s.
+    """
+    T = rows[-1]["time"]
+    s = np.array([row["time"] for row in rows]) / T
+    f = np.array([row["acceleration"] for row in rows])
+    if s[0] > 0.0:
+        s, f = np.append([0.0, s[0]], s), np.append([0.0, 0.0], f)
+    lines = [
+        (a, f_a, (f_b - f_a) / (b - a))
+        for (a, f_a), (b, f_b) in pairwise(zip(s, f, strict=True))
+        if b > a
+    ]
+    begins, values, slopes = (np.array(each) for each in zip(*lines, strict=True))
+    ends = np.append(begins[1:], 1.0)
+
+    def shape(at: Array) -> Array:
+        i = np.clip(np.searchsorted(begins, at, "right") - 1, 0, None)
+        found: Array = values[i] + slopes[i] * (np.asarray(at) - begins[i])
+        return found
+
+    def spectrum(rho: Array) -> Array:
+        """By parts: of each line both ends, and its slope."""
+        jw = 2j * np.pi * np.where(rho == 0.0, np.nan, rho)[..., None]
+        last = values + slopes * (ends - begins)
+        a, b = np.exp(-jw * begins), np.exp(-jw * ends)
+        parts = (values * a - last * b) / jw + slopes * (a - b) / jw**2
+        area = (0.5 * (values + last) * (ends - begins)).sum()
+        found: Array = np.abs(np.where(rho == 0.0, area, parts.sum(axis=-1)))
+        return found
+
+    return Law(
+        shape, spectrum, float(f[np.argmax(np.abs(f))]), tuple(begins[1:].tolist()),
+        (), "acceleration of the table",
+        tuple(zip(values.tolist(), slopes.tolist(), strict=True)),
+    )  # fmt: skip
+
+
+_J = 6.75 * 9.0  # of the trapezoidal jerk, its rate
 _NINTHS = tuple(i / 9.0 for i in (1, 2, 3, 6, 7, 8))
-# in this order the equations of motion number them
 LAWS = {
     "constant": Law(
-        constant, spectrum_of_constant, 1.0, (), (1.0, 1.0), "constant acceleration"
+        constant, spectrum_of_constant, 1.0, (), (1.0, 1.0), "constant acceleration",
+        ((1.0,),),
     ),
     "polynomial": Law(
-        polynomial, spectrum_of_polynomial, 16.0 / 9.0, (), (), "speed by a polynomial"
+        polynomial, spectrum_of_polynomial, 16.0 / 9.0, (), (), "speed by a polynomial",
+        ((0.0, 12.0, -48.0, 72.0),),
     ),
     "trapezoidal": Law(
         trapezoidal, spectrum_of_trapezoidal, 1.5, _NINTHS, (1.5, 1.5),
         "trapezoidal jerk",
+        (
+            (0.0, 0.0, _J), (0.375, 6.75, 0.0), (1.125, 6.75, -_J), (1.5, 0.0, 0.0),
+            (1.5, 0.0, -_J), (1.125, -6.75, 0.0), (0.375, -6.75, _J),
+        ),
     ),
     "cycloid": Law(
-        cycloid, spectrum_of_cycloid, 2.0, (), (2.0, 1.0), "speed along a cycloid"
+        cycloid, spectrum_of_cycloid, 2.0, (), (2.0, 1.0), "speed along a cycloid",
+        ((0.0, 0.0, 4.0 * np.pi**2),), 2.0 * np.pi,
     ),
 }  # fmt: skip

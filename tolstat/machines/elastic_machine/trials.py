@@ -1,4 +1,4 @@
-"""Trials: chains integrated over the horizon, and their responses."""
+"""Trials: chains followed over the horizon, and their responses."""
 
 from __future__ import annotations
 
@@ -9,18 +9,21 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.machines.elastic_machine import parameters
 from tolstat.machines.elastic_machine.declarations import Settings
+from tolstat.machines.elastic_machine.exact_motion import motion_of
 from tolstat.machines.elastic_machine.modes import natural_frequencies
 from tolstat.model.contract import Outcome
-from tolstat.moving import Accuracy, Solution, System, integrate
+from tolstat.moving import Accuracy, Solution, System, integrate, solve
 from tolstat.status import Status
 
 IMPOSSIBLE = "cannot exist"
 TOO_LONG = "still starting at the horizon"
 NO_REFERENCE = "no static error"
+MOST_EXACT = 32  # masses
 FAILURES = {
     IMPOSSIBLE: "inertias, stiffnesses and the start-up time are above 0, damping not "
     "below",
-    TOO_LONG: "the start-up ends before the horizon",
+    TOO_LONG: "the start-up ends before the horizon and before braking, which ends "
+    "before the horizon",
     NO_REFERENCE: "acceleration and load do not balance at the end of the start-up",
 }
 
@@ -29,31 +32,42 @@ class Trials(NamedTuple):
     """A block of trials, and their motion."""
 
     chains: parameters.Chains
-    machines: Array  # [trial, parameter], as the equations of motion read them
-    marks: Array  # [trial, mark], s: start, events, horizon
-    solution: Solution
+    programme: parameters.Programme
+    events: parameters.Events
+    solution: Solution  # its peaks: errors, residuals, torques; histories: errors first
 
 
 def simulated(
     deviations: Array, settings: Settings, samples: Array | None = None
 ) -> Trials:
-    """Integrate trials over the horizon, with their states at the sample times."""
-    # only a simulation needs the compiler
+    """Follow trials over the horizon, with theta at the sample times.
+
+    The motion is linear between two events, so it is solved exactly. Audits integrate
+    it by Runge-Kutta; so are long chains, whose exact steps grow with the square of
+    the number of masses.
+    """
+    chains = parameters.build(deviations, settings)
+    programme = parameters.programme_of(chains, settings)
+    events = parameters.events_of(chains, programme, settings)
+    n = len(settings.inertia)
+    if not settings.runge_kutta and n <= MOST_EXACT:
+        solution = solve(motion_of(chains, programme, events, settings), samples)
+        for extreme in (solution.greatest, solution.least):
+            extreme[:, 2 * n :] *= chains.c
+        return Trials(chains, programme, events, solution)
+    # only an integration needs these equations compiled
     from tolstat.machines.elastic_machine.compiled import rates, watch
 
-    chains = parameters.build(deviations, settings)
-    marks, ended, begun = parameters.events_of(chains, settings)
-    machines = parameters.rows_of(chains, ended, begun, settings)
-    n = len(settings.inertia)
+    machines = parameters.rows_of(chains, programme, events, settings)
     solution = integrate(
         System(rates, parameters.scale_of(settings), watch, n_extremes=3 * n),
         np.zeros((len(machines), 2 * n)),
         machines,
-        marks,
+        events.marks,
         Accuracy(settings.rtol, settings.max_step),
         samples=samples,
     )
-    return Trials(chains, machines, marks, solution)
+    return Trials(chains, programme, events, solution)
 
 
 def outcome_of(trials: Trials, settings: Settings) -> Outcome:
@@ -70,5 +84,8 @@ def outcome_of(trials: Trials, settings: Settings) -> Outcome:
     responses = np.hstack([peak, factor, frequency])
     done = solution.status == Status.DONE
     no_reference = done & (reference == 0.0).any(axis=1)
-    failed = {NO_REFERENCE: no_reference, TOO_LONG: chains.t0 >= settings.horizon}
+    failed = {
+        NO_REFERENCE: no_reference,
+        TOO_LONG: parameters.ends_late(chains, settings),
+    }
     return Outcome(responses, solution.status, solution.steps, failed)

@@ -10,9 +10,23 @@ from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.elastic_machine import motion
 from tolstat.machines.elastic_machine.declarations import Settings, description_of
-from tolstat.machines.elastic_machine.modes import Modes, left_by_start_up, modes_of
-from tolstat.machines.elastic_machine.motion import HEAD, Chain, StartUp
-from tolstat.machines.elastic_machine.parameters import build, deflected_at_start_up
+from tolstat.machines.elastic_machine.frequency_functions import (
+    first_mode,
+    response,
+)
+from tolstat.machines.elastic_machine.modes import (
+    Modes,
+    left_by,
+    left_by_start_up,
+    modes_of,
+)
+from tolstat.machines.elastic_machine.motion import HEAD, PIECE, Chain
+from tolstat.machines.elastic_machine.parameters import (
+    build,
+    deflected_at_start_up,
+    programme_of,
+    rows_of,
+)
 from tolstat.machines.elastic_machine.start_up import LAWS, Law
 from tolstat.machines.elastic_machine.trials import Trials, simulated
 from tolstat.model.view import (
@@ -39,20 +53,20 @@ POINTS = 40  # start-ups integrated, beside the closed form
 
 def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
     """Return the motion of the first trial; the residual starts after a gap."""
-    states, marks = trials.solution.history[0], trials.marks[0]
-    machine = trials.machines[0]
+    theta, marks = trials.solution.history[0].T, trials.events.marks[0]
+    machine = rows_of(trials.chains, trials.programme, trials.events, settings)[0]
     n = len(settings.inertia)
-    start_up = StartUp(*machine[:HEAD])
-    ended = float(marks[int(start_up.ended)])
-    chain = Chain(*machine[HEAD : HEAD + 3 * n].reshape(3, n))
+    ended = float(marks[int(machine[0])])
+    first = HEAD + 3 * n
+    steps = first + PIECE * int(machine[1])
+    chain = Chain(*machine[HEAD:first].reshape(3, n))
     phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
-    over = phase >= start_up.ended
+    over = phase >= machine[0]
     static, found = np.empty((n, len(time))), np.empty((3 * n, len(time)))
-    motion.static_deflection(phase, machine[HEAD + 3 * n :], static)
-    motion.loads(over, states.T, static, chain, found)
+    motion.static_deflection(phase, machine[steps:], static)
+    motion.loads(over, theta, static, chain, found)
     found[n : 2 * n, ~over] = np.nan
-    f = LAWS[settings.start_up_law].shape(time * start_up.per_t0)
-    phi0__ = motion.acceleration(f, phase, start_up)
+    phi0__ = motion.acceleration(time, phase, machine[first:steps])
 
     responses = description_of(settings, deflected_at_start_up(settings)).responses
     watched = tuple(map(Curve.of, responses, found))
@@ -73,7 +87,11 @@ def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
         time,
         (*watched, programmed),
         marks=peaks_of(watched, time, words=""),
-        spans=(Span(0.0, ended, "start-up"),),
+        spans=(
+            Span(
+                0.0, ended, "programmed motion" if settings.braking_time else "start-up"
+            ),
+        ),
         panels=panels,
     )
 
@@ -94,7 +112,7 @@ def off_zeros(longest: float) -> Array:
 def spectrum(deviations: Array, settings: Settings) -> Chart:
     """Return lambda(rho), rho the periods in the start-up, with the modes on it."""
     chains, n = build(deviations, settings), len(settings.inertia)
-    law, printed = LAWS[settings.start_up_law], LAWS["constant"]
+    law, printed = settings.law, LAWS["constant"]
     own = modes_of(*chains[:3]).k[0] * chains.t0[0] / (2.0 * np.pi)
     longest = min(max(RULE[1], 1.1 * own[-1]), LONGEST)
     drawn = own[own <= longest]
@@ -140,7 +158,7 @@ def residual(deviations: Array, settings: Settings) -> Chart:
     if settings.final_speed == 0:
         raise ModelError("final_speed = 0: there is no start-up to leave a vibration")
     chains = build(deviations, settings)
-    law, omega0 = LAWS[settings.start_up_law], settings.final_speed
+    law, omega0 = settings.law, settings.final_speed
     modes = modes_of(chains.J, chains.c, chains.b)
     T_1 = 2.0 * np.pi / modes.k[0, 0]
     t0 = T_1 * off_zeros(RULE[1])
@@ -202,17 +220,20 @@ def listed(deviations: Array, settings: Settings) -> Listing:
     """Return the modes of a trial."""
     chains = build(deviations, settings)
     modes = modes_of(chains.J[0], chains.c[0], chains.b[0])
-    law, n = LAWS[settings.start_up_law], len(modes.k)
+    law, n = settings.law, len(modes.k)
     periods = modes.k * chains.t0[0] / (2.0 * np.pi)
     last = modes.rho[:, -1]
+    begin, end, f, turn = (each[0] for each in programme_of(chains, settings))
+    pieces = np.column_stack([begin, end, f, turn])
     return Listing.of(
-        "a mode; damping ratio as for classical damping",
+        "a mode; damping as if classical; residual at the end of the motion",
         ("mode", "1", "count", np.arange(1.0, n + 1.0)),
         ("frequency", "Hz", "", modes.k / (2.0 * np.pi)),
         ("damping ratio", "1", "", modes.zeta),
         ("periods in the start-up", "1", "1", periods),
         ("lambda", "1", "1", law.spectrum(periods)),
         (f"share of static error {n}", "1", "", last / last.sum()),
+        (f"residual {n}", "rad", "", left_by(modes, pieces)[:, -1]),
         *((f"shape {s}", "1", "1", shape) for s, shape in enumerate(modes.h.T, 1)),
     )
 
@@ -229,5 +250,7 @@ OFFERS = (
         residual,
         MANY,
     ),
+    Offer("response", "frequency functions of the last mass", response),
+    Offer("first_mode", "what the first mode alone misses of each mass", first_mode),
     Offer("modes", "natural frequencies, damping and shapes", listed),
 )

@@ -88,7 +88,8 @@ class Settings:
     notch_damping: float = setting(0.5, "damping z of the notch", above=0.0)
     notch_depth: float = setting(0.25, "depth d of the notch; the paper: at least 12 dB", above=0.0)
     kept_modes: int = setting(4, "view masses: how many of the lowest modes are wanted", at_least=1, at_most=8)
-    rtol: float = setting(1e-9, "integration tolerance, relative to the twists of the static load", above=0.0)
+    runge_kutta: bool = setting(False, "whether the motion is integrated by Runge-Kutta and not solved exactly, as in audits")
+    rtol: float = setting(1e-9, "tolerance of that integration, relative to the twists of the static load", above=0.0)
     # fmt: on
 
     def __post_init__(self) -> None:

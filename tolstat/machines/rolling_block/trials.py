@@ -1,4 +1,4 @@
-"""Trials: drives integrated under both loadings, and their responses.
+"""Trials: drives followed under both loadings, and their responses.
 
 The equations are linear, so loads are those of 1 N m: in all if the stands step one
 after the other, on its stand for a pulse.
@@ -13,6 +13,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
+from tolstat.machines.rolling_block.exact_motion import motion_of
 from tolstat.machines.rolling_block.frequency_response import NO_PART
 from tolstat.machines.rolling_block.modes import (
     Modes,
@@ -21,9 +22,14 @@ from tolstat.machines.rolling_block.modes import (
 )
 from tolstat.machines.rolling_block.parameters import Drive, nominal
 from tolstat.machines.rolling_block.resonance import free_speeds, speed_margin
-from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS, STATIC_SHARES
+from tolstat.machines.rolling_block.structure import (
+    LINK_NAMES,
+    STANDS,
+    STATIC_SHARES,
+    load_vector,
+)
 from tolstat.model.contract import Outcome
-from tolstat.moving import Accuracy, Solution, integrate
+from tolstat.moving import Accuracy, Solution, integrate, solve
 from tolstat.status import Status
 
 # At least so many steps in each period of the highest mode: otherwise the tolerance
@@ -40,6 +46,22 @@ class Loading(NamedTuple):
     on: tuple[int, ...]  # the mark at which each begins
     off: tuple[int, ...]  # and ends
     matched: bool  # whether the motor's moment steps with them
+
+    @property
+    def on_masses(self) -> list[Array]:
+        """The moments on the masses behind each mark but the last, N m."""
+        found = []
+        for phase in range(len(self.marks) - 1):
+            loads = {
+                stand: moment
+                for stand, moment, on, off in zip(
+                    STANDS, self.moments, self.on, self.off, strict=True
+                )
+                if on <= phase < off
+            }
+            motor = {1: sum(loads.values())} if self.matched else {}
+            found.append(load_vector({**loads, **motor}))
+        return found
 
 
 def load_steps(settings: Settings) -> Loading:
@@ -101,13 +123,20 @@ def followed(
     settings: Settings,
     samples: Array | None = None,
 ) -> Solution:
-    """Integrate drives under a loading, from rest; errors are measured by the nominal.
+    """Follow drives under a loading, from rest: exactly, or by Runge-Kutta in audits.
 
     Returns
     -------
     Solution
-        Peaks are those of the elastic moments.
+        Peaks are those of the elastic moments; histories those of the twists first.
     """
+    H = damping_matrix(drive.modes, drive.C, drive.zeta)
+    if not settings.runge_kutta:
+        found = solve(motion_of(drive, H, loading.marks, loading.on_masses), samples)
+        for extreme in (found.greatest, found.least):
+            extreme *= drive.C
+        return found
+    # only an integration needs these equations compiled
     from tolstat.machines.rolling_block.compiled import SYSTEM
 
     n = len(drive.zeta)
@@ -118,14 +147,14 @@ def followed(
         *(one * each for each in (*loading.moments, *loading.on, *loading.off)),
         one * loading.matched,
     )
-    H = damping_matrix(drive.modes, drive.C, drive.zeta).reshape(n, -1)
+    # errors are measured by the twists of the nominal drive
     typical = nominal(settings)
     omega = typical.modes.omega[0]
     twist = 1.0 / typical.C[0]  # of 1 N m
     return integrate(
         replace(SYSTEM, scale=np.concatenate([twist, omega[0] * twist])),
         np.zeros((n, 2 * len(twist))),
-        np.concatenate([np.stack(machine, axis=1), H], axis=1),
+        np.concatenate([np.stack(machine, axis=1), H.reshape(n, -1)], axis=1),
         np.tile(loading.marks, (n, 1)),
         Accuracy(settings.rtol, 2 * np.pi / omega[-1] / STEPS_A_PERIOD),
         samples=samples,
@@ -159,7 +188,7 @@ def outcome_of(
 ) -> Outcome:
     """Return the responses in the order of `describe`.
 
-    Of drives integrated while the loads of the stands step, and after a pulse.
+    Of drives followed while the loads of the stands step, and after a pulse.
     """
     found = modal_answers(drive, settings)
     for ij, share, peak, after in zip(
