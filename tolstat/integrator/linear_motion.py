@@ -114,5 +114,5 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
     return Solution(
         np.zeros((n, 0, 0)), np.zeros((n, 0, 0)), greatest, least, nothing, history,
         np.where(finite, status, Status.NOT_FINITE).astype(np.int64),
-        count.sum(axis=1).astype(np.int64),
+        count.sum(axis=1).astype(np.int64), np.full((n, 2), np.nan),
     )  # fmt: skip
