@@ -53,22 +53,19 @@ def existence_chart(_: Array, settings: Settings) -> Chart:
     exists = f"{settings.satellites} satellites"
     if np.any(outline != [*lower, *upper[::-1]]):
         exists += f", drawn to {reach:g}"
+    curves = (
+        Curve("least ratio", "1", "i", "excluded", lines[0], shown="1"),
+        Curve("greatest ratio", "1", "i", "excluded", lines[1], shown="1"),
+        Curve("these teeth", "1", "i", "the gear", i, where, "1", points=True),
+    )
+    region = Region(exists, "1", np.array([*D, *D[::-1]]), outline)
     return Chart(
         Axis("dw2 / dw3", "1", "1"),
         D,
-        (
-            Curve("least ratio", "1", "i", "excluded", lines[0], shown="1"),
-            Curve("greatest ratio", "1", "i", "excluded", lines[1], shown="1"),
-            Curve("these teeth", "1", "i", "the gear", i, where, "1", points=True),
-        ),
+        curves,
         marks=(Mark("these teeth", own.D, own.ratio, "i ="),),
-        regions=(Region(exists, "1", np.array([*D, *D[::-1]]), outline),),
-        panels=(
-            Panel(
-                f"Ratio i, {settings.scheme}",
-                (exists, "least ratio", "greatest ratio", "these teeth"),
-            ),
-        ),
+        regions=(region,),
+        panels=(Panel.of(f"Ratio i, {settings.scheme}", region, *curves),),
     )
 
 
