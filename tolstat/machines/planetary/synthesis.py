@@ -116,14 +116,9 @@ def designs(
     >>> designs(scheme="AI", ratio=7, ratio_tolerance=0.01, satellites=3, z1=(17, 26),
     ...         z2=(17, 60), z3=(17, 60), z4=(61, 130), helix=(0.14, 0.52))
     """
+    given = {**locals(), "module": 1.0 if module is None else module}
     import pandas as pd
 
-    given = {
-        "scheme": scheme, "ratio": ratio, "ratio_tolerance": ratio_tolerance,
-        "satellites": satellites, "z1": z1, "z2": z2, "z3": z3, "z4": z4,
-        "helix": helix, "module": 1.0 if module is None else module,
-        "module_ratio": module_ratio, "addendum": addendum, "order": order,
-    }  # fmt: skip
     checked = {name: _checked(name, value) for name, value in given.items()}
     i = checked.pop("ratio")
     columns, left = search(Settings(**checked), i)

@@ -18,7 +18,6 @@ from tolstat.machines.ring.parameters import Rings, build, out_of_roundness, val
 from tolstat.machines.ring.trials import Trials, depth_of_cut, rows_of
 from tolstat.model.view import (
     Axis,
-    Band,
     Chart,
     Curve,
     Level,
@@ -26,6 +25,7 @@ from tolstat.model.view import (
     Mark,
     Offer,
     Panel,
+    Picture,
     Span,
     bands_of,
 )
@@ -158,29 +158,23 @@ def over_speed(
     own, others = own_and_others(deviations, settings, speeds, found)
     values, which = varied(deviations, settings, speeds, found)
     shaded = flutter(deviations, settings)
-    curves: list[Curve] = []
-    bands: list[Band] = []
-    panels: list[Panel] = []
+    pictures: list[Picture] = []
     start = 0
     for title, drawn, of_first, levels in shown:
-        each = [
-            c._replace(values=v) for c, v in zip(drawn, own.T[start:], strict=False)
-        ]
+        columns = zip(drawn, own.T[start:], strict=False)
+        each = [curve._replace(values=column) for curve, column in columns]
         first, behind = each[0], f"{each[0].name}, " if start else ""
         spread = bands_of(first.name, first.unit, others[:, :, start])
         under = [
-            first._replace(name=behind + words, values=columns[:, start])
-            for words, columns in values.items()
+            first._replace(name=behind + words, values=table[:, start])
+            for words, table in values.items()
         ]
-        bands += spread
-        curves += [*each, *under]
-        panels += [
-            Panel.of(title, *each, *spread, levels=levels, spans=shaded),
-            Panel.of(f"{of_first}, {which}", *under, spans=shaded[-1:]),
+        pictures += [
+            Picture(title, *each, *spread, levels=levels, spans=shaded),
+            Picture(f"{of_first}, {which}", *under, spans=shaded[-1:]),
         ]
         start += len(drawn)
-    axis = Axis("speed", "rad/s", "rad/s")
-    return Chart(axis, speeds, (*curves,), (*bands,), panels=(*panels,))
+    return Chart.of(Axis("speed", "rad/s", "rad/s"), speeds, *pictures)
 
 
 def spectrum(deviations: Array, settings: Asked) -> Chart:
@@ -197,8 +191,9 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
         omega = np.abs(each.imag[:, ::2][:, :SHOWN])
         return np.column_stack([omega, each.real.max(axis=1)])
 
+    words = "natural frequency"
     omega = [
-        Curve(f"frequency {i}", "rad/s", f"omega_{i}", "natural", NONE, shown="rad/s")
+        Curve(f"frequency {i}", "rad/s", f"omega_{i}", words, NONE, shown="rad/s")
         for i in range(1, min(SHOWN, 2 * (settings.harmonics - 1)) + 1)
     ]
     tau = Curve("growth", "1/s", "tau_1", "of the ring alone", NONE)

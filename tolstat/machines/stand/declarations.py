@@ -70,11 +70,11 @@ _C = Contributor
 _R = Response
 
 
-def contributors_of(N: Settings) -> tuple[Contributor, ...]:
-    """Return what deviates; sizes and wheels are those of the settings."""
+def description_of(N: Settings) -> Description:
+    """Return contributors, with sizes and wheels of the settings, and responses."""
     pinions = [(10, "pinion", N.r2, 1), (11, "pinion", N.r2, 2)]
     wheels = [(7, "wheel", N.r3, 1), (8, "wheel", N.r3, 2), *pinions]  # and mesh
-    return (
+    contributors = (
         *(_C(f"rod_length_{i}", "m", f"dl{i}", f"length of rod {i}", f"l_{i} in ({i + 3}), rod {i + 2}", N.l, part="rods") for i in (1, 2)),
         _C("rod_difference", "m", "dl", "half the difference of the rods: +dl, -dl", "(4), (5)", part="rods"),
         *(_C(f"rod_stiffness_{i}", "1", f"k{i}", f"axial stiffness and damping of rod {i}", f"(2), rod {i + 2}", part="rods") for i in (1, 2)),
@@ -104,9 +104,9 @@ def contributors_of(N: Settings) -> tuple[Contributor, ...]:
         _C("guide_stiffness", "1", "c_s", "stiffness of the guides against yawing", "(6)"),
         _C("guide_damping", "1", "H_s", "damping of the guides against yawing", "(6)"),
     )  # fmt: skip
+    return Description(contributors, RESPONSES)
 
 
-NAMES = tuple(each.name for each in contributors_of(Settings()))
 RESPONSES = (
     _R("extra_loss", "1", "Delta E", "share of the drive energy lost to guide friction", "Fig. 4", range=SHARE),
     _R("extra_loss_run", "1", "Delta E", "share of the drive energy lost to guide friction, from standstill to the end", "Fig. 4", range=SHARE),
@@ -131,8 +131,4 @@ RESPONSES = (
     *(_R(f"free_share_{i}", "1", f"tau_{i}", f"share of time in which rod {i} carries nothing, in its play", f"d_{i} in (2), rod {i + 2}") for i in (1, 2)),
     _R("jam_share", "1", "tau", "share of time in contact with the side guides", "(6)", range=SHARE),
 )  # fmt: skip
-
-
-def description_of(settings: Settings) -> Description:
-    """Return contributors and responses of a stand with these settings."""
-    return Description(contributors_of(settings), RESPONSES)
+NAMES = tuple(each.name for each in description_of(Settings()).contributors)
