@@ -150,6 +150,13 @@ class Panel(NamedTuple):
         return (*self.names, *self.right)
 
 
+class Picture:
+    """A panel with what it shows, for `Chart.of`; arguments as those of `Panel.of`."""
+
+    def __init__(self, title: str, *drawn: Curve | Band | Region, **more: Any) -> None:
+        self.panel, self.drawn = Panel.of(title, *drawn, **more), drawn
+
+
 @dataclass(frozen=True)
 class Chart:
     """Curves, bands, marks and regions over one axis."""
@@ -162,6 +169,16 @@ class Chart:
     regions: tuple[Region, ...] = ()
     spans: tuple[Span, ...] = ()
     panels: tuple[Panel, ...] = ()
+
+    @classmethod
+    def of(cls, axis: Axis, at: Array, *pictures: Picture, **more: Any) -> Chart:
+        """Return the chart of these pictures, with all that they show."""
+        drawn = {each.name: each for one in pictures for each in one.drawn}.values()
+        curves = tuple(each for each in drawn if isinstance(each, Curve))
+        bands = tuple(each for each in drawn if isinstance(each, Band))
+        more["regions"] = tuple(each for each in drawn if isinstance(each, Region))
+        more["panels"] = tuple(one.panel for one in pictures)
+        return cls(axis, at, curves, bands, **more)
 
     @property
     def pictures(self) -> tuple[Panel, ...]:

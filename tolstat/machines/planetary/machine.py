@@ -60,18 +60,14 @@ class Planetary(Model):
     ) -> tuple[StudyNumber, ...]:
         design = design_of(settings)
         F = design.F / settings.satellites
+        shift = shift_34(settings, design)
+        words = "x4 + x3, or x4 - x3 of a ring, in modules"
         return (
             StudyNumber("ratio", "1", design.ratio, "wheel 1 to carrier", "1"),
             StudyNumber("D", "1", design.D, "dw2 / dw3", "1"),
             StudyNumber("helix_2", "rad", design.b2, "helix angle of wheel 2", "deg"),
             StudyNumber("helix_3", "rad", design.b3, "helix angle of wheel 3", "deg"),
-            StudyNumber(
-                "profile_shift_34",
-                "1",
-                shift_34(settings, design),
-                "x4 + x3, or x4 - x3 of a ring, in modules",
-                "1",
-            ),
+            StudyNumber("profile_shift_34", "1", shift, words, "1"),
             StudyNumber("centre_distance", "m", design.a, "of both pairs of wheels"),
             StudyNumber("satellite_force", "N", F, "of each where all share equally"),
         )

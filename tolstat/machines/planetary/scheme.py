@@ -43,13 +43,6 @@ class Scheme(NamedTuple):
 SCHEMES = {"AA": Scheme(1, 1), "II": Scheme(-1, -1), "AI": Scheme(1, -1)}
 
 
-def scheme_of(name: str) -> Scheme:
-    """Return a scheme by its name; refuse any other name."""
-    if name not in SCHEMES:
-        raise ModelError(f"scheme = {name!r}: {allowed_names(str(name), SCHEMES)}")
-    return SCHEMES[name]
-
-
 def ratio(scheme: Scheme, z1: Teeth, z2: Teeth, z3: Teeth, z4: Teeth) -> Any:
     """Return i, the speed of wheel 1 over the carrier's, wheel 4 at rest; (11)."""
     return 1 - scheme.s12 * scheme.s34 * (z2 * z4) / (z1 * z3)
@@ -112,7 +105,9 @@ def existence(scheme: str, D: ArrayLike, satellites: int) -> tuple[Array, Array]
     ----------
     Table 1, corrected: see the file. Undercut and interference are not checked.
     """
-    s12, s34 = scheme_of(scheme)
+    if scheme not in SCHEMES:
+        raise ModelError(f"scheme = {scheme!r}: {allowed_names(str(scheme), SCHEMES)}")
+    s12, s34 = SCHEMES[scheme]
     D = np.asarray(D, np.float64)
     if not np.all(D > 0):
         raise ModelError("D = dw2 / dw3 must be above 0")

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 Column = NDArray[Any]
 Columns = dict[str, Column]
 
-WHEELS = ("z1", "z2", "z3", "z4")
 UNITS = {
     "helix_2": "rad", "helix_3": "rad",
     "size": "m", "neighbouring": "m", "tip_gap": "m", "balance": "1/rad",
@@ -117,14 +116,9 @@ def designs(
     >>> designs(scheme="AI", ratio=7, ratio_tolerance=0.01, satellites=3, z1=(17, 26),
     ...         z2=(17, 60), z3=(17, 60), z4=(61, 130), helix=(0.14, 0.52))
     """
+    given = {**locals(), "module": 1.0 if module is None else module}
     import pandas as pd
 
-    given = {
-        "scheme": scheme, "ratio": ratio, "ratio_tolerance": ratio_tolerance,
-        "satellites": satellites, "z1": z1, "z2": z2, "z3": z3, "z4": z4,
-        "helix": helix, "module": 1.0 if module is None else module,
-        "module_ratio": module_ratio, "addendum": addendum, "order": order,
-    }  # fmt: skip
     checked = {name: _checked(name, value) for name, value in given.items()}
     i = checked.pop("ratio")
     columns, left = search(Settings(**checked), i)
@@ -256,52 +250,40 @@ def _conditions(
 ) -> tuple[Columns, dict[str, int]]:
     """Return the gears among sets of teeth, and how many each condition left."""
     left = {}
+    k, mr = wanted.satellites, wanted.module_ratio
+
+    def those(words: str, fit: Column, *each: Column) -> tuple[Column, ...]:
+        """Count and return those that fit."""
+        left[words] = int(np.count_nonzero(fit))
+        return tuple(values[fit] for values in each)
+
     z1, z2, z3, z4 = teeth
     i = ratio(scheme, *teeth)
     near = np.abs(i / wanted_i - 1) <= wanted.ratio_tolerance + ROUNDING
     rings = (z1 + scheme.s12 * z2 > 0) & (z4 + scheme.s34 * z3 > 0)
-    teeth = _those(teeth, near & rings & (i != 0))  # with 0 wheel 1 never turns
-    left["have the ratio"] = len(teeth[0])
+    fit = near & rings & (i != 0)  # with 0 wheel 1 never turns
+    z1, z2, z3, z4 = those("have the ratio", fit, *teeth)
 
-    found = balanced(scheme, wanted.module_ratio, *teeth)
+    _, _, b2, b3 = balanced(scheme, mr, z1, z2, z3, z4)
     least, most = wanted.helix[0] - ROUNDING, wanted.helix[1] + ROUNDING
-    inside = [(least <= b) & (b <= most) for b in (found.b2, found.b3)]
-    teeth = _those(teeth, inside[0] & inside[1])
-    left["are balanced at such helix angles"] = len(teeth[0])
+    fit = (least <= b2) & (b2 <= most) & (least <= b3) & (b3 <= most)
+    words = "are balanced at such helix angles"
+    z1, z2, z3, z4, b2, b3 = those(words, fit, z1, z2, z3, z4, b2, b3)
 
-    whole, step = assembly(scheme, wanted.satellites, *teeth)
-    teeth = _those(teeth, whole % step == 0)
-    left["can be assembled"] = len(teeth[0])
+    whole, step = assembly(scheme, k, z1, z2, z3, z4)
+    z1, z2, z3, z4, b2, b3, whole, step = those(
+        "can be assembled", whole % step == 0, z1, z2, z3, z4, b2, b3, whole, step
+    )
 
-    columns = _columns(wanted, scheme, wanted_i, teeth)
-    free = columns["neighbouring"] > ROUNDING * columns["size"]  # 0 is a touch
-    left["have room for the satellites"] = int(np.count_nonzero(free))
-    return {name: values[free] for name, values in columns.items()}, left
-
-
-def _those(teeth: tuple[Column, ...], which: Column) -> tuple[Column, ...]:
-    return tuple(z[which] for z in teeth)
-
-
-def _columns(
-    wanted: Settings, scheme: Scheme, wanted_i: float, teeth: tuple[Column, ...]
-) -> Columns:
-    """Return the columns of gears."""
-    z1, z2, z3, _ = teeth
-    m2, m3 = wanted.module, wanted.module / wanted.module_ratio
-    i, D = ratio(scheme, *teeth), diameter_ratio(scheme, *teeth)
-    _, _, b2, b3 = balanced(scheme, wanted.module_ratio, *teeth)
+    i, D = (f(scheme, z1, z2, z3, z4) for f in (ratio, diameter_ratio))
+    m2, m3 = wanted.module, wanted.module / mr
     dw2, dw3 = m2 * z2 / np.cos(b2), m3 * z3 / np.cos(b3)
     centres = m2 * (z1 + scheme.s12 * z2) / np.cos(b2)  # 2a
-    apart = centres * math.sin(math.pi / wanted.satellites)
-    whole, step = assembly(scheme, wanted.satellites, *teeth)
+    apart = centres * math.sin(math.pi / k)
     tips = 2 * wanted.addendum
-    return {
-        **dict(zip(WHEELS, teeth, strict=True)),
-        "ratio": i,
-        "D": D,
-        "helix_2": b2,
-        "helix_3": b3,
+    columns = {
+        "z1": z1, "z2": z2, "z3": z3, "z4": z4, "ratio": i, "D": D,
+        "helix_2": b2, "helix_3": b3,
         "ratio_error": (i - wanted_i) / abs(wanted_i),
         "size": centres + np.maximum(dw2, dw3),
         "neighbouring": apart - np.maximum(dw2, dw3),
@@ -309,4 +291,7 @@ def _columns(
         "assembly": whole // step,
         # change of tan b2 - D tan b3 with each of the angles
         "balance": np.hypot(1 / np.cos(b2) ** 2, D / np.cos(b3) ** 2),
-    }
+    }  # fmt: skip
+    room = columns["neighbouring"] > ROUNDING * columns["size"]  # 0 is a touch
+    found = those("have room for the satellites", room, *columns.values())
+    return dict(zip(columns, found, strict=True)), left

@@ -10,7 +10,7 @@ from tolstat.machines.planetary.declarations import Settings
 from tolstat.machines.planetary.design import design_of
 from tolstat.machines.planetary.scheme import existence
 from tolstat.machines.planetary.synthesis import UNITS, search
-from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Offer, Panel, Region
+from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Offer, Picture, Region
 
 SENTENCE = "a gear; where tip_gap is below 0 tips touch at that addendum"
 SHOWN = {"helix_2": "deg", "helix_3": "deg", "ratio_error": "%"}
@@ -53,23 +53,15 @@ def existence_chart(_: Array, settings: Settings) -> Chart:
     exists = f"{settings.satellites} satellites"
     if np.any(outline != [*lower, *upper[::-1]]):
         exists += f", drawn to {reach:g}"
-    return Chart(
-        Axis("dw2 / dw3", "1", "1"),
-        D,
-        (
-            Curve("least ratio", "1", "i", "excluded", lines[0], shown="1"),
-            Curve("greatest ratio", "1", "i", "excluded", lines[1], shown="1"),
-            Curve("these teeth", "1", "i", "the gear", i, where, "1", points=True),
-        ),
-        marks=(Mark("these teeth", own.D, own.ratio, "i ="),),
-        regions=(Region(exists, "1", np.array([*D, *D[::-1]]), outline),),
-        panels=(
-            Panel(
-                f"Ratio i, {settings.scheme}",
-                (exists, "least ratio", "greatest ratio", "these teeth"),
-            ),
-        ),
+    curves = (
+        Curve("least ratio", "1", "i", "excluded", lines[0], shown="1"),
+        Curve("greatest ratio", "1", "i", "excluded", lines[1], shown="1"),
+        Curve("these teeth", "1", "i", "the gear", i, where, "1", points=True),
     )
+    region = Region(exists, "1", np.array([*D, *D[::-1]]), outline)
+    picture = Picture(f"Ratio i, {settings.scheme}", region, *curves)
+    marks = (Mark("these teeth", own.D, own.ratio, "i ="),)
+    return Chart.of(Axis("dw2 / dw3", "1", "1"), D, picture, marks=marks)
 
 
 OFFERS = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from tolstat.machines.ring.parameters import Rings, build, out_of_roundness, val
 from tolstat.machines.ring.trials import Trials, depth_of_cut, rows_of
 from tolstat.model.view import (
     Axis,
-    Band,
     Chart,
     Curve,
     Level,
@@ -26,6 +25,7 @@ from tolstat.model.view import (
     Mark,
     Offer,
     Panel,
+    Picture,
     Span,
     bands_of,
 )
@@ -33,7 +33,7 @@ from tolstat.model.view import (
 MACHINES = 40  # trials with deviations, for bands
 POINTS = 241  # of the range of speeds
 SHOWN = 4  # frequencies, from the lowest on
-GROWS = Level(0.0, "grows above")
+NONE = np.empty(0)  # of a curve that gets its values later
 
 # of (trials, their speeds): float64[speed, quantity]
 Found = Callable[[Rings, Array], Array]
@@ -49,12 +49,9 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
     U = t_R - rings.t_R0 - X - blank
     P_R, P_T = motion.cutting_forces(t_R, rings)
     machine = rows_of(rings, settings)[0, : motion.HEAD + motion.RING * n]
-    tool_, ring_ = (
-        motion.Tool(*machine[: motion.HEAD]),
-        motion.Ring(*machine[motion.HEAD :].reshape(-1, n)),
-    )
-    y = states.T
-    firsts = motion.derivative(y, P_R, P_T, tool_, ring_, np.empty_like(y))
+    tool_ = motion.Tool(*machine[: motion.HEAD])
+    ring_ = motion.Ring(*machine[motion.HEAD :].reshape(-1, n))
+    firsts = motion.derivative(states.T, P_R, P_T, tool_, ring_, states.T.copy())
     pulls = motion.reactions(*firsts, P_R, P_T, tool_)
     words = "of the ring at the tool, outwards"
     depth = Curve("depth_min", "m", "t_R", "depth of cut", t_R)
@@ -145,13 +142,47 @@ def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
     return Span(max(begins, lower), upper, "flutter without friction"), own
 
 
+class Pictured(NamedTuple):
+    """Curves of one unit over the speed, whose values are columns of `Found`."""
+
+    title: str
+    curves: tuple[Curve, ...]  # without values; the first has a band
+    of_first: str  # title where the first is shown for each value of `varied`
+    levels: tuple[Level, ...] = ()
+
+
+def over_speed(
+    deviations: Array, settings: Asked, speeds: Array, found: Found, *shown: Pictured
+) -> Chart:
+    """Return pictures of the first trial, then of each value of `varied`."""
+    own, others = own_and_others(deviations, settings, speeds, found)
+    values, which = varied(deviations, settings, speeds, found)
+    shaded = flutter(deviations, settings)
+    pictures: list[Picture] = []
+    start = 0
+    for title, drawn, of_first, levels in shown:
+        columns = zip(drawn, own.T[start:], strict=False)
+        each = [curve._replace(values=column) for curve, column in columns]
+        first, behind = each[0], f"{each[0].name}, " if start else ""
+        spread = bands_of(first.name, first.unit, others[:, :, start])
+        under = [
+            first._replace(name=behind + words, values=table[:, start])
+            for words, table in values.items()
+        ]
+        pictures += [
+            Picture(title, *each, *spread, levels=levels, spans=shaded),
+            Picture(f"{of_first}, {which}", *under, spans=shaded[-1:]),
+        ]
+        start += len(drawn)
+    return Chart.of(Axis("speed", "rad/s", "rad/s"), speeds, *pictures)
+
+
 def spectrum(deviations: Array, settings: Asked) -> Chart:
     """Return frequencies and growth of the ring alone over the speed, Figs. 3 and 4.
 
     The lowest frequencies, the first with a band, and the growth with one; then the
     lowest frequency and the growth for each value of `varied`.
     """
-    speeds = np.linspace(*settings.speed_range, POINTS)
 
     def found(rings: Rings, Omega: Array) -> Array:
         """Return the lowest frequencies, then the growth."""
@@ -160,90 +191,45 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
         omega = np.abs(each.imag[:, ::2][:, :SHOWN])
         return np.column_stack([omega, each.real.max(axis=1)])
 
-    def omega(name: str, i: int, words: str, column: Array) -> Curve:
-        return Curve(name, "rad/s", f"omega_{i}", words, column, shown="rad/s")
-
-    def tau(name: str, column: Array) -> Curve:
-        return Curve(name, "1/s", "tau_1", "of the ring alone", column)
-
-    own, others = own_and_others(deviations, settings, speeds, found)
-    frequencies = [
-        omega(f"frequency {i}", i, "natural frequency", column)
-        for i, column in enumerate(own.T[:-1], start=1)
+    words = "natural frequency"
+    omega = [
+        Curve(f"frequency {i}", "rad/s", f"omega_{i}", words, NONE, shown="rad/s")
+        for i in range(1, min(SHOWN, 2 * (settings.harmonics - 1)) + 1)
     ]
-    growth = tau("growth", own[:, -1])
-    lowest_band = bands_of("frequency 1", "rad/s", others[:, :, 0])
-    grown = bands_of("growth", "1/s", others[:, :, -1])
-    values, title = varied(deviations, settings, speeds, found)
-    lowest = [omega(v, 1, "lowest frequency", f[:, 0]) for v, f in values.items()]
-    growths = [tau(f"growth, {v}", f[:, -1]) for v, f in values.items()]
-    shaded = flutter(deviations, settings)
-    return Chart(
-        Axis("speed", "rad/s", "rad/s"),
-        speeds,
-        (*frequencies, growth, *lowest, *growths),
-        (*lowest_band, *grown),
-        panels=(
-            Panel.of("Natural frequencies", *frequencies, *lowest_band, spans=shaded),
-            Panel.of("Growth", growth, *grown, spans=shaded),
-            Panel.of(f"Lowest frequency, {title}", *lowest, spans=shaded[-1:]),
-            Panel.of(f"Growth, {title}", *growths, spans=shaded[-1:]),
-        ),
-    )
+    tau = Curve("growth", "1/s", "tau_1", "of the ring alone", NONE)
+    speeds = np.linspace(*settings.speed_range, POINTS)
+    return over_speed(
+        deviations, settings, speeds, found,
+        Pictured("Natural frequencies", (*omega,), "Lowest frequency"),
+        Pictured("Growth", (tau,), "Growth"),
+    )  # fmt: skip
 
 
 def stability(deviations: Array, settings: Asked) -> Chart:
-    """Return the growth of ring and tool, and of the ring alone, over the speed.
+    """Return the growth of ring and tool over the speed.
 
-    Both have bands; then each value of `varied` follows. There is a gap without static
+    It has a band; then each value of `varied` follows. There is a gap without static
     depth, such as above 2 sqrt nu, where the ring does not rest.
     """
-    lower, upper = settings.speed_range
-    # without speed a force has no size
-    speeds = np.linspace(lower, upper, POINTS)[int(lower == 0.0) :]
 
     def found(rings: Rings, Omega: Array) -> Array:
-        """Return the growth with the tool, then alone; forces follow the speed."""
+        """Return the growth; forces follow the speed."""
         faster = Omega / rings.Omega
         cut = rings._replace(
             Omega=Omega,
             c_R=rings.c_R * faster**settings.radial_speed_exponent,
             c_T=rings.c_T * faster**settings.tangential_speed_exponent,
         )
-        both = growth_rate(cut, static_depth(cut, settings.hoop), settings.hoop)
-        alone = ring_eigenvalues(rings, Omega, settings.hoop).real.max(axis=1)
-        return np.column_stack([both, alone])
+        growth = growth_rate(cut, static_depth(cut, settings.hoop), settings.hoop)
+        return growth[:, None]
 
-    own, others = own_and_others(deviations, settings, speeds, found)
-    values, title = varied(deviations, settings, speeds, found)
-    shaded = flutter(deviations, settings)
-    curves: list[Curve] = []
-    spread: list[Band] = []
-    panels: list[Panel] = []
-
-    def curve(name: str, words: str, column: Array) -> Curve:
-        return Curve(name, "1/s", "tau_1", words, column, shown="1/s")
-
-    for i, (name, short, behind) in enumerate(
-        (("ring and tool", "With the tool", ""), ("ring alone", "Alone", ", alone"))
-    ):
-        growth = curve(name, "as set", own[:, i])
-        opened = bands_of(name, "1/s", others[:, :, i])
-        each = [curve(f"{v}{behind}", "varied", f[:, i]) for v, f in values.items()]
-        curves += [growth, *each]
-        spread += opened
-        title_of_one = f"Growth of {name}"
-        panels += [
-            Panel.of(title_of_one, growth, *opened, levels=(GROWS,), spans=shaded),
-            Panel.of(f"{short}, {title}", *each, spans=shaded[-1:]),
-        ]
-    return Chart(
-        Axis("speed", "rad/s", "rad/s"),
-        speeds,
-        tuple(curves),
-        tuple(spread),
-        panels=tuple(panels),
-    )
+    lower, upper = settings.speed_range
+    # without speed a force has no size
+    speeds = np.linspace(lower, upper, POINTS)[int(lower == 0.0) :]
+    tau = Curve("ring and tool", "1/s", "tau_1", "growth", NONE, shown="1/s")
+    words = "Growth of ring and tool"
+    picture = Pictured(words, (tau,), words, (Level(0.0, "grows above"),))
+    return over_speed(deviations, settings, speeds, found, picture)
 
 
 def critical(deviations: Array, settings: Asked) -> Listing:
@@ -269,5 +255,5 @@ def critical(deviations: Array, settings: Asked) -> Listing:
 OFFERS = (
     Offer("spectrum", "frequencies and growth of the ring alone", spectrum, MACHINES),
     Offer("critical", "speeds at which a harmonic has no stiffness", critical),
-    Offer("stability", "growth of ring and tool, and alone", stability, MACHINES),
+    Offer("stability", "growth of ring and tool", stability, MACHINES),
 )

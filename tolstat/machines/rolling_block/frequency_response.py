@@ -21,7 +21,7 @@ from tolstat.machines.rolling_block.modes import contributions
 from tolstat.machines.rolling_block.parameters import Drive, drives
 from tolstat.machines.rolling_block.resonance import named_orders
 from tolstat.machines.rolling_block.structure import GAPS, LINK_NAMES
-from tolstat.model.view import Axis, Chart, Curve, Listing, Panel, Span, bands_of
+from tolstat.model.view import Axis, Chart, Curve, Listing, Picture, Span, bands_of
 
 POINTS = 1200
 BELOW, BEYOND = 0.2, 1.3  # of the lowest and the highest natural frequency: the axis
@@ -117,24 +117,19 @@ def response(deviations: Array, settings: Settings) -> Chart:
         phases.append(Curve(f"phase, {words}", "rad", "arg G", "", angle, shown="deg"))
     spreads = bands_of(words, unit, size[1:])  # of the last: all at once
     turns = settings.working_speed / (2 * np.pi)
-    return Chart(
+    works = {
+        each: order * turns
+        for each, order in named_orders(settings).items()
+        if frequency[0] <= order * turns <= frequency[-1]
+    }
+    words = f"{title} over {over}: amplitude"
+    return Chart.of(
         Axis("frequency", "Hz", "Hz", logarithmic=True),
         frequency,
-        (*amplitudes, *phases),
-        bands=spreads,
-        spans=tuple(
-            Span(order * turns, order * turns, f"{each} at the working speed")
-            for each, order in named_orders(settings).items()
-            if frequency[0] <= order * turns <= frequency[-1]
-        ),
-        panels=(
-            Panel.of(
-                f"{title} over {over}: amplitude",
-                *amplitudes, *spreads, logarithmic=True,
-            ),
-            Panel.of("Phase", *phases),
-        ),
-    )  # fmt: skip
+        Picture(words, *amplitudes, *spreads, logarithmic=True),
+        Picture("Phase", *phases),
+        spans=tuple(Span(f, f, f"{w} at the working speed") for w, f in works.items()),
+    )
 
 
 def poles(deviations: Array, settings: Settings) -> Listing:

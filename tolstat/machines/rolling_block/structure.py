@@ -106,7 +106,6 @@ class Gearbox(NamedTuple):
 
 
 PAPER = Gearbox()
-COMBINATIONS = PAPER.combinations
 TABLE_1 = PAPER.reference
 
 

@@ -24,13 +24,12 @@ from tolstat.machines.rolling_block.parameters import drives, nominal
 from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS
 from tolstat.model.view import (
     Axis,
-    Band,
     Chart,
     Curve,
     Level,
     Listing,
     Offer,
-    Panel,
+    Picture,
     Span,
     bands_of,
     peaks_of,
@@ -57,7 +56,7 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
     lasting = min(settings.pulse_length, settings.horizon)
     pulsing = Span(0.0, lasting, "pulse: while it lasts")
     curves: list[Curve] = []
-    panels: list[Panel] = []
+    pictures: list[Picture] = []
     for kind, what, moments_of, span in (
         ("moment_peak", "loads", loaded, entering),
         ("pulse_peak", "pulse", pulsed, pulsing),
@@ -70,14 +69,9 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
         spans = (span,) if span.upper else ()
         for i, pair in enumerate(PAIRS):
             two = links[2 * i : 2 * i + 2]
-            panels.append(Panel.of(f"{pair}, {what}", *two, spans=spans))
-    return Chart(
-        Axis("time", "s", "s"),
-        time,
-        tuple(curves),
-        marks=peaks_of(curves, time),
-        panels=tuple(panels),
-    )
+            pictures.append(Picture(f"{pair}, {what}", *two, spans=spans))
+    marks = peaks_of(curves, time)
+    return Chart.of(Axis("time", "s", "s"), time, *pictures, marks=marks)
 
 
 def combinations(_: Array, settings: Settings) -> Listing:
@@ -144,24 +138,15 @@ def shapes(deviations: Array, settings: Settings) -> Chart:
     others = modes.phi[1:]
     if len(others):
         _, others = tracked(others, first)
-    curves, panels = [], []
-    spreads: list[Band] = []
+    pictures = []
     for r, hz in enumerate(modes.omega[0] / (2 * np.pi)):
         name, words = f"mode {r + 1}", f"{hz:.3f} Hz"
         curve = Curve(name, "1", f"phi{r + 1}", words, first[:, r], points=True)
         opened = bands_of(name, "1", others[:, :, r])
-        curves.append(curve)
-        spreads += opened
-        panels.append(
-            Panel.of(f"{hz:.2f} Hz", curve, *opened, levels=(Level(0.0, ""),))
-        )
-    return Chart(
-        Axis("mass", "1", "1"),
-        np.arange(1.0, len(first) + 1),
-        tuple(curves),
-        bands=tuple(spreads),
-        panels=tuple(panels),
-    )
+        zero = (Level(0.0, ""),)
+        pictures.append(Picture(f"{hz:.2f} Hz", curve, *opened, levels=zero))
+    number = np.arange(1.0, len(first) + 1)
+    return Chart.of(Axis("mass", "1", "1"), number, *pictures)
 
 
 def pulses(deviations: Array, settings: Settings) -> Chart:
@@ -193,16 +178,12 @@ def pulses(deviations: Array, settings: Settings) -> Chart:
     steps = [(0.0, a[1:]), (length, -a[1:])]
     opened = bands_of(own, "N m", moments(time, omega[1:], zeta[1:], steps)[:, 0])
     title = f"{own}: {1e3 * length:g} ms on stand {settings.pulse_stand}"
-    return Chart(
+    return Chart.of(
         Axis("time", "s", "s"),
         time,
-        tuple(curves),
-        bands=opened,
+        Picture(title, curves[0], *opened),
+        Picture(f"{own} after other pulses", *curves[1:]),
         spans=(Span(0.0, min(length, end), "the pulse"),),
-        panels=(
-            Panel.of(title, curves[0], *opened),
-            Panel.of(f"{own} after other pulses", *curves[1:]),
-        ),
     )
 
 

@@ -64,53 +64,39 @@ class Settings:
     # fmt: on
 
 
+MESHES = ("13-10", "10-7", "11-8")  # gears of the meshes 0, 1, 2
+
 _C = Contributor
 _R = Response
 
 
-def contributors_of(N: Settings) -> tuple[Contributor, ...]:
-    """Return what deviates; sizes and wheels are those of the settings."""
-    return (
-        _C("rod_length_1", "m", "dl1", "length of rod 1", "l_1 in (4), rod 3", N.l, part="rods"),
-        _C("rod_length_2", "m", "dl2", "length of rod 2", "l_2 in (5), rod 4", N.l, part="rods"),
+def description_of(N: Settings) -> Description:
+    """Return contributors, with sizes and wheels of the settings, and responses."""
+    pinions = [(10, "pinion", N.r2, 1), (11, "pinion", N.r2, 2)]
+    wheels = [(7, "wheel", N.r3, 1), (8, "wheel", N.r3, 2), *pinions]  # and mesh
+    contributors = (
+        *(_C(f"rod_length_{i}", "m", f"dl{i}", f"length of rod {i}", f"l_{i} in ({i + 3}), rod {i + 2}", N.l, part="rods") for i in (1, 2)),
         _C("rod_difference", "m", "dl", "half the difference of the rods: +dl, -dl", "(4), (5)", part="rods"),
-        _C("rod_stiffness_1", "1", "k1", "axial stiffness and damping of rod 1", "(2), rod 3", part="rods"),
-        _C("rod_stiffness_2", "1", "k2", "axial stiffness and damping of rod 2", "(2), rod 4", part="rods"),
-        _C("rod_damping_1", "1", "H1", "damping of rod 1, beside its stiffness", "(2), rod 3", part="rods"),
-        _C("rod_damping_2", "1", "H2", "damping of rod 2, beside its stiffness", "(2), rod 4", part="rods"),
-        _C("joint_clearance_1", "m", "c1", "play of both joints of rod 1, diametral", "d_1 in (2), rod 3", part="rods"),
-        _C("joint_clearance_2", "m", "c2", "play of both joints of rod 2, diametral", "d_2 in (2), rod 4", part="rods"),
-        _C("crank_radius_1", "m", "dr1", "radius of crank 1", "r_1 in (4), wheel 7", N.r, part="cranks"),
-        _C("crank_radius_2", "m", "dr2", "radius of crank 2", "r_2 in (5), wheel 8", N.r, part="cranks"),
+        *(_C(f"rod_stiffness_{i}", "1", f"k{i}", f"axial stiffness and damping of rod {i}", f"(2), rod {i + 2}", part="rods") for i in (1, 2)),
+        *(_C(f"rod_damping_{i}", "1", f"H{i}", f"damping of rod {i}, beside its stiffness", f"(2), rod {i + 2}", part="rods") for i in (1, 2)),
+        *(_C(f"joint_clearance_{i}", "m", f"c{i}", f"play of both joints of rod {i}, diametral", f"d_{i} in (2), rod {i + 2}", part="rods") for i in (1, 2)),
+        *(_C(f"crank_radius_{i}", "m", f"dr{i}", f"radius of crank {i}", f"r_{i} in ({i + 3}), wheel {i + 6}", N.r, part="cranks") for i in (1, 2)),
         _C("crank_difference", "m", "dr", "difference of the cranks: -dr/2, +dr/2", "(4), (5)", part="cranks"),
-        _C("crank_angle_1", "rad", "psi1", "angular position of crank 1", "f_1 in (4), wheel 7", part="cranks"),
-        _C("crank_angle_2", "rad", "psi2", "angular position of crank 2", "f_2 in (5), wheel 8", part="cranks"),
-        _C("tooth_position_1", "m", "s1", "constant tooth-position error of mesh 10-7", "mesh1 in (2)", gear=Gear(2 * N.r3, "pitch"), part="gears"),
-        _C("tooth_position_2", "m", "s2", "constant tooth-position error of mesh 11-8", "mesh2 in (2)", gear=Gear(2 * N.r3, "pitch"), part="gears"),
-        _C("runout_7", "m", "E7", "run-out of wheel 7", "mesh1 in (2)", gear=Gear(2 * N.r3, "run-out"), part="gears"),
-        _C("runout_8", "m", "E8", "run-out of wheel 8", "mesh2 in (2)", gear=Gear(2 * N.r3, "run-out"), part="gears"),
-        _C("runout_10", "m", "E10", "run-out of pinion 10", "mesh1 in (2)", gear=Gear(2 * N.r2, "run-out"), part="gears"),
-        _C("runout_11", "m", "E11", "run-out of pinion 11", "mesh2 in (2)", gear=Gear(2 * N.r2, "run-out"), part="gears"),
-        _C("runout_phase_7", "rad", "th7", "phase of the run-out of wheel 7", "mesh1 in (2)", part="gears"),
-        _C("runout_phase_8", "rad", "th8", "phase of the run-out of wheel 8", "mesh2 in (2)", part="gears"),
-        _C("runout_phase_10", "rad", "th10", "phase of the run-out of pinion 10", "mesh1 in (2)", part="gears"),
-        _C("runout_phase_11", "rad", "th11", "phase of the run-out of pinion 11", "mesh2 in (2)", part="gears"),
-        _C("mesh_stiffness_0", "1", "k30", "stiffness of mesh 13-10", "mesh0 in (2)", part="gears"),
-        _C("mesh_stiffness_1", "1", "k31", "stiffness of mesh 10-7", "mesh1 in (2)", part="gears"),
-        _C("mesh_stiffness_2", "1", "k32", "stiffness of mesh 11-8", "mesh2 in (2)", part="gears"),
+        *(_C(f"crank_angle_{i}", "rad", f"psi{i}", f"angular position of crank {i}", f"f_{i} in ({i + 3}), wheel {i + 6}", part="cranks") for i in (1, 2)),
+        *(_C(f"tooth_position_{i}", "m", f"s{i}", f"constant tooth-position error of mesh {i + 9}-{i + 6}", f"mesh{i} in (2)", gear=Gear(2 * N.r3, "pitch"), part="gears") for i in (1, 2)),
+        *(_C(f"runout_{i}", "m", f"E{i}", f"run-out of {wheel} {i}", f"mesh{mesh} in (2)", gear=Gear(2 * radius, "run-out"), part="gears") for i, wheel, radius, mesh in wheels),
+        *(_C(f"runout_phase_{i}", "rad", f"th{i}", f"phase of the run-out of {wheel} {i}", f"mesh{mesh} in (2)", part="gears") for i, wheel, _, mesh in wheels),
+        *(_C(f"mesh_stiffness_{i}", "1", f"k3{i}", f"stiffness of mesh {gears}", f"mesh{i} in (2)", part="gears") for i, gears in enumerate(MESHES)),
         _C("mesh_damping", "1", "Hk3", "damping of the meshes", "(2)", part="gears"),
         _C("shaft_9_stiffness", "1", "c3", "torsional stiffness of shaft 9", "(2)", part="shafts"),
         _C("shaft_12_stiffness", "1", "c2", "torsional stiffness of shaft 12", "(2)", part="shafts"),
         _C("shaft_9_damping", "1", "Hc3", "damping of shaft 9", "(2)", part="shafts"),
         _C("shaft_12_damping", "1", "Hc2", "damping of shaft 12", "(2)", part="shafts"),
-        _C("wheel_inertia_1", "1", "I1", "moment of inertia of wheel 7", "(2)", part="gears"),
-        _C("wheel_inertia_2", "1", "I2", "moment of inertia of wheel 8", "(2)", part="gears"),
+        *(_C(f"wheel_inertia_{i}", "1", f"I{i}", f"moment of inertia of wheel {i + 6}", "(2)", part="gears") for i in (1, 2)),
         _C("carriage_mass", "1", "m", "mass of the carriage", "(2), (7), (9)"),
         _C("carriage_inertia", "1", "I_s", "moment of inertia of the carriage", "(2)"),
-        _C("hinge_height_1", "m", "h_1", "height of the hinge of rod 1", "(4), (10), (11)", N.h, part="hinges"),
-        _C("hinge_height_2", "m", "h_2", "height of the hinge of rod 2", "(5), (10), (11)", N.h, part="hinges"),
-        _C("hinge_arm_1", "m", "a_1", "hinge of rod 1 from the middle of the carriage", "(2), (4), (7)", N.dl_s / 2, part="hinges"),
-        _C("hinge_arm_2", "m", "a_2", "hinge of rod 2 from the middle of the carriage", "(2), (5), (7)", N.dl_s / 2, part="hinges"),
+        *(_C(f"hinge_height_{i}", "m", f"h_{i}", f"height of the hinge of rod {i}", f"({i + 3}), (10), (11)", N.h, part="hinges") for i in (1, 2)),
+        *(_C(f"hinge_arm_{i}", "m", f"a_{i}", f"hinge of rod {i} from the middle of the carriage", f"(2), ({i + 3}), (7)", N.dl_s / 2, part="hinges") for i in (1, 2)),
         _C("friction", "1", "mu", "sliding friction of the carriage", "(7), (8)"),
         _C("rolling_force", "1", "F0", "rolling force", "(3)"),
         _C("guide_clearance", "m", "dL", "side clearance between carriage and guides", "delta in (6)"),
@@ -118,9 +104,9 @@ def contributors_of(N: Settings) -> tuple[Contributor, ...]:
         _C("guide_stiffness", "1", "c_s", "stiffness of the guides against yawing", "(6)"),
         _C("guide_damping", "1", "H_s", "damping of the guides against yawing", "(6)"),
     )  # fmt: skip
+    return Description(contributors, RESPONSES)
 
 
-NAMES = tuple(each.name for each in contributors_of(Settings()))
 RESPONSES = (
     _R("extra_loss", "1", "Delta E", "share of the drive energy lost to guide friction", "Fig. 4", range=SHARE),
     _R("extra_loss_run", "1", "Delta E", "share of the drive energy lost to guide friction, from standstill to the end", "Fig. 4", range=SHARE),
@@ -132,29 +118,17 @@ RESPONSES = (
     _R("damping_energy", "J", "W_D", "energy lost in rods, meshes and shafts", "D in (2)"),
     _R("contact_energy", "J", "W_guide", "work of the guides against yawing", "(6)"),
     _R("energy_residual", "1", "eps", "share of the drive energy unaccounted for", "balance of (2)"),
-    _R("rod_force_1", "N", "|k d_1|", "peak force in rod 1", "(4), rod 3"),
-    _R("rod_force_2", "N", "|k d_2|", "peak force in rod 2", "(5), rod 4"),
-    _R("rod_tension_1", "N", "+k d_1", "peak tension in rod 1", "(4), rod 3"),
-    _R("rod_tension_2", "N", "+k d_2", "peak tension in rod 2", "(5), rod 4"),
-    _R("rod_compression_1", "N", "-k d_1", "peak compression in rod 1", "(4), rod 3"),
-    _R("rod_compression_2", "N", "-k d_2", "peak compression in rod 2", "(5), rod 4"),
+    *(_R(f"rod_force_{i}", "N", f"|k d_{i}|", f"peak force in rod {i}", f"({i + 3}), rod {i + 2}") for i in (1, 2)),
+    *(_R(f"rod_tension_{i}", "N", f"+k d_{i}", f"peak tension in rod {i}", f"({i + 3}), rod {i + 2}") for i in (1, 2)),
+    *(_R(f"rod_compression_{i}", "N", f"-k d_{i}", f"peak compression in rod {i}", f"({i + 3}), rod {i + 2}") for i in (1, 2)),
     _R("shaft_9_moment", "N m", "M9", "peak elastic moment of shaft 9", "(2)"),
     _R("shaft_12_moment", "N m", "M12", "peak elastic moment of shaft 12", "(2)"),
-    _R("mesh_force_0", "N", "F0", "peak elastic force in mesh 13-10", "(2)"),
-    _R("mesh_force_1", "N", "F1", "peak elastic force in mesh 10-7", "(2)"),
-    _R("mesh_force_2", "N", "F2", "peak elastic force in mesh 11-8", "(2)"),
+    *(_R(f"mesh_force_{i}", "N", f"F{i}", f"peak elastic force in mesh {gears}", "(2)") for i, gears in enumerate(MESHES)),
     _R("drive_moment", "N m", "M13", "peak moment on gear 13, dissipation included", "(2)"),
     _R("yaw", "rad", "alpha", "peak yaw of the carriage", "(2)"),
-    _R("contacts_1", "1", "n_1", "times that the joints of rod 1 close", "d_1 in (2), rod 3", shown="count"),
-    _R("contacts_2", "1", "n_2", "times that the joints of rod 2 close", "d_2 in (2), rod 4", shown="count"),
-    _R("approach_1", "m/s", "|d_1'|", "greatest speed at which the joints of rod 1 close", "d_1 in (2), rod 3"),
-    _R("approach_2", "m/s", "|d_2'|", "greatest speed at which the joints of rod 2 close", "d_2 in (2), rod 4"),
-    _R("free_share_1", "1", "tau_1", "share of time in which rod 1 carries nothing, in its play", "d_1 in (2), rod 3"),
-    _R("free_share_2", "1", "tau_2", "share of time in which rod 2 carries nothing, in its play", "d_2 in (2), rod 4"),
+    *(_R(f"contacts_{i}", "1", f"n_{i}", f"times that the joints of rod {i} close", f"d_{i} in (2), rod {i + 2}", shown="count") for i in (1, 2)),
+    *(_R(f"approach_{i}", "m/s", f"|d_{i}'|", f"greatest speed at which the joints of rod {i} close", f"d_{i} in (2), rod {i + 2}") for i in (1, 2)),
+    *(_R(f"free_share_{i}", "1", f"tau_{i}", f"share of time in which rod {i} carries nothing, in its play", f"d_{i} in (2), rod {i + 2}") for i in (1, 2)),
     _R("jam_share", "1", "tau", "share of time in contact with the side guides", "(6)", range=SHARE),
 )  # fmt: skip
-
-
-def description_of(settings: Settings) -> Description:
-    """Return contributors and responses of a stand with these settings."""
-    return Description(contributors_of(settings), RESPONSES)
+NAMES = tuple(each.name for each in description_of(Settings()).contributors)

@@ -16,19 +16,10 @@ from tolstat.model.view import (
     Listing,
     Offer,
     Panel,
+    Picture,
     Span,
     peaks_of,
 )
-
-POWERS = {
-    "drive": "power of the drive on gear 13",
-    "slide": "lost to friction under the weight",
-    "guide": "lost to friction at the side guides",
-    "roll": "power of rolling",
-    "spin": "lost to friction against yawing",
-    "damping": "lost in rods, meshes and shafts",
-    "contact": "power of the guides against yawing",
-}
 
 
 def chart_of(
@@ -41,10 +32,11 @@ def chart_of(
     y = State(*states.T[: len(State._fields)])
     words = {response.name: response for response in RESPONSES}
     loads = [Curve.of(words[n], load) for n, load in moved.loads._asdict().items()]
-    powers = [
-        Curve(f"{power}_power", "W", "P", sentence, getattr(moved.powers, power))
-        for power, sentence in POWERS.items()
-    ]
+    powers = []
+    for name, power in moved.powers._asdict().items():
+        sentence = words[f"{name}_energy"].sentence.removeprefix("energy ")
+        sentence = sentence.replace("work", "power")
+        powers.append(Curve(f"{name}_power", "W", "P", sentence, power))
     guides = (Level(delta, "guides touched"), Level(-delta, ""))
     losses = ("slide_power", "guide_power", "spin_power", "damping_power")
     return Chart(
@@ -109,7 +101,7 @@ def indeterminacy_turn(_: Array, settings: Settings) -> Chart:
     turn = np.linspace(0.0, 2 * np.pi, 181)
     every = [loads(loops(settings, phi, touched=True)) for phi in turn]
     members = loops(settings, 0.0, touched=True).members
-    shown, panels = [], []
+    pictures = []
     for member in ("rod_1", "shaft_9"):
         curves = [
             Curve(
@@ -118,10 +110,8 @@ def indeterminacy_turn(_: Array, settings: Settings) -> Chart:
             )
             for name in every[0] if name.endswith("_1") or name == "guide_clearance"
         ]  # fmt: skip
-        shown += curves
-        panels.append(Panel.of(f"Load of {member}, by 1 mm or 1 mrad", *curves))
-    axis = Axis("crank position", "rad", "deg")
-    return Chart(axis, turn, tuple(shown), panels=tuple(panels))
+        pictures.append(Picture(f"Load of {member}, by 1 mm or 1 mrad", *curves))
+    return Chart.of(Axis("crank position", "rad", "deg"), turn, *pictures)
 
 
 OFFERS = (
