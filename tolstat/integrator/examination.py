@@ -80,7 +80,7 @@ def examine(found: Integration) -> Examination:
 
     tight = few._replace(rtol=max(rtol / TIGHTER, LEAST_RTOL))
     undamped = None
-    if system.damped:  # the rows of lambda become quantities that nobody watches
+    if system.damped:  # the rows of lambda become watched quantities
         spare = len(system.damped) * (1 + len(system.sloped))
         above = system.n_above + spare
         undamped = share(few, damped=(), sloped=(), watch=None, n_above=above)

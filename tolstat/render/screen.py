@@ -140,9 +140,9 @@ def _print(parts: Parts, before: str = "") -> None:
     while left:
         typed = [i for i, part in enumerate(left) if isinstance(part, Typed)]
         end = typed[0] if typed else len(left)
-        words = before + "".join(map(_unbroken, left[:end]))
+        words = "".join(map(_unbroken, left[:end])).strip()
         if words.strip(" ."):
-            console.say(words.strip())
+            console.say((before + words).rstrip())
         if typed:
             console.type(as_text((left[end],)))
         before, left = "", left[end + 1 :]

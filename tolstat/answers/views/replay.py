@@ -65,7 +65,7 @@ class Replay(Answer):
     trial: int | None  # None for the nominal one
     status: str  # how it ended
     steps: int | None  # None where nothing is integrated
-    ended: str  # where and by which state, if the integration failed
+    failed_at: str  # where and by which state, if the integration failed
     settings: dict[str, Quantity]  # those that a grid changed
     deviations: dict[str, float]  # by contributor, SI
     responses: dict[str, Quantity]
@@ -103,8 +103,8 @@ class Replay(Answer):
         given = blocks.table_of(inputs, words=[""])
         found = blocks.table_of(answered, words=["limit"])
         steps = f", {self.steps} steps" if self.steps is not None else ""
-        ended = f", {self.ended}" if self.ended else ""
-        title = f"{self.title}: {self.status}{steps}{ended}"
+        where = f", {self.failed_at}" if self.failed_at else ""
+        title = f"{self.title}: {self.status}{steps}{where}"
         return blocks.Document(title, blocks.shown(given, found, *self._remarks()))
 
     def _remarks(self) -> Iterator[blocks.Block]:
