@@ -10,11 +10,11 @@ import pytest
 
 import tolstat
 from tests.conftest import ROOT
-from tolstat.statistics.intervals.quantiles import quantile
+from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.statistics.intervals.shares import proportion
 
 PUBLIC = {name: getattr(tolstat, name) for name in tolstat.__all__}
-PUBLIC |= {each.__name__: each for each in (quantile, proportion)}
+PUBLIC |= {each.__name__: each for each in (quantiles, proportion)}
 EXAMPLES = {
     name: found
     for name, each in PUBLIC.items()

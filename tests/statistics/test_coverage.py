@@ -14,7 +14,7 @@ from tests.coverage.index_problems import intervals as of_indices
 from tests.coverage.measure import FAMILIES, TABLE, digest, measure
 from tests.coverage.one_response import failing, intervals, until_quantile
 from tolstat.statistics.intervals.convergence import FIRST
-from tolstat.statistics.intervals.quantiles import quantile
+from tolstat.statistics.intervals.quantiles import quantiles
 
 SURE = 3.5  # standard errors
 EXACT, APPROXIMATE = 0.95, 0.93  # what they claim to cover
@@ -60,7 +60,7 @@ SMOOTH = (
 
 def coverage_of_quantile(share, n):
     """How often the order-statistic interval covers, for a continuous response."""
-    found = quantile(np.arange(1.0, n + 1), share)  # its ranks
+    found = quantiles(np.arange(1.0, n + 1), [share])[share]  # its ranks
     low, high = int(found.lower), int(found.upper)
     return binom.cdf(high - 1, n, share) - binom.cdf(low - 1, n, share)
 

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.quantiles import quantile
+from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.statistics.limits.difference import (
     LEAST_OF_MOMENTS,
     MOST_CORRELATED,
@@ -94,7 +94,7 @@ def test_the_correlation_of_errors_is_at_most_0_9():
 def test_a_quantile_at_a_point_mass_has_no_correlation():
     z = np.random.default_rng(4).normal(size=300)
     jam = np.maximum(np.abs(z) - 1.9, 0.0)
-    found = [quantile(y, 0.95) for y in (jam, z, 0.9 * z)]
+    found = [quantiles(y, [0.95])[0.95] for y in (jam, z, 0.9 * z)]
     assert found[0].lower == 0.0 < found[0].upper
     assert correlation_of_quantiles(jam, z, (found[0], found[1])) == 0.0
     assert correlation_of_quantiles(z, 0.9 * z, (found[1], found[2])) > 0.8
@@ -137,5 +137,5 @@ def test_a_gap_in_the_interval_of_a_quantile_leaves_no_correlation():
     z = np.random.default_rng(8).normal(size=400)
     for far, known in ((0.0, False), (8.0, True)):  # of the largest 5 % of units
         both = [x + far * (z > 1.645) for x in (z, 0.9 * z)]
-        a, b = (quantile(x, 0.95) for x in both)
+        a, b = (quantiles(x, [0.95])[0.95] for x in both)
         assert (correlation_of_quantiles(*both, (a, b)) == 0.0) == known

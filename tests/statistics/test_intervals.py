@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from scipy.stats import binom, binomtest
 
-from tolstat.statistics.intervals.quantiles import (
-    _binomial_quantile,
-    quantile,
-    trials_needed,
-)
+from tolstat.statistics.intervals.quantiles import _binomial_quantile, quantiles
 from tolstat.statistics.intervals.shares import anytime_valid, proportion
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sample import Sample
@@ -32,8 +30,8 @@ def test_shares_match_clopper_and_pearson(count, trials):
 @pytest.mark.parametrize("share", [0.05, 0.5, 0.95, 0.99])
 def test_quantile_intervals_cover_and_no_more_than_needed(trials, share):
     """With values 1..n the interval's ends are ranks; their coverage is binomial."""
-    found = quantile(np.arange(1.0, trials + 1), share)
-    needed = trials_needed(share)
+    found = quantiles(np.arange(1.0, trials + 1), [share])[share]
+    needed = math.ceil(math.log(0.025) / math.log(max(share, 1 - share)))
     if trials < needed:
         assert not found.sure and found.reason == f"needs {needed}"
         return
@@ -56,16 +54,16 @@ def test_coverage_on_a_skewed_distribution():
     rng = np.random.default_rng(10)
     true, inside = np.exp(1.6448536269514722), 0
     for _ in range(2000):
-        found = quantile(rng.lognormal(size=200), 0.95)
+        found = quantiles(rng.lognormal(size=200), [0.95])[0.95]
         inside += found.lower <= true <= found.upper
     assert inside / 2000 > 0.95 - 3.5 * np.sqrt(0.95 * 0.05 / 2000)
 
 
 def test_two_sided_numbers_of_wilks():
     # both ends with at most 2.5 % each
-    assert trials_needed(0.95) == trials_needed(0.05) == 72
-    assert trials_needed(0.5) == 6
-    assert quantile(np.empty(0), 0.5).reason == "no trial is done"
+    for share, needed in ((0.95, 72), (0.05, 72), (0.5, 6)):
+        assert quantiles(np.zeros(5), [share])[share].reason == f"needs {needed}"
+    assert quantiles(np.empty(0), [0.5])[0.5].reason == "no trial is done"
 
 
 def test_failed_trials_count_against():

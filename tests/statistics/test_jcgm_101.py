@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from tolstat.statistics.intervals.moments import mean_of, sigma_of
-from tolstat.statistics.intervals.quantiles import quantile
+from tolstat.statistics.intervals.quantiles import quantiles
 
 N = 1_000_000
 
 
 def ends(values):
-    return [quantile(values, share) for share in (0.025, 0.975)]
+    return [quantiles(values, [share])[share] for share in (0.025, 0.975)]
 
 
 def inside(found, known, rounding):

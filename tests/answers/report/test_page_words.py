@@ -30,6 +30,8 @@ from tests.answers.page_checks import (
 from tests.conftest import Toy
 from tolstat.answers.report.first_page import first_page
 from tolstat.answers.report.gather import report_of
+from tolstat.answers.report.response_figures import figures_of
+from tolstat.answers.report.summary_document import responses_table
 from tolstat.document.blocks import Figure, Gallery, Section, Table
 from tolstat.model.contract import Outcome
 from tolstat.render.screen import as_text
@@ -273,6 +275,23 @@ def test_the_first_page_names_main_causes_and_the_gain_of_halving(report):
         each = found.responses[name]
         told = each.causes.main is None and not each.contributions.dominated_by_few
         assert below[name].startswith("variance: ") == told
+
+
+def test_clipped_contributions_say_of_which_trials_they_are(report):
+    """Wherever one stands: first page, summary, figure, table."""
+    found, name = report.answer, "shaft_9_moment"
+    each = found.responses[name]
+    said, told = " of the central 99 %", []
+    for clipped in (False, True):
+        shares = each.contributions._replace(clipped=clipped)
+        changed = replace(each, contributions=shares)
+        found = replace(found, responses={**found.responses, name: changed})
+        pages = first_of(found), words_in(responses_table(found, [name]))
+        told.append([words.count(said) for words in pages])
+        assert (f"% of the variance{said}" in section_words(found, name)) == clipped
+        figure = next(f for f in figures_of(found, name) if "largest first" in f.alt)
+        assert figure.picture.panels[0][0].label.endswith(said) == clipped
+    assert [n + 1 for n in told[0]] == told[1]
 
 
 def test_noise_is_not_plotted_if_few_trials_dominate(report):

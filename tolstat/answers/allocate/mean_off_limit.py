@@ -14,7 +14,7 @@ from tolstat.deviations.spread import Shifted, zone_of
 from tolstat.document.inline import Name, Number, Parts, say
 from tolstat.model.description import Contributor
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.moments import mean_of
+from tolstat.statistics.intervals.as_sampled import mean_as_sampled
 from tolstat.statistics.limits.limit import within
 from tolstat.statistics.limits.yields import MET
 from tolstat.study.cost_entry import SHIFT
@@ -52,7 +52,7 @@ def means_off_limit(runs: FreshRuns, tightest: Proof) -> Iterator[tuple[str, Par
                 by += own.by if isinstance(own, Shifted) else 0.0
                 new = SHIFT + entry not in tightest.scheme.tolerances
                 shifts.append((new, size, entry, known[parts[0]], by))
-        mean = mean_of(values)
+        mean = mean_as_sampled(values)
         beyond = np.array([max(lower - x, x - upper) for x in mean[:3]])
         size, *ends = (math.copysign(1.0, beyond[0]) * beyond).tolist()
         off = Estimate(size, min(ends), max(ends), mean.reason)

@@ -44,6 +44,7 @@ ALL_LIMITS = "All limits"
 PICTURE = "Fraction out of limit against what is permitted"
 TINY = 1e-6  # a level below it is no more telling
 INTERVAL = "Each number has its 95 % interval below it"
+CENTRAL = " of the central 99 %"  # of the trials: others are clipped
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
     "anytime-valid, trials may be added. Equivalent Ppk: of a normal response with the "
@@ -169,11 +170,15 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         return Cell(text(main.words), text(below, also(causes)))
     variance: Parts = ()
     if causes.reason != OFF_CENTRE and (most := each.largest_share):
-        name, share = most
-        least = share.upper == 1  # open at the top
-        said = at_least(share) if least else Number(share, PART)
-        variance = say("variance: {} {}", Name(name), said)
+        variance = say("variance: {} {}", Name(most[0]), of_variance(each, most[1]))
     return Cell(text(no_cause(causes)), variance)
+
+
+def of_variance(each: ResponseSummary, share: Estimate) -> Parts:
+    """Write a variance contribution; of an open interval the lower end."""
+    central = CENTRAL if each.contributions and each.contributions.clipped else None
+    number = Number(share, PART)
+    return text(at_least(share) if share.upper == 1 else number, central)
 
 
 def at_least(share: Estimate) -> Parts:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tolstat.answers.report.first_page import CENTRAL
 from tolstat.answers.sampled_trials import Drawn, drawn_trials
 from tolstat.arrays import Array
 from tolstat.document import blocks, plot
@@ -114,10 +115,11 @@ def _contributions(each: ReportedResponse) -> blocks.Figure | None:
     bars = plot.Bars(
         tuple(leading), np.maximum(value, 0.0), np.array(ends) if sure else None
     )
+    axis = f"% of the variance{CENTRAL * found.clipped}"
     words = ", ".join(f"{n} {100 * shares[n].value:.0f} %" for n in leading[:3])
     return blocks.Figure(
         f"Contributions, the largest first: {words}",
-        _plot("% of the variance", "", bars)._replace(height=0.26 * len(leading) + 1.1),
+        _plot(axis, "", bars)._replace(height=0.26 * len(leading) + 1.1),
         text("Variance contribution of each contributor alone, with 95 % intervals "
              "where one can be trusted."),
     )  # fmt: skip
@@ -168,8 +170,7 @@ def points_of(
 
 def ends_of(found: Summary) -> list[float]:
     """Return the ends of the limit that there are."""
-    ends = found.limited.limit.permitted if found.limited else OPEN
-    return [end for end in ends if math.isfinite(end)]
+    return found.limited.limit.finite if found.limited else []
 
 
 def limit_rules(found: Summary, scale: Scale) -> list[plot.Rule]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_replay
 from tolstat.answers.report.first_page import (
+    CENTRAL,
     at_least,
     explained,
     no_cause,
@@ -57,8 +58,8 @@ STILL = (
     "the limit: its spread is not analysed."
 )
 PERFORMANCE = (
-    "Simulated trials show performance, not the capability of a process. By moments: "
-    "if no rarer kind of trial exists than those seen."
+    "Simulated trials show performance, not the capability of a process. By moments of "
+    "random trials: as sampled."
 )
 REACH = (
     "For any distribution: no unit leaves the declared range of the response. Where "
@@ -88,7 +89,6 @@ CLIPPED = (
     "Few trials may dominate the variance: shares are those of the response clipped to "
     "the central 99 % of its trials. "
 )
-CENTRAL = " of the central 99 %"  # of the trials, behind the variance in a head
 RARER = "They hold for trials like those seen. A rarer kind would change them."
 OVERLAP = " Deviations are correlated: shares overlap and need not add up to 100 %."
 

@@ -11,10 +11,10 @@ import numpy as np
 from tolstat.answers.cells import numbers_of
 from tolstat.answers.next_steps import command
 from tolstat.answers.report.first_page import (
-    at_least,
     lead,
     limits_table,
     next_steps,
+    of_variance,
     reading,
     rests_on,
     what_next,
@@ -26,13 +26,14 @@ from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
 from tolstat.statistics.limits.limit import margins
 from tolstat.statistics.summary import QUANTILES
-from tolstat.units.scale import PART, share_words
+from tolstat.units.scale import share_words
 
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import ResponseSummary, RunSummary
 
 STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
 AS_SAMPLED = "As sampled: holds if no rarer kind of trial exists than those seen."
+FOR_ANY = "For any distribution instead, as trials are few, or few dominate"
 LOW = [share_words(share) for share in QUANTILES if share < 0.5]
 HIGH = [share_words(share) for share in QUANTILES if share > 0.5]
 MEDIAN, LARGEST_SHARE = share_words(0.5), "main contribution"
@@ -96,8 +97,8 @@ def assumption(found: RunSummary, names: Sequence[str] = ()) -> blocks.Paragraph
     """Say what the intervals of mean and sigma assume; of all responses by default."""
     wide = {name: for_any(found.responses[name]) for name in names or found.responses}
     named = "; ".join(f"{n}, {' and '.join(of)}" for n, of in wide.items() if of)
-    others = f" For any distribution instead, as few trials dominate: {named}."
-    return blocks.note(f"* {AS_SAMPLED}{others if named else ''}")
+    others = f" {FOR_ANY}: {named}." if named else ""
+    return blocks.note(f"* {AS_SAMPLED}{others}")
 
 
 def for_any(each: ResponseSummary) -> list[str]:
@@ -118,9 +119,7 @@ def _largest_share(each: ResponseSummary) -> Cell:
         reason = shares[0].reason if shares else "not significant"
         few = known.dominated_by_few
         return Cell((), text("few trials dominate" if few else reason))
-    name, share = most
-    said = at_least(share) if share.upper == 1 else text(Number(share, PART))
-    return Cell((Name(name),), said)
+    return Cell((Name(most[0]),), of_variance(each, most[1]))
 
 
 def _worst_cases(found: RunSummary) -> Parts:

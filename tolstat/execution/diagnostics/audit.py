@@ -186,8 +186,7 @@ def _on_purpose(
     """Return the trials that one response adds."""
     done = np.flatnonzero(status == Status.DONE)
     known = values[done]
-    ends = [end for end in limit.permitted if np.isfinite(end)]
-    if not ends:
+    if not (ends := limit.finite):
         return {Reason.SPREAD: done[spread(known, max(2, share // 2))]}
     number = max(NEAREST, share // 4 // len(ends))
     near = np.concatenate([next_to(known, limit, end, number) for end in ends])

@@ -12,17 +12,6 @@ from tolstat.arrays import Array
 from tolstat.statistics.estimate import FAILED_THERE, NONE_DONE, Estimate
 
 
-def quantile(values: Array, share: float, confidence: float = 0.95) -> Estimate:
-    """Estimate one quantile of a random sample, as `quantiles` does.
-
-    Examples
-    --------
-    >>> quantile(np.arange(1.0, 101.0), 0.5)
-    50.5 (40 to 61)
-    """
-    return quantiles(values, [share], confidence)[share]
-
-
 def quantiles(
     values: Array,
     shares: Iterable[float],
@@ -50,6 +39,11 @@ def quantiles(
     References
     ----------
     H. A. David, H. N. Nagaraja, Order Statistics, 3rd ed., section 7.1.
+
+    Examples
+    --------
+    >>> quantiles(np.arange(1.0, 101.0), [0.5])
+    {0.5: 50.5 (40 to 61)}
     """
     ordered = np.sort(values)
     if not failed:
@@ -79,14 +73,10 @@ def _of_ordered(ordered: Array, share: float, confidence: float) -> Estimate:
     low_rank = _binomial_quantile(miss, n, share)
     high_rank = _binomial_quantile(1 - miss, n, share) + 1
     if low_rank < 1 or high_rank > n:
-        return Estimate(value, reason=f"needs {trials_needed(share, confidence)}")
+        # the least number from which the outermost trials bound it
+        needed = math.ceil(math.log(miss) / math.log(max(share, 1 - share)))
+        return Estimate(value, reason=f"needs {needed}")
     return Estimate(value, float(ordered[low_rank - 1]), float(ordered[high_rank - 1]))
-
-
-def trials_needed(share: float, confidence: float = 0.95) -> int:
-    """Return the least number of trials from which a quantile has an interval."""
-    miss = (1 - confidence) / 2
-    return math.ceil(math.log(miss) / math.log(max(share, 1 - share)))
 
 
 def median_unbiased(ordered: Array, share: float) -> float:

@@ -53,8 +53,9 @@ def by_percentiles(values: Array, sample: Sample, limit: Limit) -> Performance:
     found = quantiles_at(values, sample, shares, limit.permitted, shared)
     low, middle, high = found.values()
     sides = [
-        _side(end, middle, high if sign > 0 else low, sign)
-        for end, sign in _ends_of(limit)
+        _side(end, middle, far, sign)
+        for end, far, sign in ((limit.upper, high, 1), (limit.lower, low, -1))
+        if math.isfinite(end)
     ]
     spread = Estimate(
         high.value - low.value, high.lower - low.upper, high.upper - low.lower
@@ -77,10 +78,11 @@ def by_moments(
     if not sample.done.any():
         return Performance(NONE_DONE, NONE_DONE)
     half = 1 - (1 - CONFIDENCE) / 2
-    middle, spread = as_sampled(values, sample, half)
+    reach = Reach(declared, limit.permitted)
     if dependent := bool(sample.weights or sample.replicates):
-        reach = Reach(declared, limit.permitted)
         middle, spread = for_any(values, sample, reach, half)
+    else:
+        middle, spread = as_sampled(values, sample, half)
     if not spread.value > 0:
         return Performance(STILL, STILL)
     reason = middle.reason or spread.reason
@@ -89,7 +91,8 @@ def by_moments(
     if spread.sure and spread.lower <= 0:
         reason = "sigma may be nearly zero"
     sides = []
-    for end, sign in _ends_of(limit):
+    for end in reversed(limit.finite):
+        sign = 1 if end == limit.upper else -1
         ratios = [
             _ratio(sign * (end - m), 3 * s) for m in middle[:3] for s in spread[:3]
         ]
@@ -106,14 +109,6 @@ def by_share(share: Estimate, limit: Limit) -> Estimate:
     if not share.sure:
         return Estimate(ppk, reason=share.reason)
     return Estimate(ppk, lower, upper)
-
-
-def _ends_of(limit: Limit) -> list[tuple[float, int]]:
-    """List the finite ends, each with its side."""
-    lower, upper = limit.permitted
-    return [
-        (end, sign) for end, sign in ((upper, 1), (lower, -1)) if math.isfinite(end)
-    ]
 
 
 def _performance(

@@ -43,14 +43,19 @@ class Limit(NamedTuple):
         return self.lower, self.upper
 
     @property
-    def ends(self) -> int:
-        """Number of finite ends."""
-        return sum(math.isfinite(end) for end in self.permitted)
+    def finite(self) -> list[float]:
+        """The ends that are finite."""
+        return [end for end in self.permitted if math.isfinite(end)]
 
     @property
-    def asked(self) -> tuple[float, ...]:
-        """The ends that are finite, and not 0."""
-        return tuple(end for end in self.permitted if end and math.isfinite(end))
+    def ends(self) -> int:
+        """Number of finite ends."""
+        return len(self.finite)
+
+    @property
+    def asked(self) -> list[float]:
+        """The finite ends that are not 0."""
+        return [*filter(None, self.finite)]
 
     @property
     def ppk(self) -> float:
