@@ -83,6 +83,7 @@ def claimed(
             / np.max(np.abs(found[name] - truth[name]))
         )
         for name in truth
+        if np.any(found[name] != truth[name])  # not what is zero without play
     }
 
 

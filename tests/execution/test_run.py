@@ -206,7 +206,7 @@ def test_a_grid_without_any_trial_says_so(toy, tmp_path, capsys):
     run = execute(study, tmp_path / "r.h5", Workers(1, lambda: True))
     show(tolstat.summary(run).document())
     said = capsys.readouterr().out
-    assert run.ended == 0 and "No trial has run. Run them:" in said
+    assert run.ended == 0 and "No trial has run." in said
     assert "tolstat resume" in said and "failed" not in said and "gap" not in said
 
 
