@@ -133,6 +133,8 @@ def limits_table(
             "what would help": what_helps.cell(found.stored_run, each.causes, limited),
         })  # fmt: skip
     words, said = ("main cause", "what would help"), rests_on(found)
+    if any(is_clipped(found.responses[name]) for name, _ in every[:most]):
+        said = say("{}; variance: {}", said, CENTRAL.strip())
     if len(rows) < len(every):
         first = f"The {len(rows)} worst of {len(every)} limits; behind: "
         said = say("{}{}. {}", first, Name(ALL_LIMITS, "limits"), said)
@@ -170,15 +172,18 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         return Cell(text(main.words), text(below, also(causes)))
     variance: Parts = ()
     if causes.reason != OFF_CENTRE and (most := each.largest_share):
-        variance = say("variance: {} {}", Name(most[0]), of_variance(each, most[1]))
+        variance = say("variance: {} {}", Name(most[0]), of_variance(most[1]))
     return Cell(text(no_cause(causes)), variance)
 
 
-def of_variance(each: ResponseSummary, share: Estimate) -> Parts:
+def of_variance(share: Estimate) -> Parts:
     """Write a variance contribution; of an open interval the lower end."""
-    central = CENTRAL if each.contributions and each.contributions.clipped else None
-    number = Number(share, PART)
-    return text(at_least(share) if share.upper == 1 else number, central)
+    return at_least(share) if share.upper == 1 else text(Number(share, PART))
+
+
+def is_clipped(each: ResponseSummary) -> bool:
+    """Whether its variance contributions are of the central trials alone."""
+    return each.contributions is not None and each.contributions.clipped
 
 
 def at_least(share: Estimate) -> Parts:

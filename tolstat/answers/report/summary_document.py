@@ -11,6 +11,8 @@ import numpy as np
 from tolstat.answers.cells import numbers_of
 from tolstat.answers.next_steps import command
 from tolstat.answers.report.first_page import (
+    CENTRAL,
+    is_clipped,
     lead,
     limits_table,
     next_steps,
@@ -119,7 +121,8 @@ def _largest_share(each: ResponseSummary) -> Cell:
         reason = shares[0].reason if shares else "not significant"
         few = known.dominated_by_few
         return Cell((), text("few trials dominate" if few else reason))
-    return Cell((Name(most[0]),), of_variance(each, most[1]))
+    central = CENTRAL if is_clipped(each) else None
+    return Cell((Name(most[0]),), text(of_variance(most[1]), central))
 
 
 def _worst_cases(found: RunSummary) -> Parts:
