@@ -7,10 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
+import numpy as np
+
 from tolstat import catalogue
 from tolstat.deviations.names import general
 from tolstat.model import settings as model_settings
-from tolstat.model.checked import described
+from tolstat.model.checked import described, impossible
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor, Response
 from tolstat.model.setting_kinds import (
@@ -26,6 +28,7 @@ from tolstat.study.links_section import NOMINAL, SETTING
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
 BEGIN = 34
 # example tolerances by SI unit; 1 of any other unit, 1 % of a relative one
+SMALL = 1e-9  # SI: a deviation that any part may have on both sides
 EXAMPLES = {"m": "0.1 mm", "rad": "0.1 deg", "s": "1 ms", "N m": "1 N m"}
 HEAD = """\
 # {title}
@@ -59,12 +62,14 @@ def new_study(model: str | Model) -> str:
     # a dimension chain: ...
     """
     found = catalogue.find(model)
-    contributors, responses = described(found, model_settings.make(found))
+    settings = model_settings.make(found)
+    contributors, responses = described(found, settings)
     sections = (
         _section("[settings]", _settings(found)),
         _section("[links]", _links(found)),
         _section(
-            "[deviations]  # +- is three sigma at Cp = 1", _parts(found, contributors)
+            "[deviations]  # +- is three sigma at Cp = 1",
+            _parts(found, settings, contributors),
         ),
         _section(
             "[limits]  # 99.73 % within, unless said otherwise", _limits(responses)
@@ -108,7 +113,7 @@ def _links(model: Model) -> Iterator[str]:
             yield f'{name} = {{ {cells}, tolerance = "+-0.1 mm" }}'
 
 
-def _parts(model: Model, parts: Sequence[Contributor]) -> Iterator[str]:
+def _parts(model: Model, settings: Any, parts: Sequence[Contributor]) -> Iterator[str]:
     if _has_links(model):
         return
     names = dict.fromkeys(general(each.name) for each in parts)
@@ -121,7 +126,10 @@ def _parts(model: Model, parts: Sequence[Contributor]) -> Iterator[str]:
             example = EXAMPLES.get(unit, "1 %" if unit == "1" else f"1 {unit}")
             members = ", ".join(each.name for each in every) if len(every) > 1 else ""
             words = "; ".join(filter(None, [every[0].sentence, members]))
-            yield _entry(f'# {name} = "+-{example}"', words)
+            negative = -SMALL * np.array([[each in every for each in parts]])
+            one_sided = impossible(model, negative, settings).any()
+            zone = f"0..{example}" if one_sided else f"+-{example}"
+            yield _entry(f'# {name} = "{zone}"', words)
 
 
 def _limits(responses: Sequence[Response]) -> Iterator[str]:

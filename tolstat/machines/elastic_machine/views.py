@@ -209,8 +209,9 @@ def residual_integrated(
     n = len(settings.inertia)
     t0 = T_1 * np.linspace(0.25, RULE[1], POINTS)
     alone = replace(
-        settings, load_torque=(), start_up_time=T_1, horizon=(RULE[1] + LOOKED) * T_1
-    )
+        settings, load_torque=(), braking_time=0.0, start_up_time=T_1,
+        horizon=(RULE[1] + LOOKED) * T_1,
+    )  # fmt: skip
     deviations = np.tile(machine[: 3 * n + 1], (POINTS, 1))
     deviations[:, 3 * n] = t0 - T_1
     return t0, simulated(deviations, alone).solution.peak[:, 2 * n - 1]
