@@ -71,3 +71,9 @@ class Hostile(Toy):
 def test_texts_of_a_model_cannot_break_the_study():
     found = tomllib.loads(tolstat.new_study(Hostile()))
     assert found["settings"] == {"mode": 'pl"ain'} and "evil" not in found
+
+
+def test_a_part_that_cannot_be_negative_has_a_zone_on_one_side():
+    study = tolstat.new_study("stand")
+    assert '# joint_clearance = "0..0.1 mm"' in study
+    assert '# guide_clearance = "+-0.1 mm"' in study

@@ -7,6 +7,7 @@ import pytest
 
 import tolstat
 from tests.machines.elastic import CASES, solved
+from tolstat.answers.report.finer_run import settle
 from tolstat.errors import ModelError, StudyError
 from tolstat.machines.elastic_machine.frequency_functions import frequency_functions
 from tolstat.machines.elastic_machine.modes import modes_of
@@ -294,3 +295,28 @@ def test_the_response_has_its_peaks_at_the_modes():
     tops = 1 + np.flatnonzero((e_44[1:-1] > e_44[:-2]) & (e_44[1:-1] > e_44[2:]))
     modes = tolstat.view(MODEL, "modes").frame()["frequency"]
     np.testing.assert_allclose(chart.at[tops], modes, rtol=0.02)
+
+
+def test_an_audit_by_runge_kutta_is_named_as_a_study_types_it(tmp_path):
+    study = {
+        "model": "elastic_machine",
+        "trials": 20,
+        "seed": 1,
+        "deviations": {"stiffness": "+-1 %"},
+        "limits": {"error_4": "<= 1 rad"},
+    }
+    run = tolstat.run(study, output=tmp_path / "r.h5")
+    assert run.audited.settings["runge_kutta"] == 1.0
+    assert "runge_kutta = true" in "".join(map(str, settle(run, ["error_4"])))
+    page = tolstat.report(run).html()
+    assert (
+        "evaluated again with runge_kutta true, rtol 1e-11, max_step 0.0025 s" in page
+    )
+
+
+def test_the_view_of_residuals_brakes_no_chain():
+    settings = {"start_up_time": 0.5, "horizon": 3.0}
+    braking = {**settings, "braking_time": 0.3, "braking_start": 1.0}
+    plain = tolstat.view("elastic_machine", "residual", None, settings).frame()
+    other = tolstat.view("elastic_machine", "residual", None, braking).frame()
+    assert plain.equals(other)

@@ -180,6 +180,13 @@ def _to_write(
     return write, command("run", study, *options, machine=run.machine)
 
 
+def typed_setting(run: Run, name: str, value: float) -> str:
+    """Return a tightened setting as a study types it: a truth value is stored as 1."""
+    if run.settings[name].words in ("true", "false"):
+        return "true" if value else "false"
+    return f'"{figures(value)} s"' if name == "max_step" else figures(value)
+
+
 def typed_options(run: Run, trials: int | None = None) -> list[object]:
     """Return the options of a run whose trials or seed are not those of its study."""
     if run.sampled is None:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tolstat.answers.answer import Answer
+from tolstat.answers.next_steps import typed_setting
 from tolstat.errors import PictureError, allowed_names
 from tolstat.model.description import StudyNumber
 from tolstat.statistics.estimate import Estimate
@@ -187,7 +188,10 @@ def _failed(run: Run, sample: Sample | None) -> str:
 
 def _rerun(run: Run, rerun: Audited) -> str:
     """Return how failed trials ended when they were evaluated again."""
-    settings = ", ".join(f"{key} = {value:g}" for key, value in rerun.settings.items())
+    settings = ", ".join(
+        f"{name} = {typed_setting(run, name, value)}"
+        for name, value in rerun.settings.items()
+    )
     codes, counts = np.unique(rerun.status, return_counts=True)
     pairs = zip(codes.tolist(), counts, strict=True)
     ended = ", ".join(f"{count} {run.words[code]}" for code, count in pairs)

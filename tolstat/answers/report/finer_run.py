@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tolstat.answers.next_steps import as_typed, to_run_again
+from tolstat.answers.next_steps import as_typed, to_run_again, typed_setting
 from tolstat.document.inline import Name, Parts, Typed, Word, listed, say, text
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import figures
 
 MOST_RTOL = 1e-6  # the audit of a far too rough run is too rough as well
 
@@ -18,9 +17,8 @@ def settle(run: Run, limits: Sequence[str]) -> Parts:
         return ()
     again, lines = to_run_again(run), []
     for name, value in run.audited.settings.items():
-        number = figures(min(value, MOST_RTOL) if name == "rtol" else value)
-        number = f'"{number} s"' if name == "max_step" else number
-        lines.append(f"{name} = {number}")
+        wanted = min(value, MOST_RTOL) if name == "rtol" else value
+        lines.append(f"{name} = {typed_setting(run, name, wanted)}")
     study = as_typed(run.study_file) if again and run.study_file else "the study"
     return say(
         "Decide {}, whose integration errors are too large: write {} into [settings] "

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import ppk_cell, ppm
-from tolstat.answers.next_steps import to_replay
+from tolstat.answers.next_steps import to_replay, typed_setting
 from tolstat.answers.report.first_page import (
     CENTRAL,
     at_least,
@@ -370,7 +370,9 @@ def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, .
     if (errors := each.integration_errors) is None:
         return ()
     exact, effect = each.scale._replace(least=0.0), errors.effect
-    tightened = ", ".join(f"{k} {AS_IS.number(v)}" for k, v in errors.settings.items())
+    run, given = found.stored_run, errors.settings
+    typed = (f"{n} {typed_setting(run, n, x)}" for n, x in given.items())
+    tightened = ", ".join(typed).replace('"', "")
     above = text("Trials depend on each other: how many err more is not known.")
     if errors.above == errors.above:
         most = Number(errors.above, PER_CENT, "at_most")
