@@ -38,6 +38,20 @@ def over(hz, settings, source, *names):
     return abs(transfer(np.array(hz), nominal(settings), settings, source, *answers))[0]
 
 
+def test_a_mode_that_does_not_swing_has_its_slower_root():
+    """All times equal: each mode has zeta = omega tau/2, the highest two above 1."""
+    settings = replace(PLAIN, link_damping=(5e-3,) * 8)
+    omega = nominal(PLAIN).modes.omega[0]
+    zeta = omega * 5e-3 / 2
+    slow = omega * (zeta - np.sqrt(np.maximum(zeta**2 - 1, 0.0)))
+    slow[zeta < 1] = omega[zeta < 1]
+    frequency, ratio = poles_of(nominal(settings), settings)
+    assert (zeta > 1).sum() == 2
+    np.testing.assert_allclose(frequency[0], np.sort(slow) / (2 * np.pi), rtol=1e-8)
+    known = np.minimum(zeta, 1.0)[np.argsort(slow)]
+    np.testing.assert_allclose(ratio[0], known, rtol=1e-8)
+
+
 def test_poles_of_a_damped_coupling_as_computed_elsewhere():
     frequency, zeta = poles_of(nominal(BY_LINK), BY_LINK)
     np.testing.assert_allclose(

@@ -134,7 +134,8 @@ def poles_of(drive: Drive, settings: Settings) -> tuple[Array, Array]:
     """Return frequency |lambda|/(2 pi), Hz, and damping ratio of each mode, ascending.
 
     float64[trial, mode]. Times tau_ij of the links count, not factors of loss: these
-    have no free vibration. A mode that does not swing has a ratio of 1.
+    have no free vibration. A mode that does not swing has a ratio of 1, and the slower
+    of its two roots.
     """
     omega, _, theta = drive.modes
     tau, _ = settings.dampings
@@ -146,7 +147,8 @@ def poles_of(drive: Drive, settings: Settings) -> tuple[Array, Array]:
     A[:, n:, :n] = -np.eye(n) * (omega * omega)[:, None, :]
     A[:, n:, n:] = -theta.transpose(0, 2, 1) @ ((drive.C * tau)[:, :, None] * theta)
     found = np.linalg.eigvals(A).astype(complex)
-    # one of each pair; of real roots every second
-    order = np.lexsort((found.imag, np.abs(found)), axis=1)
-    pole = np.take_along_axis(found, order, axis=1)[:, ::2]
+    found = np.take_along_axis(found, np.argsort(np.abs(found), axis=1), axis=1)
+    real = found.imag == 0.0
+    slower = np.cumsum(real, axis=1) <= real.sum(axis=1, keepdims=True) / 2
+    pole = found[(found.imag > 0.0) | (real & slower)].reshape(len(found), n)
     return np.abs(pole) / (2 * np.pi), -pole.real / np.abs(pole)
