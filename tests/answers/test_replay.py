@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -79,3 +81,15 @@ def test_a_grid_point_is_replayed_with_its_settings(tmp_path):
     for index in range(8):
         assert replay(run, index).differences == ()
     assert replay(run, None).differences == ()
+
+
+def test_a_swept_setting_has_the_name_that_is_typed(tmp_path):
+    """A contributor has the same name; both stand in the answer."""
+    text = Path("runs/elastic-machine-rule.toml").read_text()
+    study = tmp_path / "rule.toml"
+    study.write_text(text.replace("points = 192", "points = 3"))
+    found = replay(tolstat.run(study), 1)
+    assert "start_up_time" in found.settings
+    assert "start_up_time" in found.contributors and "settings." not in str(
+        found.json()
+    )

@@ -159,7 +159,7 @@ def test_few_trials_state_how_many_would_tell(tmp_path):
     )
     # the step that decides adds as many trials: one command for both
     (step,) = steps_of(found)
-    assert step.startswith("Decide gap: ")
+    assert step.startswith("Add trials to decide gap")
     assert int(step.split("--trials ")[1].rstrip(".")) >= causes.needed
 
 
@@ -231,3 +231,21 @@ def test_the_main_contribution_names_all_equal_parts(tmp_path):
     study["links"]["right"]["tolerance"] = "+-0.14 mm"  # 1 % less
     run = tolstat.run(study, output=tmp_path / "others.h5")
     assert tolstat.summary(run).responses["gap"].largest_share[0] == "left"
+
+
+def test_a_missed_limit_without_a_named_cause_has_a_step(tmp_path):
+    """Not most trials are out of limit, but no cause of them is named."""
+    links, of = {"a": 0.1, "b": 0.1}, {"sampling": "sobol"}
+    found, causes, _ = chain(tmp_path, "a + b", links, "19.93..20.07 mm", 2048, **of)
+    assert causes.named == () and 0 < causes.trials_out_of_limit < 1024
+    assert any("widest tolerances of a and b" in step for step in steps_of(found))
+
+
+def test_causes_are_not_asked_for_where_the_limit_seems_met(tmp_path):
+    """Few trials are out, fewer than permitted: only the verdict needs more."""
+    links = {"a": 0.1, "b": 0.1}
+    end = 20 + 3.05 / 3 * np.sqrt(0.1**2 + 0.1**2)
+    found, causes, _ = chain(tmp_path, "a + b", links, f"<= {end} mm", 2000)
+    assert causes.needed > found.limits["gap"].yields.needed > 0
+    (step,) = steps_of(found)
+    assert "find the causes" not in step

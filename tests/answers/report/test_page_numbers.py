@@ -117,8 +117,13 @@ def test_summary_numbers_are_in_their_columns(report, mill):
         "response", "unit", "nominal", "mean *", "sigma *", "least", *SHARES, "largest",
     ]  # fmt: skip
     rows = rows_of(table)
-    assert len(rows) == 30
-    for (name, each), row in zip(report.answer.responses.items(), rows, strict=True):
+    every = report.answer.responses
+    free = [name for name in every if name not in mill.limits]
+    zero = [n for n in free if not mill.column(n).any() and not mill.nominal_values[n]]
+    shown = {name: each for name, each in every.items() if name not in zero}
+    assert len(every) == 30 and len(zero) == 6
+    assert f"Zero in every trial: {', '.join(zero[:-1])}" in as_text(table.caption)
+    for (name, each), row in zip(shown.items(), rows, strict=True):
         assert as_text(row["response"].main) == name
         known = {"nominal": each.nominal, "mean *": each.mean, "sigma *": each.sigma}
         known |= {"least": each.least, "largest": each.largest}

@@ -13,8 +13,10 @@ import pytest
 import tolstat
 from tests.answers.page_checks import words_in
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
+from tolstat.answers.report.first_page import next_steps
 from tolstat.answers.run_entries import stored_runs
 from tolstat.answers.sampled_trials import drawn_trials
+from tolstat.document.blocks import Paragraph
 from tolstat.status import Status
 
 
@@ -158,3 +160,24 @@ def test_trials_that_fail_by_the_integration_alone_do_not_decide(
     again = run.status[run.audited.trials]
     assert np.count_nonzero(again != Status.DONE) >= 10
     assert tolstat.summary(run).limits["force"].yields.words == word
+
+
+def test_a_finer_run_is_the_only_step(tmp_path):
+    """Another limit of the rough run is undecided: more rough trials decide nothing."""
+
+    class Two(Rough):
+        def describe(self, settings):
+            responses = Response("force", "N"), Response("play", "m")
+            return Description((Contributor("part", "m"),), responses)
+
+        def evaluate(self, deviations, settings):
+            force = 10 + 1e3 * deviations - 2 * settings.rtol
+            return Outcome(np.hstack([force, deviations]))
+
+    path = tmp_path / "two.toml"
+    text = STUDY.format(rtol=1.0, limit=12) + 'play = "<= 2.8 mm"\n'
+    path.write_text(text.replace("trials = 4000", "trials = 400"))
+    found = tolstat.summary(tolstat.run(path, model=Two(), progress=None))
+    assert found.limits["play"].yields.needed
+    (step,) = next_steps(found)
+    assert "integration errors are too large" in words_in(Paragraph(step))

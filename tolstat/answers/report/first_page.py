@@ -226,20 +226,10 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
         for name, each in found.limits.items()
     )
     rough = [name for name, each in found.limits.items() if each.yields.reason]
-    steps = [settle(run, rough), _centre(found), next(filter(None, halve), ())]
-    limits, needed = (
-        [(found.limits[name].yields.needed, name) for name in found.verdicts],
-        0,
-    )
-    if undecided := [each for each in limits if each[0]]:
-        needed, name = min(undecided)
-        command = to_extend(run, needed)
-        how = (
-            (" in all: ", Typed(command)) if command else ", in a new run of the study"
-        )
-        trials = counted(needed, "trial")
-        steps.append(say("Decide {}: about {}{}.", Name(name), trials, how))
-    steps += [_tell_causes(found, needed), _allocate(found)]
+    if finer := settle(run, rough):
+        return (finer,)  # the other numbers are of the rough run, too
+    more = _more_trials(found)
+    steps = [_centre(found), next(filter(None, halve), ()), more, _allocate(found)]
     return tuple(filter(None, steps))
 
 
@@ -247,7 +237,7 @@ def _allocate(found: RunSummary) -> Parts:
     """Return the step that searches the cheapest tolerances; empty where all is met.
 
     Without costs in the study, only where halving those of the causes is too little, or
-    most trials are out of limit.
+    enough trials are out of limit and none of their causes is named.
     """
     parts, unmet = dict[str, None](), False
     for name, each in found.limits.items():
@@ -259,9 +249,10 @@ def _allocate(found: RunSummary) -> Parts:
         if not causes or each.yields.verdict == MET or causes.reason == OFF_CENTRE:
             continue
         if main := causes.main:
-            if what_helps.still(main, each.limit):
+            now = each.yields.fraction_out_of_limit.value
+            if what_helps.still(main, each.limit) or main.halved.value >= now:
                 parts |= dict.fromkeys(m for by in causes.named for m in by.members)
-        elif causes.trials_out_of_limit > found.trials.counted / 2:
+        elif each.yields.verdict == NOT_MET and not causes.needed:
             parts |= dict.fromkeys(response.most_of_variance)
     if not unmet or not (commands := to_allocate(found.stored_run, [*parts])):
         return ()
@@ -280,23 +271,35 @@ def _centre(found: RunSummary) -> Parts:
     return say("Centre {} first, as said above.", listed(names)) if names else ()
 
 
-def _tell_causes(found: RunSummary, decided: int) -> Parts:
-    """Return the step that adds trials until causes can be named; empty without.
+def _more_trials(found: RunSummary) -> Parts:
+    """Return the step that adds trials; empty where no more would tell.
 
-    Also where as many are `decided` on.
+    Until a verdict falls, and until causes can be named of a limit that more trials
+    miss than it permits.
     """
-    limits = {
-        name: causes.needed
-        for name, each in found.limits.items()
-        if each.yields.verdict != MET and (causes := found.responses[name].causes)
+    limited, missed = found.limits.items(), dict[str, int]()
+    verdicts = {
+        name: each.yields.needed for name, each in limited if each.yields.needed
     }
-    name = min((n for n in limits if limits[n]), key=lambda n: limits[n], default="")
-    command = to_extend(found.stored_run, limits[name]) if name else ""
-    if not command or limits[name] <= decided:
+    for name, each in limited:
+        causes, share = found.responses[name].causes, each.yields.fraction_out_of_limit
+        missing = each.yields.verdict != MET and share.value > 1 - each.limit.demanded
+        if missing and causes and causes.needed:
+            missed[name] = causes.needed
+    run, said, needed = found.stored_run, [], 0
+    if verdicts:
+        name = min(verdicts, key=lambda name: verdicts[name])
+        needed, said = verdicts[name], [say("decide {}", Name(name))]
+    if missed:
+        name = min(missed, key=lambda name: missed[name])
+        if missed[name] > needed and to_extend(run, missed[name]):
+            needed = missed[name]
+            said.append(say("find the causes of {}", Name(name)))
+    if not said:
         return ()
-    trials = counted(limits[name], "trial")
-    return say("Find the causes of {}: about {} in all: {}.", Name(name), trials,
-               Typed(command))  # fmt: skip
+    command, trials = to_extend(run, needed), counted(needed, "trial")
+    how = (" in all: ", Typed(command)) if command else ", in a new run of the study"
+    return say("Add trials to {}: about {}{}.", listed(said), trials, how)
 
 
 def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Parts:

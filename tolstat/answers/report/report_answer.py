@@ -174,6 +174,11 @@ class ResponseSummary(Summary):
     members: Mapping[str, tuple[str, ...]]  # of each kind of part
 
     @property
+    def nothing(self) -> bool:
+        """Whether it has no limit and is zero in every trial, the nominal one too."""
+        return not self.limited and self.nominal == self.least == self.largest == 0
+
+    @property
     def still(self) -> bool:
         """Whether no trial is out of limit, and the range nothing beside the limit."""
         if not self.limited or self.limited.yields.fraction_out_of_limit.value:

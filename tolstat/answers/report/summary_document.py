@@ -71,8 +71,10 @@ def summary_document(found: RunSummary) -> blocks.Document:
 def responses_table(found: RunSummary, names: Sequence[str] = ()) -> blocks.Table:
     """Return the numbers of responses; of all by default, for a page.
 
-    A screen shows the quantiles on the sides that have limits.
+    A screen shows the quantiles on the sides that have limits. Responses without a
+    limit that are zero in every trial are left out, and named below.
     """
+    zero = [] if names else [n for n, each in found.responses.items() if each.nothing]
     rows: list[dict[str, blocks.Given]] = [
         {
             "response": Name(name),
@@ -82,15 +84,19 @@ def responses_table(found: RunSummary, names: Sequence[str] = ()) -> blocks.Tabl
             LARGEST_SHARE: _largest_share(each) if names else None,
         }
         for name in names or found.responses
+        if name not in zero
         for each in [found.responses[name]]
     ]
     ends = [each.limit.permitted for each in found.limits.values()] or [(0.0, 0.0)]
     hidden = ["least", "largest"] + [MEDIAN] * bool(found.limits)
     hidden += LOW if all(lower == -math.inf for lower, _ in ends) else []
     hidden += HIGH if all(upper == math.inf for _, upper in ends) else []
+    said = () if names and found.limits else rests_on(found)
+    if zero and rows:
+        said = say("{}. Zero in every trial: {}.", said, listed([*map(Name, zero)]))
     return blocks.table_of(
         rows, "Responses", page_only=hidden, words=[LARGEST_SHARE],
-        caption=() if names and found.limits else rests_on(found), keys=2, look="dense",
+        caption=said, keys=2, look="dense",
         spare=["nominal", "5 %", "95 %", "0.135 %", "99.865 %", MEDIAN],
     )  # fmt: skip
 

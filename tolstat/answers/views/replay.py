@@ -93,7 +93,7 @@ class Replay(Answer):
         moved = {name: each for name, each in self.contributors.items() if each.value}
         inputs: list[dict[str, blocks.Given]] = [
             {"contributor": Name(name), "deviation": each.words, "": each.sentence}
-            for name, each in (self.settings | moved).items()
+            for name, each in (*self.settings.items(), *moved.items())
         ]
         answered: list[dict[str, blocks.Given]] = [
             {"response": Name(name), "value": each.words,
@@ -177,8 +177,9 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
     if index is not None:
         settings = replace(settings, **_swept(run, index, loaded))
         row = {name: float(run.column(name)[index]) for name in row}
-        for name in (each.name for each in run.swept):
-            swept[name] = Quantity(run.column(name)[index].item(), scales[name])
+        for column in (each.name for each in run.swept):
+            value = run.column(column)[index].item()
+            swept[setting_name(column)] = Quantity(value, scales[column])
     typed = {each.name: each.shown for each in run.responses}
     typed |= typed_units(run.study.table)
     found = _simulated(
