@@ -2,8 +2,9 @@
 
 `System` names equations compiled by `compiled(rates_signature)`. They read rows of
 lanes by `rows` or, with the letters of a named tuple, by `named`, and store them by
-`write`. `integrate` returns the `Solution` of a block of trials; `solve` that of a
-`LinearMotion`, exactly. The compiler is loaded with the first name that needs it.
+`write`; `dry_friction` is a force in them. `integrate` returns the `Solution` of a
+block of trials; `solve` that of a `LinearMotion`, exactly. The compiler is loaded with
+the first name that needs it.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tolstat.integrator.examination import proposed_scale
+    from tolstat.integrator.friction import dry_friction
     from tolstat.integrator.integrate import integrate
     from tolstat.integrator.linear_motion import LinearMotion, solve
     from tolstat.integrator.problem import SIDES, Accuracy, Moment, Solution, System
@@ -28,6 +30,7 @@ _HOMES = {
     "Solution": "tolstat.integrator.problem",
     "System": "tolstat.integrator.problem",
     "compiled": "tolstat.lanes.compiled",
+    "dry_friction": "tolstat.integrator.friction",
     "integrate": "tolstat.integrator.integrate",
     "named": "tolstat.lanes.rows",
     "proposed_scale": "tolstat.integrator.examination",
@@ -44,6 +47,7 @@ __all__ = [
     "Solution",
     "System",
     "compiled",
+    "dry_friction",
     "integrate",
     "named",
     "proposed_scale",

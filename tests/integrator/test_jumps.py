@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from tolstat.integrator.friction import dry_friction
 from tolstat.integrator.integrate import integrate
 from tolstat.integrator.problem import SIDES, Accuracy, System
 from tolstat.integrator.signatures import rates_signature
@@ -98,12 +99,9 @@ def belt(moment, y, p, out):
     """A block on a belt of speed p0, on a spring: static friction p1, sliding p2."""
     x, v = rows(y)[0], rows(y)[1]
     speed, most, sliding = rows(p)[0], rows(p)[1], rows(p)[2]
-    slips, holds = rows(moment)[SIDES], rows(moment)[SIDES + 1]
-    sticks = (slips == 0.0) & (holds > 0.0)
-    # where it begins to slip, the spring pulls it back
-    way = np.where(slips == 0.0, np.copysign(1.0, -x), slips)
-    force = np.where(sticks, x, -way * sliding)
-    write(out, 0, (v, force - x, v - speed, most - np.abs(x)))
+    slips, grips = rows(moment)[SIDES], rows(moment)[SIDES + 1]
+    friction = dry_friction(slips, grips, -x, sliding)
+    write(out, 0, (v, friction - x, v - speed, most - np.abs(x)))
 
 
 def test_stick_and_slip():
@@ -319,9 +317,8 @@ def hold(moment, y, p, out):
     t, x = rows(moment)[0], rows(y)[0]
     side, holds = rows(moment)[SIDES], rows(moment)[SIDES + 1]
     most, load = rows(p)[0], rows(p)[1] * np.sin(t)
-    relay = -most * np.where(side == 0.0, np.copysign(1.0, load), side)
-    held = (side == 0.0) & (holds > 0.0)
-    write(out, 0, (np.where(held, 0.0, load + relay), x, most - np.abs(load)))
+    relay = dry_friction(side, holds, load, most)
+    write(out, 0, (load + relay, x, most - np.abs(load)))
 
 
 @pytest.mark.parametrize("ratio", [1.1, 1.5])
