@@ -1,7 +1,5 @@
 """Errors of tolstat, and the advice that they give."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable
 from pathlib import Path

@@ -5,8 +5,6 @@ Each medium makes them safe in one place: the screen of the command line, the
 environment of pages, the pictures before they are written, the cells of CSV files.
 """
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from typing import Any

@@ -1,7 +1,5 @@
 """Start of the command line, and its end by Ctrl-C: finished work is stored."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

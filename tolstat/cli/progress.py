@@ -1,7 +1,5 @@
 """The progress bar of commands that evaluate trials, and how they end."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable, Iterator

@@ -3,8 +3,6 @@
 Both act on normal scores (a Gaussian copula): each deviation keeps its distribution.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 

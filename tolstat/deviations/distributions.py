@@ -6,8 +6,6 @@ keys contradict each other. The method `deviations(u)` is the inverse distributi
 function at 0 < u < 1, SI.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Sequence

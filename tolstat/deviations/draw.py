@@ -1,7 +1,5 @@
 """The samplers by their names in study files, and the deviations they sample."""
 
-from __future__ import annotations
-
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import suppress
 

@@ -9,8 +9,6 @@ ISO 1328-1:2013, 5.2 (rounding), 5.3.2 (single pitch), annex E (run-out, informa
 nine tenths of the total cumulative pitch deviation).
 """
 
-from __future__ import annotations
-
 from decimal import ROUND_HALF_UP, Context, Decimal
 
 from tolstat.deviations.distributions import Tolerance

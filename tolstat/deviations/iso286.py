@@ -8,8 +8,6 @@ References
 ISO 286-1:2010, Table 1.
 """
 
-from __future__ import annotations
-
 import re
 from bisect import bisect_left
 

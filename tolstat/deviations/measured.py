@@ -1,7 +1,5 @@
 """Distributions of measured parts: the parts themselves, or a fit."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Names without their number: `rod_length` means rod_length_1 and rod_length_2."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 

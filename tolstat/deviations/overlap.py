@@ -4,8 +4,6 @@ The weights of the trials do not show it: the heaviest weights, which dominate, 
 mostly missing. Both distributions are known, so new parts are sampled instead.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import NamedTuple

@@ -4,8 +4,6 @@ Each declares the properties of its samples. `unit_samples` chooses all at once;
 `stages` chooses stage by stage, each from the responses of the stages before.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Generator, Mapping

@@ -1,7 +1,5 @@
 """The spread of a distribution, and the same with another tolerance."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Mapping

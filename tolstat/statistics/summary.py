@@ -1,7 +1,5 @@
 """The statistics of a response."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

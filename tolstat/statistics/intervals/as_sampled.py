@@ -1,7 +1,5 @@
 """Mean and sigma, with intervals as sampled: no rarer kind of trial than those seen."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Number of trials that reaches a requested precision."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial

@@ -5,8 +5,6 @@ so rare that no replicate contains one: every interval is widened by their possi
 contribution.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left
 

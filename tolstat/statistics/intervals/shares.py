@@ -1,7 +1,5 @@
 """Intervals of shares: exact, anytime-valid, and of weighted counts."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Differences of two designs: yields, quantiles and Ppk, paired or not."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The yield of a limit, with failed trials, and its verdict."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
