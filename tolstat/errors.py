@@ -8,28 +8,16 @@ from typing import Any, NamedTuple
 
 
 class Advice(NamedTuple):
-    """A remedy for an error; the command line prints the command to type.
+    """A remedy for an error; the command line prints the command to type."""
 
-    Attributes
-    ----------
-    what : str
-        "run", "repair", "resume", "resume regardless", "run again", "replace",
-        "replace run", "extend", "export", "plot", "report", "custom model".
-    path : Path
-        The run file, or the study to run.
-    machine : str
-        FILE.py:NAME of a custom model.
-    trials : int
-        Total number of trials, of an extension or of a run that replaces one.
-    run : object
-        The run to repeat or to plot.
-    """
-
+    # "run", "repair", "resume", "resume regardless", "run again", "replace", "replace
+    # run", "extend", "export", "plot", "report", "custom model"
     what: str
-    path: Path = Path()
-    machine: str = ""
+    path: Path = Path()  # the run file, or the study to run
+    machine: str = ""  # FILE.py:NAME of a custom model
+    # total number of trials, of an extension or of a run that replaces one
     trials: int = 0
-    run: Any = None
+    run: Any = None  # the run to repeat or to plot
 
 
 class TolstatError(Exception):

@@ -35,22 +35,14 @@ class Measured:
 
 @dataclass(frozen=True)
 class Fitted:
-    """Normal or lognormal distribution fitted to measured parts.
+    """Normal or lognormal distribution fitted to measured parts."""
 
-    Attributes
-    ----------
-    kind : str
-        "normal", or "lognormal" (above zero).
-    mean, sigma : float
-        Of the deviations, SI, or of their natural logarithms; sigma with N - 1.
-    p_value : float
-        p-value of the Anderson-Darling test with both parameters estimated, from 999
-        simulated samples.
-    """
-
-    kind: str
+    kind: str  # "normal", or "lognormal" (above zero)
+    # of the deviations, SI, or of their natural logarithms; sigma with N - 1
     mean: float
     sigma: float
+    # p-value of the Anderson-Darling test with both parameters estimated, from 999
+    # simulated samples
     p_value: float
 
     def deviations(self, u: Array) -> Array:

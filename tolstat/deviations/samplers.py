@@ -33,32 +33,19 @@ class Stage:
 
 
 class Sampler:
-    """Interface and properties of every sampler; only the promise has no default.
+    """Interface and properties of every sampler; only the promise has no default."""
 
-    Attributes
-    ----------
-    promise : str
-        Properties of the intervals, in a sentence.
-    replicates : int
-        Number of independent randomisations; trial i is of number i modulo it. 0 if
-        all trials are independent: only then order-statistic and binomial intervals
-        hold.
-    extensible : bool
-        Whether more trials leave the first trials unchanged.
-    sample : bool
-        Whether the trials are a sample of production: their statistics estimate those
-        of the units that will be built.
-    aims : bool
-        Whether it searches the limit of one response, which the study names.
-    columns : mapping of str to str
-        Stored columns of the sampling of each trial: name and sentence.
-    """
-
-    promise: ClassVar[str]
+    promise: ClassVar[str]  # properties of the intervals, in a sentence
+    # number of independent randomisations; trial i is of number i modulo it. 0 if all
+    # trials are independent: only then order-statistic and binomial intervals hold.
     replicates: ClassVar[int] = 0
+    # whether more trials leave the first trials unchanged
     extensible: ClassVar[bool] = False
+    # whether the trials are a sample of production: their statistics estimate those of
+    # the units that will be built
     sample: ClassVar[bool] = True
-    aims: ClassVar[bool] = False
+    aims: ClassVar[bool] = False  # whether it searches the limit of one response
+    # stored columns of the sampling of each trial: name and sentence
     columns: ClassVar[Mapping[str, str]] = {}
 
     def group(self, factors: int) -> int:

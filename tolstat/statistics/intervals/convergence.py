@@ -23,21 +23,12 @@ MULTIPLE = 256  # numbers of trials are multiples of it
 
 
 class Precision(NamedTuple):
-    """A requested precision.
-
-    Attributes
-    ----------
-    statistic : Statistic
-        Statistic of a response.
-    within : float
-        Half the width of its 95 % interval: SI, or a share of the number itself.
-    relative : bool
-        Whether `within` is a share of the number.
-    """
+    """A requested precision."""
 
     statistic: Statistic
+    # half the width of its 95 % interval: SI, or a share of the number itself
     within: float
-    relative: bool
+    relative: bool  # whether `within` is a share of the number
 
     def missing(self, estimate: Estimate) -> float:
         """Return half the interval over the requested half; at most 1 when reached."""

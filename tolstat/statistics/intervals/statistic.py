@@ -127,21 +127,11 @@ def quantiles_at(
 
 
 class Statistic(NamedTuple):
-    """A statistic of a response.
-
-    Attributes
-    ----------
-    response : str
-        Name.
-    kind : str
-        "mean", "sigma", "quantile" or "beyond".
-    share : float
-        Share of a quantile.
-    """
+    """A statistic of a response."""
 
     response: str
-    kind: str
-    share: float = math.nan
+    kind: str  # "mean", "sigma", "quantile" or "beyond"
+    share: float = math.nan  # share of a quantile
 
     def of(
         self,

@@ -21,18 +21,12 @@ NONE_OUT = "none out of limit in either"
 
 
 class Exchange(NamedTuple):
-    """Units that change sides of a limit between two designs.
+    """Units that change sides of a limit between two designs."""
 
-    Attributes
-    ----------
-    worse, better : int
-        Units within in the first design, out of limit in the second; the reverse.
-    out_of_limit : Estimate
-        Share out of limit in the second design less the share in the first.
-    """
-
+    # units within in the first design, out of limit in the second; the reverse
     worse: int
     better: int
+    # share out of limit in the second design less the share in the first
     out_of_limit: Estimate
 
 
