@@ -33,15 +33,12 @@ FIRST_OWN = 100  # failures of a model have numbers from here to 255
 def words_of(failures: Iterable[str] = ()) -> dict[int, str]:
     """Return the word of each status that a trial of a model can have.
 
+    Those of `Status` first.
+
     Parameters
     ----------
     failures : iterable of str
         The words of `Model.failures`: why a trial may have no answer.
-
-    Returns
-    -------
-    dict of int to str
-        Those of `Status` first.
     """
     own = {FIRST_OWN + i: word for i, word in enumerate(failures)}
     return {**{int(status): status.word for status in Status}, **own}

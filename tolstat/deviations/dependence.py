@@ -81,10 +81,8 @@ def correlation_of_scores(group: list[str], dependence: Dependence) -> Array:
     2 sin(pi rho / 6) of the rank correlations rho (K. Pearson, Drapers' Company
     Research Memoirs IV, 1907); pairs not given are uncorrelated.
 
-    Raises
-    ------
-    DependenceError
-        If it is not positive definite; the entries to change are named.
+    Raises `DependenceError` if it is not positive definite; the entries to change are
+    named.
     """
     R = np.eye(len(group))
     given = {}

@@ -94,10 +94,7 @@ def zone(error: str, diameter: float, module: float, flank_class: int) -> Tolera
     flank_class : int
         1 to 11.
 
-    Raises
-    ------
-    GradeError
-        If the standard does not cover them.
+    Raises `GradeError` if the standard does not cover them.
     """
     if error == "run-out":
         return Tolerance(0.0, 0.5 * run_out(diameter, module, flank_class))

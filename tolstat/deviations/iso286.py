@@ -57,10 +57,7 @@ def looks_like_grade(text: str) -> bool:
 def width(grade: int, size: float) -> float:
     """Return the width of a tolerance grade at a nominal size, m.
 
-    Raises
-    ------
-    GradeError
-        If the table of the standard lacks this grade or size.
+    Raises `GradeError` if the table of the standard lacks this grade or size.
     """
     if grade not in GRADES:
         raise GradeError(f"IT{grade}: ISO 286-1 grades are IT1 to IT18 here")
@@ -90,10 +87,7 @@ def zone(text: str, size: float) -> Tolerance:
     size : float
         Nominal size, m.
 
-    Raises
-    ------
-    GradeError
-        If the grade is unknown.
+    Raises `GradeError` if the grade is unknown.
     """
     found = _WRITTEN.fullmatch(text.strip())
     if found is None or found[1] not in ("IT", *POSITIONS):

@@ -54,10 +54,8 @@ class Fitted:
 def fit(values: Array, kind: str) -> Fitted:
     """Fit a distribution to measured parts.
 
-    Raises
-    ------
-    DistributionError
-        If the parts are too few or equal, or not above zero for a lognormal one.
+    Raises `DistributionError` if the parts are too few or equal, or not above zero for
+    a lognormal one.
     """
     if len(values) < 8:
         raise DistributionError(f"{len(values)} parts are too few to fit; 8 are needed")

@@ -12,10 +12,7 @@ def expand(name: str, known: Sequence[str]) -> list[str]:
     A known name, or one without its number: NAME means exactly NAME_<number> (runout is
     not runout_phase_7).
 
-    Raises
-    ------
-    ModelError
-        If it stands for none; the message names the nearest known name.
+    Raises `ModelError` if it stands for none; the message names the nearest known name.
     """
     if name in known:
         return [name]

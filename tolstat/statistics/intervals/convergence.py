@@ -50,12 +50,9 @@ def trials_wanted(
 ) -> float:
     """Estimate how many trials are needed in all.
 
-    Returns
-    -------
-    float
-        0 if all precisions are reached; otherwise the predicted number and a tenth
-        more. The interval at eight times as many trials shows how it shrinks; above
-        that it shrinks with the root of the trials. Infinite without an interval.
+    Return 0 if all precisions are reached; otherwise the predicted number and a tenth
+    more. The interval at eight times as many trials shows how it shrinks; above that it
+    shrinks with the root of the trials. Infinite without an interval.
     """
     wanted, trials = 0.0, len(sample.status)
     for each in precisions:

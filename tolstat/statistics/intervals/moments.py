@@ -92,11 +92,8 @@ def mean_of(
 ) -> Estimate:
     """Estimate the mean of independent trials.
 
-    Returns
-    -------
-    Estimate
-        With an interval that holds for any distribution between the ends; see
-        `mean_between`. None if all trials are equal and no end is known.
+    The interval holds for any distribution between the ends; see `mean_between`. There
+    is none if all trials are equal and no end is known.
     """
     mean = _average(values, weights) if len(values) else math.nan
     if reason := _missing(values, reach, weights):

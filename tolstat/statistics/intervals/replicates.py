@@ -25,16 +25,13 @@ WIDER = 1.1  # times Student's interval: replicates of skewed statistics are not
 def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
     """Return the share of the units that all replicates may have missed.
 
+    It follows by Chebyshev's one-sided inequality for the number of units in each
+    replicate, whose variance is assumed to be at most that of independent trials.
+
     Parameters
     ----------
     confidence : float
         A larger share is missed with a probability of half of 1 - confidence.
-
-    Returns
-    -------
-    float
-        By Chebyshev's one-sided inequality for the number of units in each replicate,
-        whose variance is assumed to be at most that of independent trials.
 
     References
     ----------
@@ -56,18 +53,15 @@ def mean_of_replicates(
 ) -> Estimate:
     """Estimate the mean of Latin hypercube or Sobol' trials.
 
+    The interval is Student's, of the replicates' means, a tenth wider, and wider by the
+    possible contribution of units that no replicate contains.
+
     Parameters
     ----------
     values : float64[trial]
         The response, none NaN.
     replicate : int64[trial]
         Number of the independent randomisation that each trial belongs to.
-
-    Returns
-    -------
-    Estimate
-        With Student's interval of the replicates' means, a tenth wider, and wider by
-        the possible contribution of units that no replicate contains.
 
     References
     ----------
@@ -134,11 +128,8 @@ def quantile_of_replicates(
 ) -> Estimate:
     """Estimate a quantile of Latin hypercube or Sobol' trials.
 
-    Returns
-    -------
-    Estimate
-        With the values at the ends of the interval of the share below it; none if
-        fewer than thirty trials are expected outside it.
+    The interval ends at the values at the ends of the interval of the share below it;
+    there is none if fewer than thirty trials are expected outside it.
 
     References
     ----------

@@ -33,18 +33,15 @@ class Exchange(NamedTuple):
 def exchange(first: Truths, second: Truths) -> Exchange:
     """Compare which units are within, trial by trial.
 
+    The interval is exact. The difference of yields is the share that changes sides,
+    times the fraction worse less better of these. Both factors have intervals of
+    Clopper and Pearson, each with half the error. The second is conditional on the
+    number that changes sides, as in McNemar's test.
+
     Parameters
     ----------
     first, second : bool[trial]
         Whether each unit is within, in either design; trials independent.
-
-    Returns
-    -------
-    Exchange
-        With an exact interval. The difference of yields is the share that changes
-        sides, times the fraction worse less better of these. Both factors have
-        intervals of Clopper and Pearson, each with half the error. The second is
-        conditional on the number that changes sides, as in McNemar's test.
 
     References
     ----------
@@ -134,17 +131,14 @@ def difference_of_ppk(
 ) -> Estimate:
     """Return the difference of Ppk by moments, from mean and sigma.
 
+    It is second less first, with the interval of a jackknife that leaves out a
+    twentieth of both at a time, a tenth wider; none if few trials dominate a variance.
+
     Parameters
     ----------
     first, second : float64[trial]
         The response in either design, of trials that are done: the same trials in the
         same order, or independent trials.
-
-    Returns
-    -------
-    Estimate
-        Second less first, with the interval of a jackknife that leaves out a twentieth
-        of both at a time, a tenth wider; none if few trials dominate a variance.
     """
     few = min(len(first), len(second))
     if few < LEAST_OF_MOMENTS:

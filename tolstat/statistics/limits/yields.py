@@ -55,12 +55,9 @@ def yield_of(
 
     `ends` are responses that integration errors allow, as of `response_ends`.
 
-    Returns
-    -------
-    Yield
-        For independent trials intervals are anytime-valid: adding trials until there is
-        a verdict does not raise the error. Otherwise intervals come from replicates or
-        weighted counts.
+    For independent trials intervals are anytime-valid: adding trials until there is a
+    verdict does not raise the error. Otherwise intervals come from replicates or
+    weighted counts.
     """
     ran = sample.ran
     good = within(values, limit) & sample.done
