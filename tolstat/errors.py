@@ -112,14 +112,8 @@ def told(error: BaseException) -> str:
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:
     """Return a hint for a wrong name: the nearest allowed names, or all of them.
 
-    "did you mean ...?" where an allowed name is near, else the list of them.
-
-    Parameters
-    ----------
-    wrong : str
-        The name as the user typed it.
-    allowed : iterable of str
-        Every allowed name.
+    "did you mean ...?" where an allowed name is near, else the list of them. The wrong
+    name is as the user typed it.
     """
     names = list(allowed)
     near = difflib.get_close_matches(wrong, names, n=3, cutoff=0.6)

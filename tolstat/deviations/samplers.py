@@ -68,18 +68,10 @@ class Sampler:
         return ()
 
     def unit_samples(self, seed: int, streams: Mapping[str, int], trials: int) -> Array:
-        """Return all unit samples.
+        """Return all unit samples: float64[trial, stream], above 0 and below 1.
 
-        Parameters
-        ----------
-        streams : mapping of str to int
-            The names to sample for, each with its fixed number among all names of the
-            model.
-
-        Returns
-        -------
-        float64[trial, stream]
-            Above 0 and below 1, in the order of `streams`.
+        `streams` are the names to sample for, in order, each with its fixed number
+        among all names of the model.
         """
         raise NotImplementedError
 
@@ -88,12 +80,9 @@ class Sampler:
     ) -> Generator[Stage, Array, None]:
         """Yield stages; `seed`, `streams`, `trials` as of `unit_samples`.
 
-        Yields
-        ------
-        Stage
-            For each send float64[trial], the margins of the response that it aims at:
-            distance within the limit, below 0 out of limit, minus infinity of failed
-            trials; nothing if it aims at none.
+        For each send float64[trial], the margins of the response that it aims at:
+        distance within the limit, below 0 out of limit, minus infinity of failed
+        trials; nothing if it aims at none.
         """
         yield Stage(self.unit_samples(seed, streams, trials))
 

@@ -67,11 +67,8 @@ def integration_error(
 ) -> IntegrationError:
     """Compare a response with the same trials integrated precisely.
 
-    Parameters
-    ----------
-    representative : bool[n]
-        Whether a trial represents trials of similar response: chosen at random or by
-        this response. A trial chosen by another response may be unusual among these.
+    `representative` tells which of bool[n] trials represent trials of similar response:
+    chosen at random or by this response. One chosen by another response may be unusual.
     """
     errors = values[trials] - precise
     done = np.isfinite(errors)

@@ -59,10 +59,7 @@ class Sample(NamedTuple):
     ) -> Estimate:
         """Estimate the share of units with a property among some of the trials.
 
-        Parameters
-        ----------
-        counted : function
-            Estimates a share from a count and a number of independent trials.
+        `counted` estimates a share from a count and a number of independent trials.
         """
         units = units[among]
         if self.replicates:

@@ -26,12 +26,8 @@ def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
     """Return the share of the units that all replicates may have missed.
 
     It follows by Chebyshev's one-sided inequality for the number of units in each
-    replicate, whose variance is assumed to be at most that of independent trials.
-
-    Parameters
-    ----------
-    confidence : float
-        A larger share is missed with a probability of half of 1 - confidence.
+    replicate, whose variance is assumed to be at most that of independent trials. A
+    larger share is missed with a probability of half of 1 - confidence.
 
     References
     ----------
@@ -54,14 +50,9 @@ def mean_of_replicates(
     """Estimate the mean of Latin hypercube or Sobol' trials.
 
     The interval is Student's, of the replicates' means, a tenth wider, and wider by the
-    possible contribution of units that no replicate contains.
-
-    Parameters
-    ----------
-    values : float64[trial]
-        The response, none NaN.
-    replicate : int64[trial]
-        Number of the independent randomisation that each trial belongs to.
+    possible contribution of units that no replicate contains. Given are the response,
+    float64[trial], none NaN, and `replicate`, int64[trial]: the number of the
+    independent randomisation that each trial belongs to.
 
     References
     ----------

@@ -88,11 +88,8 @@ def quantiles_at(
 ) -> dict[float, Estimate]:
     """Estimate quantiles by their shares.
 
-    Parameters
-    ----------
-    limit : tuple of float, optional
-        Permitted values. A failed trial is out of a limit with one end. Otherwise its
-        value is unknown, and the interval holds for any value.
+    `limit` are the permitted values. A failed trial is out of a limit with one end.
+    Otherwise its value is unknown, and the interval holds for any value.
     """
     done = values[sample.done]
     if not len(done):
