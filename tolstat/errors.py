@@ -1,7 +1,5 @@
 """Errors of tolstat, and the advice that they give."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable
 from pathlib import Path
@@ -10,28 +8,16 @@ from typing import Any, NamedTuple
 
 
 class Advice(NamedTuple):
-    """A remedy for an error; the command line prints the command to type.
+    """A remedy for an error; the command line prints the command to type."""
 
-    Attributes
-    ----------
-    what : str
-        "run", "repair", "resume", "resume regardless", "run again", "replace",
-        "replace run", "extend", "export", "plot", "report", "custom model".
-    path : Path
-        The run file, or the study to run.
-    machine : str
-        FILE.py:NAME of a custom model.
-    trials : int
-        Total number of trials, of an extension or of a run that replaces one.
-    run : object
-        The run to repeat or to plot.
-    """
-
+    # "run", "repair", "resume", "resume regardless", "run again", "replace", "replace
+    # run", "extend", "export", "plot", "report", "custom model"
     what: str
-    path: Path = Path()
-    machine: str = ""
+    path: Path = Path()  # the run file, or the study to run
+    machine: str = ""  # FILE.py:NAME of a custom model
+    # total number of trials, of an extension or of a run that replaces one
     trials: int = 0
-    run: Any = None
+    run: Any = None  # the run to repeat or to plot
 
 
 class TolstatError(Exception):
@@ -126,17 +112,8 @@ def told(error: BaseException) -> str:
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:
     """Return a hint for a wrong name: the nearest allowed names, or all of them.
 
-    Parameters
-    ----------
-    wrong : str
-        The name as the user typed it.
-    allowed : iterable of str
-        Every allowed name.
-
-    Returns
-    -------
-    str
-        "did you mean ...?" where an allowed name is near, else the list of them.
+    "did you mean ...?" where an allowed name is near, else the list of them. The wrong
+    name is as the user typed it.
     """
     names = list(allowed)
     near = difflib.get_close_matches(wrong, names, n=3, cutoff=0.6)

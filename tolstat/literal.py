@@ -5,8 +5,6 @@ Each medium makes them safe in one place: the screen of the command line, the
 environment of pages, the pictures before they are written, the cells of CSV files.
 """
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from typing import Any
@@ -22,10 +20,7 @@ QUANTITY = re.compile(r"[+-]+[\d.]+(e[+-]?\d+)? [A-Za-zµμ°][\w/^ ]*")
 def visible(text: str) -> str:
     r"""Return a text with control characters written out: ESC becomes \x1b.
 
-    Parameters
-    ----------
-    text : str
-        Line breaks and tabs stay.
+    Line breaks and tabs stay.
     """
     if text.isprintable():
         return text
@@ -40,11 +35,8 @@ def visible(text: str) -> str:
 def csv_cell(value: Any) -> Any:
     """Return the content of a CSV cell, so that no text becomes a formula.
 
-    Parameters
-    ----------
-    value
-        A number stays a number. A text that a spreadsheet would calculate gets an
-        apostrophe in front.
+    A number stays a number. A text that a spreadsheet would calculate gets an
+    apostrophe in front.
     """
     if not isinstance(value, str):
         return value

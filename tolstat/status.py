@@ -33,15 +33,8 @@ FIRST_OWN = 100  # failures of a model have numbers from here to 255
 def words_of(failures: Iterable[str] = ()) -> dict[int, str]:
     """Return the word of each status that a trial of a model can have.
 
-    Parameters
-    ----------
-    failures : iterable of str
-        The words of `Model.failures`: why a trial may have no answer.
-
-    Returns
-    -------
-    dict of int to str
-        Those of `Status` first.
+    Those of `Status` first, then those of `Model.failures`: why a trial may have no
+    answer.
     """
     own = {FIRST_OWN + i: word for i, word in enumerate(failures)}
     return {**{int(status): status.word for status in Status}, **own}
@@ -50,15 +43,7 @@ def words_of(failures: Iterable[str] = ()) -> dict[int, str]:
 def status_words(
     status: NDArray[np.integer[Any]], words: Mapping[int, str]
 ) -> pd.Categorical[str]:
-    """Return the word of each status.
-
-    Parameters
-    ----------
-    status : int[trial]
-        Keys of `words`.
-    words : mapping of int to str
-        Of every status that a trial of the model can have.
-    """
+    """Return the word of each int[trial] status; `words` are those of `words_of`."""
     import numpy as np
     import pandas as pd
 

@@ -1,7 +1,5 @@
 """tolstat allocate: the cheapest tolerances that meet all limits of a study."""
 
-from __future__ import annotations
-
 import signal
 import sys
 import tomllib

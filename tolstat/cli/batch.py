@@ -1,7 +1,5 @@
 """Studies run one after the other: one table while they run, an index at the end."""
 
-from __future__ import annotations
-
 import os
 import sys
 import time

@@ -1,7 +1,5 @@
 """tolstat check: do runs meet their limits? The exit code says it."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass

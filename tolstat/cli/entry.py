@@ -1,7 +1,5 @@
 """Start of the command line, and its end by Ctrl-C: finished work is stored."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys
@@ -62,13 +60,7 @@ def on_interrupt(handler: Handler) -> dict[signal.Signals, Any]:
 
 @contextmanager
 def stop_on_interrupt() -> Iterator[Event]:
-    """Let the first Ctrl-C set an event; a second one ends the process at once.
-
-    Yields
-    ------
-    Event
-        Set once the user wants to stop.
-    """
+    """Let the first Ctrl-C set the event; a second one ends the process at once."""
     stop = Event()
 
     def interrupt(number: int, frame: FrameType | None) -> None:

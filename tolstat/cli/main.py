@@ -1,7 +1,5 @@
 """The commands of tolstat, loaded when they are called; errors are sentences."""
 
-from __future__ import annotations
-
 import ast
 import errno
 import importlib

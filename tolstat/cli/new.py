@@ -1,7 +1,5 @@
 """A new study of a model, or a new model."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

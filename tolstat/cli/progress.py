@@ -1,7 +1,5 @@
 """The progress bar of commands that evaluate trials, and how they end."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable, Iterator
@@ -24,13 +22,7 @@ AFTERWARDS = {"audit": "evaluating the audit", "diagnostics": "slopes and worst 
 
 
 class ProgressBar(bars.Progress):
-    """A bar on the standard error, and notes above it.
-
-    Parameters
-    ----------
-    title : str
-        What is evaluated.
-    """
+    """A bar on the standard error, titled by what is evaluated, and notes above it."""
 
     def __init__(self, title: str) -> None:
         self._screen = Screen(stderr=True)

@@ -1,7 +1,5 @@
 """Answers of stored runs: report, comparison, trials as a table."""
 
-from __future__ import annotations
-
 import gc
 from pathlib import Path
 

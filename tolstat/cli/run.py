@@ -1,7 +1,5 @@
 """Run a study; resume or extend its run."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Runs and models on the screen: summaries, lists, progress of a run."""
 
-from __future__ import annotations
-
 import json
 import sys
 import time

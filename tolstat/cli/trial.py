@@ -1,7 +1,5 @@
 """One trial simulated again, and the views of a model."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Checks of a stored run, and of the installation."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

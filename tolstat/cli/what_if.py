@@ -1,7 +1,5 @@
 """tolstat what-if: other tolerances without a run, or the study of a run with them."""
 
-from __future__ import annotations
-
 import os
 import re
 import tomllib

@@ -30,11 +30,8 @@ class Density:
     divided by `size`, a power of two. All are SI. If one density is the other scaled
     by a power of two, their ratio is exact.
 
-    Raises
-    ------
-    DistributionError
-        If many parts have nearly the same deviation: measured parts, parts reworked to
-        an end, or an arcsine distribution.
+    Raises `DistributionError` if many parts have nearly the same deviation: measured
+    parts, parts reworked to an end, or an arcsine distribution.
     """
 
     def __init__(
@@ -91,11 +88,9 @@ class DensityRatio:
         The expectation of float64[trial] is 1 if the sampled distributions cover the
         new ones. Contributors that are not given stay as sampled.
 
-        Raises
-        ------
-        DistributionError
-            If the ratio does not exist: with many equal parts, of a contributor that
-            did not deviate, or where the equal parts of a batch would differ.
+        Raises `DistributionError` if the ratio does not exist: with many equal parts,
+        of a contributor that did not deviate, or where the equal parts of a batch would
+        differ.
         """
         names = [name for name in new if not self._repeats(name, new)]
         trials = len(next(iter(self.deviations.values())))

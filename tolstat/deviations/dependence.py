@@ -3,8 +3,6 @@
 Both act on normal scores (a Gaussian copula): each deviation keeps its distribution.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
@@ -21,33 +19,19 @@ LEAST_EIGENVALUE = 1e-9
 
 
 class Batch(NamedTuple):
-    """The batch that a part comes from.
+    """The batch that a part comes from."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the batch: the contributors' name without their number.
-    share : float
-        Share of the variance of the normal scores due to the batch; with 1 all its
-        parts are equal.
-    """
-
-    name: str
+    name: str  # the contributors' name without their number
+    # share of the variance of the normal scores due to the batch; with 1 all its parts
+    # are equal
     share: float
 
 
 class Dependence(NamedTuple):
-    """Which deviations depend on each other.
+    """Which deviations depend on each other."""
 
-    Attributes
-    ----------
-    batches : mapping of str to Batch
-        By contributor.
-    correlations : mapping of pairs of str to float
-        Rank correlations (Spearman) of pairs of contributors.
-    """
-
-    batches: Mapping[str, Batch] = {}
+    batches: Mapping[str, Batch] = {}  # by contributor
+    # rank correlations (Spearman) of pairs of contributors
     correlations: Mapping[Pair, float] = {}
 
 
@@ -97,10 +81,8 @@ def correlation_of_scores(group: list[str], dependence: Dependence) -> Array:
     2 sin(pi rho / 6) of the rank correlations rho (K. Pearson, Drapers' Company
     Research Memoirs IV, 1907); pairs not given are uncorrelated.
 
-    Raises
-    ------
-    DependenceError
-        If it is not positive definite; the entries to change are named.
+    Raises `DependenceError` if it is not positive definite; the entries to change are
+    named.
     """
     R = np.eye(len(group))
     given = {}

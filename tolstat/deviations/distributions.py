@@ -6,8 +6,6 @@ keys contradict each other. The method `deviations(u)` is the inverse distributi
 function at 0 < u < 1, SI.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Sequence
@@ -126,14 +124,9 @@ class Arcsine(_Toleranced):
 
 @dataclass(frozen=True)
 class Triangular(_Toleranced):
-    """Triangle over the tolerance.
+    """Triangle over the tolerance."""
 
-    Attributes
-    ----------
-    mode : float, optional
-        The most likely deviation, SI; the middle of the tolerance if not given.
-    """
-
+    # the most likely deviation, SI; the middle of the tolerance if not given
     mode: float | None = key("quantity", None)
 
     def __post_init__(self) -> None:
@@ -152,15 +145,9 @@ class Triangular(_Toleranced):
 
 @dataclass(frozen=True)
 class Trapezoidal(_Toleranced):
-    """Trapezium over the tolerance: rising, flat, falling (JCGM 101, 6.4.4).
+    """Trapezium over the tolerance: rising, flat, falling (JCGM 101, 6.4.4)."""
 
-    Attributes
-    ----------
-    plateau : Tolerance, optional
-        Range of equally likely deviations; the middle half of the tolerance if not
-        given.
-    """
-
+    # range of equally likely deviations; the middle half of the tolerance if not given
     plateau: Tolerance | None = key("tolerance", None)
 
     def __post_init__(self) -> None:
@@ -183,15 +170,10 @@ class Trapezoidal(_Toleranced):
 
 @dataclass(frozen=True)
 class Beta(_Toleranced):
-    """Beta distribution over the tolerance.
+    """Beta distribution over the tolerance."""
 
-    Attributes
-    ----------
-    alpha, beta : float
-        The density rises as the power alpha - 1 from the lower end and falls as the
-        power beta - 1 towards the upper one.
-    """
-
+    # the density rises as the power alpha - 1 from the lower end and falls as the power
+    # beta - 1 towards the upper one
     alpha: float = key()
     beta: float = key()
 
@@ -210,14 +192,9 @@ class Lognormal(_Toleranced):
 
     Not truncated: 99.865 % of the parts lie below the upper end, as many as of a normal
     distribution lie below three sigma.
-
-    Attributes
-    ----------
-    median : float
-        Deviation that half of the parts lie below, SI.
     """
 
-    median: float = key("quantity")
+    median: float = key("quantity")  # deviation that half of the parts lie below, SI
 
     def __post_init__(self) -> None:
         """Refuse a median outside the tolerance."""
@@ -236,14 +213,10 @@ class Weibull(_Toleranced):
 
     Not truncated: 99.865 % of the parts lie below the upper end, as many as of a normal
     distribution lie below three sigma.
-
-    Attributes
-    ----------
-    shape : float
-        1 is exponential, 2 the eccentricity of a bore that is normal in both directions
-        (Rayleigh), 3.6 almost symmetric.
     """
 
+    # 1 is exponential, 2 the eccentricity of a bore that is normal in both directions
+    # (Rayleigh), 3.6 almost symmetric
     shape: float = key()
 
     def __post_init__(self) -> None:
@@ -258,22 +231,15 @@ class Weibull(_Toleranced):
 
 @dataclass(frozen=True)
 class Normal(_Toleranced):
-    """Normal distribution, not truncated: the tolerance is +-3 sigma at Cp = 1.
+    """Normal distribution, not truncated: the tolerance is +-3 sigma at Cp = 1."""
 
-    Attributes
-    ----------
-    cp : float, optional
-        Half the tolerance over three standard deviations.
-    cpk : float, optional
-        Distance of the mean from the nearer end over three standard deviations. With
-        `cp` it gives the shift, towards the upper end; with `shift` the standard
-        deviation; alone it is a centred process.
-    shift : float, optional
-        Mean less the middle of the tolerance, SI.
-    """
-
+    # half the tolerance over three standard deviations
     cp: float | None = key(default=None)
+    # distance of the mean from the nearer end over three standard deviations. With `cp`
+    # it gives the shift, towards the upper end; with `shift` the standard deviation;
+    # alone it is a centred process.
     cpk: float | None = key(default=None)
+    # mean less the middle of the tolerance, SI
     shift: float | None = key("quantity", None)
 
     def __post_init__(self) -> None:
@@ -309,15 +275,10 @@ class Normal(_Toleranced):
 
 @dataclass(frozen=True, kw_only=True)
 class TruncatedNormal(Normal):
-    """Normal process whose parts outside the tolerance are replaced or reworked.
+    """Normal process whose parts outside the tolerance are replaced or reworked."""
 
-    Attributes
-    ----------
-    outside : str
-        "screened": other parts replace parts outside; "clipped": parts outside are
-        reworked to the nearer end.
-    """
-
+    # "screened": other parts replace parts outside; "clipped": parts outside are
+    # reworked to the nearer end
     outside: str = key("word", choices=("screened", "clipped"))
 
     def _between(self, lower: float, upper: float, u: Array) -> Array:

@@ -1,7 +1,5 @@
 """The samplers by their names in study files, and the deviations they sample."""
 
-from __future__ import annotations
-
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import suppress
 
@@ -38,12 +36,8 @@ def draw_in_stages(
     """Yield trials stage by stage, from a sampler by its name.
 
     `contributors` are all of the model, in order; without a distribution they are zero.
-
-    Yields
-    ------
-    tuple of (Stage, float64[trial, contributor])
-        The trials of a stage and their deviations, SI. Send the margins of each stage
-        as for `Sampler.stages`.
+    Each comes with its deviations, float64[trial, contributor], SI. Send the margins of
+    each stage as for `Sampler.stages`.
     """
     streams = streams_of(contributors, distributions, dependence)
     stages = SAMPLERS[sampling].stages(seed, streams, trials)

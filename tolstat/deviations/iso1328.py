@@ -9,8 +9,6 @@ ISO 1328-1:2013, 5.2 (rounding), 5.3.2 (single pitch), annex E (run-out, informa
 nine tenths of the total cumulative pitch deviation).
 """
 
-from __future__ import annotations
-
 from decimal import ROUND_HALF_UP, Context, Decimal
 
 from tolstat.deviations.distributions import Tolerance
@@ -84,22 +82,11 @@ def run_out(diameter: float, module: float, flank_class: int) -> float:
 
 
 def zone(error: str, diameter: float, module: float, flank_class: int) -> Tolerance:
-    """Return the zone of a deviation of a gear in a class, m.
+    """Return the zone of a deviation of a gear in a class, 1 to 11, m.
 
-    Parameters
-    ----------
-    error : str
-        "run-out": the amplitude, half of what an indicator shows over a turn; "pitch":
-        the position of a tooth.
-    diameter, module : float
-        Reference diameter and normal module, m.
-    flank_class : int
-        1 to 11.
-
-    Raises
-    ------
-    GradeError
-        If the standard does not cover them.
+    The error is "run-out": the amplitude, half of what an indicator shows over a turn;
+    or "pitch": the position of a tooth. The diameter is that of reference, the module
+    the normal one, m. Raises `GradeError` if the standard does not cover them.
     """
     if error == "run-out":
         return Tolerance(0.0, 0.5 * run_out(diameter, module, flank_class))

@@ -8,8 +8,6 @@ References
 ISO 286-1:2010, Table 1.
 """
 
-from __future__ import annotations
-
 import re
 from bisect import bisect_left
 
@@ -59,10 +57,7 @@ def looks_like_grade(text: str) -> bool:
 def width(grade: int, size: float) -> float:
     """Return the width of a tolerance grade at a nominal size, m.
 
-    Raises
-    ------
-    GradeError
-        If the table of the standard lacks this grade or size.
+    Raises `GradeError` if the table of the standard lacks this grade or size.
     """
     if grade not in GRADES:
         raise GradeError(f"IT{grade}: ISO 286-1 grades are IT1 to IT18 here")
@@ -84,18 +79,8 @@ def width(grade: int, size: float) -> float:
 def zone(text: str, size: float) -> Tolerance:
     """Return the zone of a grade on a drawing: deviations from the nominal size, m.
 
-    Parameters
-    ----------
-    text : str
-        "IT7", "js7" and "JS7" lie half above and half below the nominal size; "h7"
-        below it (a shaft), "H7" above it (a hole).
-    size : float
-        Nominal size, m.
-
-    Raises
-    ------
-    GradeError
-        If the grade is unknown.
+    "IT7", "js7" and "JS7" lie half above and half below the nominal size, m; "h7" below
+    it (a shaft), "H7" above it (a hole). Raises `GradeError` if the grade is unknown.
     """
     found = _WRITTEN.fullmatch(text.strip())
     if found is None or found[1] not in ("IT", *POSITIONS):

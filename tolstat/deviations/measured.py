@@ -1,7 +1,5 @@
 """Distributions of measured parts: the parts themselves, or a fit."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,22 +35,14 @@ class Measured:
 
 @dataclass(frozen=True)
 class Fitted:
-    """Normal or lognormal distribution fitted to measured parts.
+    """Normal or lognormal distribution fitted to measured parts."""
 
-    Attributes
-    ----------
-    kind : str
-        "normal", or "lognormal" (above zero).
-    mean, sigma : float
-        Of the deviations, SI, or of their natural logarithms; sigma with N - 1.
-    p_value : float
-        p-value of the Anderson-Darling test with both parameters estimated, from 999
-        simulated samples.
-    """
-
-    kind: str
+    kind: str  # "normal", or "lognormal" (above zero)
+    # of the deviations, SI, or of their natural logarithms; sigma with N - 1
     mean: float
     sigma: float
+    # p-value of the Anderson-Darling test with both parameters estimated, from 999
+    # simulated samples
     p_value: float
 
     def deviations(self, u: Array) -> Array:
@@ -64,10 +54,8 @@ class Fitted:
 def fit(values: Array, kind: str) -> Fitted:
     """Fit a distribution to measured parts.
 
-    Raises
-    ------
-    DistributionError
-        If the parts are too few or equal, or not above zero for a lognormal one.
+    Raises `DistributionError` if the parts are too few or equal, or not above zero for
+    a lognormal one.
     """
     if len(values) < 8:
         raise DistributionError(f"{len(values)} parts are too few to fit; 8 are needed")

@@ -1,7 +1,5 @@
 """Names without their number: `rod_length` means rod_length_1 and rod_length_2."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 
@@ -14,10 +12,7 @@ def expand(name: str, known: Sequence[str]) -> list[str]:
     A known name, or one without its number: NAME means exactly NAME_<number> (runout is
     not runout_phase_7).
 
-    Raises
-    ------
-    ModelError
-        If it stands for none; the message names the nearest known name.
+    Raises `ModelError` if it stands for none; the message names the nearest known name.
     """
     if name in known:
         return [name]

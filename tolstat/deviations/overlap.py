@@ -4,8 +4,6 @@ The weights of the trials do not show it: the heaviest weights, which dominate, 
 mostly missing. Both distributions are known, so new parts are sampled instead.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -38,11 +36,8 @@ class Overlap(NamedTuple):
 def check_overlap(drawn: Distribution, new: Distribution) -> float:
     """Return the effective sample size per trial with a new distribution of one part.
 
-    Raises
-    ------
-    DistributionError
-        If there is no ratio of densities, if new parts lie outside the sampled
-        distribution, or if few weights would dominate.
+    Raises `DistributionError` if there is no ratio of densities, if new parts lie
+    outside the sampled distribution, or if few weights would dominate.
     """
     parts = new.deviations((np.arange(PARTS) + 0.5) / PARTS)
     weights = DensityRatio({"": parts}, {"": drawn}, Dependence()).weights({"": new})
@@ -66,11 +61,8 @@ def overlap_of(
 ) -> Overlap:
     """Return the efficiency of weighted trials, all contributors together.
 
-    Raises
-    ------
-    DistributionError
-        If few weights would dominate, such as when only some of several correlated
-        parts change.
+    Raises `DistributionError` if few weights would dominate, such as when only some of
+    several correlated parts change.
     """
     joint = dependent_groups(new, dependence)
     names = dict.fromkeys(name for group in joint for name in group)

@@ -4,8 +4,6 @@ Each declares the properties of its samples. `unit_samples` chooses all at once;
 `stages` chooses stage by stage, each from the responses of the stages before.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Generator, Mapping
@@ -35,32 +33,19 @@ class Stage:
 
 
 class Sampler:
-    """Interface and properties of every sampler; only the promise has no default.
+    """Interface and properties of every sampler; only the promise has no default."""
 
-    Attributes
-    ----------
-    promise : str
-        Properties of the intervals, in a sentence.
-    replicates : int
-        Number of independent randomisations; trial i is of number i modulo it. 0 if
-        all trials are independent: only then order-statistic and binomial intervals
-        hold.
-    extensible : bool
-        Whether more trials leave the first trials unchanged.
-    sample : bool
-        Whether the trials are a sample of production: their statistics estimate those
-        of the units that will be built.
-    aims : bool
-        Whether it searches the limit of one response, which the study names.
-    columns : mapping of str to str
-        Stored columns of the sampling of each trial: name and sentence.
-    """
-
-    promise: ClassVar[str]
+    promise: ClassVar[str]  # properties of the intervals, in a sentence
+    # number of independent randomisations; trial i is of number i modulo it. 0 if all
+    # trials are independent: only then order-statistic and binomial intervals hold.
     replicates: ClassVar[int] = 0
+    # whether more trials leave the first trials unchanged
     extensible: ClassVar[bool] = False
+    # whether the trials are a sample of production: their statistics estimate those of
+    # the units that will be built
     sample: ClassVar[bool] = True
-    aims: ClassVar[bool] = False
+    aims: ClassVar[bool] = False  # whether it searches the limit of one response
+    # stored columns of the sampling of each trial: name and sentence
     columns: ClassVar[Mapping[str, str]] = {}
 
     def group(self, factors: int) -> int:
@@ -83,18 +68,10 @@ class Sampler:
         return ()
 
     def unit_samples(self, seed: int, streams: Mapping[str, int], trials: int) -> Array:
-        """Return all unit samples.
+        """Return all unit samples: float64[trial, stream], above 0 and below 1.
 
-        Parameters
-        ----------
-        streams : mapping of str to int
-            The names to sample for, each with its fixed number among all names of the
-            model.
-
-        Returns
-        -------
-        float64[trial, stream]
-            Above 0 and below 1, in the order of `streams`.
+        `streams` are the names to sample for, in order, each with its fixed number
+        among all names of the model.
         """
         raise NotImplementedError
 
@@ -103,12 +80,9 @@ class Sampler:
     ) -> Generator[Stage, Array, None]:
         """Yield stages; `seed`, `streams`, `trials` as of `unit_samples`.
 
-        Yields
-        ------
-        Stage
-            For each send float64[trial], the margins of the response that it aims at:
-            distance within the limit, below 0 out of limit, minus infinity of failed
-            trials; nothing if it aims at none.
+        For each send float64[trial], the margins of the response that it aims at:
+        distance within the limit, below 0 out of limit, minus infinity of failed
+        trials; nothing if it aims at none.
         """
         yield Stage(self.unit_samples(seed, streams, trials))
 

@@ -1,7 +1,5 @@
 """The spread of a distribution, and the same with another tolerance."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Mapping
@@ -100,10 +98,7 @@ def halved(distribution: Distribution) -> Nearer:
     one side of zero. +-0.2 mm becomes +-0.1 mm, 0..60 um becomes 0..30 um. +16..+34 um
     becomes +16..+25 um, as a finer grade of the same position. Shape and Cp stay.
 
-    Raises
-    ------
-    DistributionError
-        If it has no tolerance.
+    Raises `DistributionError` if it has no tolerance.
     """
     zone = zone_of(distribution)
     if zone is None:
@@ -126,10 +121,7 @@ def resized(distribution: Distribution, half: float) -> Distribution:
 
     The zone changes towards zero, or towards its end nearest to zero, as in `halved`.
 
-    Raises
-    ------
-    DistributionError
-        If another key does not fit that tolerance.
+    Raises `DistributionError` if another key does not fit that tolerance.
     """
     if isinstance(distribution, Shifted):
         return Shifted(resized(distribution.distribution, half), distribution.by)

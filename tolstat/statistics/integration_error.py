@@ -11,25 +11,14 @@ from tolstat.arrays import Array, Integers, Truths
 
 
 class IntegrationError(NamedTuple):
-    """Errors of a response in the trials that were integrated again.
+    """Errors of a response in the trials that were integrated again."""
 
-    Attributes
-    ----------
-    trials : int64[n]
-        Trials that are done in both integrations.
-    errors : float64[n]
-        Stored response less the precise one.
-    representative : bool[n]
-        Whether a trial represents those of similar response that were not integrated
-        again.
-    failed : int
-        Trials left out because they failed in one of the two integrations.
-    """
-
-    trials: Integers
-    errors: Array
+    trials: Integers  # int64[n]: trials that are done in both integrations
+    errors: Array  # float64[n]: stored response less the precise one
+    # bool[n]: whether a trial represents those of similar response that were not
+    # integrated again
     representative: Truths
-    failed: int
+    failed: int  # trials left out because they failed in one of the two integrations
 
     @property
     def largest(self) -> float:
@@ -78,11 +67,8 @@ def integration_error(
 ) -> IntegrationError:
     """Compare a response with the same trials integrated precisely.
 
-    Parameters
-    ----------
-    representative : bool[n]
-        Whether a trial represents trials of similar response: chosen at random or by
-        this response. A trial chosen by another response may be unusual among these.
+    `representative` tells which of bool[n] trials represent trials of similar response:
+    chosen at random or by this response. One chosen by another response may be unusual.
     """
     errors = values[trials] - precise
     done = np.isfinite(errors)

@@ -1,7 +1,5 @@
 """A value that many units share, such as a loss of zero."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

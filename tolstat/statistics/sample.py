@@ -19,24 +19,14 @@ from tolstat.status import Status
 
 
 class Sample(NamedTuple):
-    """The trials of a run, for all its responses.
+    """The trials of a run, for all its responses."""
 
-    Attributes
-    ----------
-    status : int[trial]
-        Values of `Status`.
-    replicates : int
-        Replicates of the sampling; 0 if the trials are independent.
-    each : float
-        Trials of the run for each trial of the sample: above 1 in a run for Sobol'
-        indices.
-    weights : Weights or None
-        Given if trials stand for units of other distributions; all trials have run.
-    """
-
-    status: NDArray[np.integer]
-    replicates: int = 0
+    status: NDArray[np.integer]  # int[trial]: values of `Status`
+    replicates: int = 0  # replicates of the sampling; 0 if the trials are independent
+    # trials of the run for each trial of the sample: above 1 in a run for Sobol'
+    # indices
     each: float = 1.0
+    # given if trials stand for units of other distributions; all trials have run
     weights: Weights | None = None
 
     @property
@@ -69,10 +59,7 @@ class Sample(NamedTuple):
     ) -> Estimate:
         """Estimate the share of units with a property among some of the trials.
 
-        Parameters
-        ----------
-        counted : function
-            Estimates a share from a count and a number of independent trials.
+        `counted` estimates a share from a count and a number of independent trials.
         """
         units = units[among]
         if self.replicates:

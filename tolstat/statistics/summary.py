@@ -1,7 +1,5 @@
 """The statistics of a response."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -24,58 +22,33 @@ QUANTILES = (0.00135, 0.05, 0.5, 0.95, 0.99, 0.99865)
 
 
 class Limited(NamedTuple):
-    """A response against its limit.
+    """A response against its limit."""
 
-    Attributes
-    ----------
-    limit : Limit
-        Permitted values and demanded yield.
-    yields : Yield
-        Shares and verdict.
-    demanded_ppk : float
-        The demanded yield as the Ppk of a normal response.
-    equivalent_ppk : Estimate
-        Ppk of a normal response with as many units out of limit.
-    percentiles, moments : Performance
-        Pp and Ppk by either method.
-    """
-
-    limit: Limit
-    yields: Yield
-    demanded_ppk: float
-    equivalent_ppk: Estimate
+    limit: Limit  # permitted values and demanded yield
+    yields: Yield  # shares and verdict
+    demanded_ppk: float  # the demanded yield as the Ppk of a normal response
+    equivalent_ppk: Estimate  # Ppk of a normal response with as many units out of limit
+    # Pp and Ppk by either method
     percentiles: Performance
     moments: Performance
 
 
 @dataclass(frozen=True)
 class Summary:
-    """One response over all trials that have run.
+    """One response over all trials that have run."""
 
-    Attributes
-    ----------
-    mean, sigma : Estimate
-        Mean and standard deviation of the trials that are done, as sampled: if no
-        rarer kind of trial exists than those seen. As the next two if few trials
-        dominate.
-    mean_for_any_distribution, sigma_for_any_distribution : Estimate
-        The same for any distribution between the ends of `Reach`.
-    least, largest : float
-        Extremes of the trials that are done; NaN without any, or with weights.
-    quantiles : dict of float to Estimate
-        Quantile by share, for `QUANTILES`.
-    limited : Limited or None
-        None without a limit.
-    """
-
+    # mean and standard deviation of the trials that are done, as sampled: if no rarer
+    # kind of trial exists than those seen. As the next two if few trials dominate.
     mean: Estimate
     sigma: Estimate
+    # the same for any distribution between the ends of `Reach`
     mean_for_any_distribution: Estimate
     sigma_for_any_distribution: Estimate
+    # extremes of the trials that are done; NaN without any, or with weights
     least: float
     largest: float
-    quantiles: dict[float, Estimate]
-    limited: Limited | None
+    quantiles: dict[float, Estimate]  # quantile by share, for `QUANTILES`
+    limited: Limited | None  # None without a limit
 
 
 def summarize(

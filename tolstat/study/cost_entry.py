@@ -4,8 +4,6 @@ The price of one part follows a law of half the tolerance's width, T, or a list 
 tolerances, of which one is chosen.
 """
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """CSV files beside a study: measured parts, trials, published points."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import re

@@ -1,7 +1,5 @@
 """The sections [deviations] and [correlation] of a study, read."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Mapping, Sequence
 from itertools import combinations, product
 from pathlib import Path

@@ -1,7 +1,5 @@
 """One entry of [deviations], read."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from typing import Any

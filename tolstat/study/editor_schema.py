@@ -1,7 +1,5 @@
 """A JSON Schema of study files, for editors that complete and check TOML."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any

@@ -1,7 +1,5 @@
 """Bounds of a study: the size and depth of its text, and the files that it may name."""
 
-from __future__ import annotations
-
 import io
 import math
 import re

@@ -1,7 +1,5 @@
 """Trials of a grid or a table, given and not sampled; reference points."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The section [limits] of a study, read."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

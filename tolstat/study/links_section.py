@@ -1,7 +1,5 @@
 """The section [links] of a study: links with their sizes and deviations."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Measured parts of a contributor: { data = "rods.csv", column = ..., unit = ... }."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any, NamedTuple

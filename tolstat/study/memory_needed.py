@@ -1,7 +1,5 @@
 """Memory and time of the trials of a study, and whether the memory suffices."""
 
-from __future__ import annotations
-
 import os
 from contextlib import suppress
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Keys at the top of a study that belong in one of its sections."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any

@@ -1,7 +1,5 @@
 """All problems of a study, collected and reported at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar

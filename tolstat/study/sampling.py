@@ -1,7 +1,5 @@
 """Sampling of a study: how its trials are chosen, and the keys for each sampling."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The key `shift` of a cost: shifts of a nominal that an entry permits."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The key `trials` as a stopping rule."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple

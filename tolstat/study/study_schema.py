@@ -1,7 +1,5 @@
 """The keys of a study file and of its tables: types and expected values."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args

@@ -4,8 +4,6 @@ An angle is a dimension of its own: 7.5 Hz is not 7.5 rad/s, and a phase is not 
 number.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from functools import cache

@@ -3,8 +3,6 @@
 pint alone reads "+-1.2 mm" as -1.2, "0..60 um" as 0 and "1,2 mm" as 12.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from typing import NamedTuple

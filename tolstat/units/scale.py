@@ -45,27 +45,15 @@ USUAL = {"m": "mm", "rad": "mrad", "N": "kN", "J": "kJ", "W": "kW", "N m": "kN m
 
 
 class Scale(NamedTuple):
-    """How a quantity is stored and how it is shown.
+    """How a quantity is stored and how it is shown."""
 
-    Attributes
-    ----------
-    unit : str
-        SI unit of its numbers.
-    shown : str
-        Unit in which it is read; "1" is a plain number, "count" a whole one.
-    least : float
-        A power of ten, in the unit shown: smaller numbers are written as below it.
-    most : int
-        Largest number of figures.
-    place : int or None
-        Least number of decimals of numbers without interval; None where their spread is
-        unknown.
-    """
-
-    unit: str
-    shown: str
+    unit: str  # SI unit of its numbers
+    shown: str  # unit in which it is read; "1" is a plain number, "count" a whole one
+    # a power of ten, in the unit shown: smaller numbers are written as below it
     least: float = 0.0
-    most: int = MOST_FIGURES
+    most: int = MOST_FIGURES  # largest number of figures
+    # least number of decimals of numbers without interval; None where their spread is
+    # unknown
     place: int | None = None
 
     @property

@@ -1,7 +1,5 @@
 """Mean and sigma, with intervals as sampled: no rarer kind of trial than those seen."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -23,19 +21,11 @@ def mean_as_sampled(
 ) -> Estimate:
     """Estimate the mean of float64[n] trials.
 
-    Parameters
-    ----------
-    replicate : int64[n], optional
-        Number of the independent randomisation that each trial belongs to; without it
-        trials are independent.
-
-    Returns
-    -------
-    Estimate
-        With Student's interval, corrected for the skewness gamma, and wider by
-        3 gamma^2/n. There is none if |gamma| > 0.6 sqrt(n): about three trials decide
-        the mean. With replicates, whose scatter counts then, it is a tenth wider, and
-        the bound is 0.2.
+    The interval is Student's, corrected for the skewness gamma, and wider by 3
+    gamma^2/n. There is none if |gamma| > 0.6 sqrt(n): about three trials decide the
+    mean. With replicates, whose scatter counts then, it is a tenth wider, and the bound
+    is 0.2. `replicate` is the number of the independent randomisation that each trial
+    belongs to, int64[n]; without it trials are independent.
 
     References
     ----------

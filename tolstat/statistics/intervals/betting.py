@@ -1,7 +1,5 @@
 """Intervals of a mean that hold for any distribution between two ends."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Number of trials that reaches a requested precision."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -25,21 +23,12 @@ MULTIPLE = 256  # numbers of trials are multiples of it
 
 
 class Precision(NamedTuple):
-    """A requested precision.
-
-    Attributes
-    ----------
-    statistic : Statistic
-        Statistic of a response.
-    within : float
-        Half the width of its 95 % interval: SI, or a share of the number itself.
-    relative : bool
-        Whether `within` is a share of the number.
-    """
+    """A requested precision."""
 
     statistic: Statistic
+    # half the width of its 95 % interval: SI, or a share of the number itself
     within: float
-    relative: bool
+    relative: bool  # whether `within` is a share of the number
 
     def missing(self, estimate: Estimate) -> float:
         """Return half the interval over the requested half; at most 1 when reached."""
@@ -61,12 +50,9 @@ def trials_wanted(
 ) -> float:
     """Estimate how many trials are needed in all.
 
-    Returns
-    -------
-    float
-        0 if all precisions are reached; otherwise the predicted number and a tenth
-        more. The interval at eight times as many trials shows how it shrinks; above
-        that it shrinks with the root of the trials. Infinite without an interval.
+    Return 0 if all precisions are reached; otherwise the predicted number and a tenth
+    more. The interval at eight times as many trials shows how it shrinks; above that it
+    shrinks with the root of the trials. Infinite without an interval.
     """
     wanted, trials = 0.0, len(sample.status)
     for each in precisions:

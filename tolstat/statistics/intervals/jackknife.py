@@ -1,7 +1,5 @@
 """Intervals from leaving out a twentieth of the trials at a time."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import stdtrit
 

@@ -48,17 +48,11 @@ def unseen(trials: int) -> float:
 
 
 class Reach(NamedTuple):
-    """The ends between which a response is assumed to lie.
+    """The ends between which a response is assumed to lie."""
 
-    Attributes
-    ----------
-    declared : tuple of float, optional
-        Range that no unit can leave; an open end is infinite.
-    limit : tuple of float, optional
-        Permitted values: they give the scale of a relevant deviation.
-    """
-
+    # range that no unit can leave; an open end is infinite
     declared: Ends | None = None
+    # permitted values: they give the scale of a relevant deviation
     limit: Ends | None = None
 
     def times(self, factor: float) -> Reach:
@@ -98,11 +92,8 @@ def mean_of(
 ) -> Estimate:
     """Estimate the mean of independent trials.
 
-    Returns
-    -------
-    Estimate
-        With an interval that holds for any distribution between the ends; see
-        `mean_between`. None if all trials are equal and no end is known.
+    The interval holds for any distribution between the ends; see `mean_between`. There
+    is none if all trials are equal and no end is known.
     """
     mean = _average(values, weights) if len(values) else math.nan
     if reason := _missing(values, reach, weights):

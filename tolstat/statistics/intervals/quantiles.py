@@ -1,7 +1,5 @@
 """Quantiles with exact order-statistic intervals."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

@@ -5,8 +5,6 @@ so rare that no replicate contains one: every interval is widened by their possi
 contribution.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left
 
@@ -27,16 +25,9 @@ WIDER = 1.1  # times Student's interval: replicates of skewed statistics are not
 def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
     """Return the share of the units that all replicates may have missed.
 
-    Parameters
-    ----------
-    confidence : float
-        A larger share is missed with a probability of half of 1 - confidence.
-
-    Returns
-    -------
-    float
-        By Chebyshev's one-sided inequality for the number of units in each replicate,
-        whose variance is assumed to be at most that of independent trials.
+    It follows by Chebyshev's one-sided inequality for the number of units in each
+    replicate, whose variance is assumed to be at most that of independent trials. A
+    larger share is missed with a probability of half of 1 - confidence.
 
     References
     ----------
@@ -58,18 +49,10 @@ def mean_of_replicates(
 ) -> Estimate:
     """Estimate the mean of Latin hypercube or Sobol' trials.
 
-    Parameters
-    ----------
-    values : float64[trial]
-        The response, none NaN.
-    replicate : int64[trial]
-        Number of the independent randomisation that each trial belongs to.
-
-    Returns
-    -------
-    Estimate
-        With Student's interval of the replicates' means, a tenth wider, and wider by
-        the possible contribution of units that no replicate contains.
+    The interval is Student's, of the replicates' means, a tenth wider, and wider by the
+    possible contribution of units that no replicate contains. Given are the response,
+    float64[trial], none NaN, and `replicate`, int64[trial]: the number of the
+    independent randomisation that each trial belongs to.
 
     References
     ----------
@@ -136,11 +119,8 @@ def quantile_of_replicates(
 ) -> Estimate:
     """Estimate a quantile of Latin hypercube or Sobol' trials.
 
-    Returns
-    -------
-    Estimate
-        With the values at the ends of the interval of the share below it; none if
-        fewer than thirty trials are expected outside it.
+    The interval ends at the values at the ends of the interval of the share below it;
+    there is none if fewer than thirty trials are expected outside it.
 
     References
     ----------

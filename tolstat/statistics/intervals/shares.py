@@ -1,7 +1,5 @@
 """Intervals of shares: exact, anytime-valid, and of weighted counts."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -34,17 +32,14 @@ def proportion(count: int, trials: int, confidence: float = 0.95) -> Estimate:
 def anytime_valid(count: int, trials: int, confidence: float = 0.95) -> Estimate:
     """Estimate a share, with an anytime-valid interval.
 
+    The interval is 1.2 (count 0) to 2.2 times as wide as that of Clopper and Pearson.
+    Theirs holds only at one number of trials, chosen beforehand.
+
     Parameters
     ----------
     confidence : float
         Probability that the interval holds the share after every added trial; each
         side errs with at most half of 1 - confidence.
-
-    Returns
-    -------
-    Estimate
-        With an interval 1.2 (count 0) to 2.2 times as wide as that of Clopper and
-        Pearson. Theirs holds only at one number of trials, chosen beforehand.
 
     References
     ----------

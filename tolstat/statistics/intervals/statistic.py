@@ -88,11 +88,8 @@ def quantiles_at(
 ) -> dict[float, Estimate]:
     """Estimate quantiles by their shares.
 
-    Parameters
-    ----------
-    limit : tuple of float, optional
-        Permitted values. A failed trial is out of a limit with one end. Otherwise its
-        value is unknown, and the interval holds for any value.
+    `limit` are the permitted values. A failed trial is out of a limit with one end.
+    Otherwise its value is unknown, and the interval holds for any value.
     """
     done = values[sample.done]
     if not len(done):
@@ -127,21 +124,11 @@ def quantiles_at(
 
 
 class Statistic(NamedTuple):
-    """A statistic of a response.
-
-    Attributes
-    ----------
-    response : str
-        Name.
-    kind : str
-        "mean", "sigma", "quantile" or "beyond".
-    share : float
-        Share of a quantile.
-    """
+    """A statistic of a response."""
 
     response: str
-    kind: str
-    share: float = math.nan
+    kind: str  # "mean", "sigma", "quantile" or "beyond"
+    share: float = math.nan  # share of a quantile
 
     def of(
         self,

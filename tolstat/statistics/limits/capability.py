@@ -4,8 +4,6 @@ Simulated units do not prove a stable process: by ISO 22514-1 the indices are th
 performance (Pp, Ppk), not of capability (Cp, Cpk).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

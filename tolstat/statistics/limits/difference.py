@@ -1,7 +1,5 @@
 """Differences of two designs: yields, quantiles and Ppk, paired or not."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -23,36 +21,23 @@ NONE_OUT = "none out of limit in either"
 
 
 class Exchange(NamedTuple):
-    """Units that change sides of a limit between two designs.
+    """Units that change sides of a limit between two designs."""
 
-    Attributes
-    ----------
-    worse, better : int
-        Units within in the first design, out of limit in the second; the reverse.
-    out_of_limit : Estimate
-        Share out of limit in the second design less the share in the first.
-    """
-
+    # units within in the first design, out of limit in the second; the reverse
     worse: int
     better: int
+    # share out of limit in the second design less the share in the first
     out_of_limit: Estimate
 
 
 def exchange(first: Truths, second: Truths) -> Exchange:
     """Compare which units are within, trial by trial.
 
-    Parameters
-    ----------
-    first, second : bool[trial]
-        Whether each unit is within, in either design; trials independent.
-
-    Returns
-    -------
-    Exchange
-        With an exact interval. The difference of yields is the share that changes
-        sides, times the fraction worse less better of these. Both factors have
-        intervals of Clopper and Pearson, each with half the error. The second is
-        conditional on the number that changes sides, as in McNemar's test.
+    The interval is exact. The difference of yields is the share that changes sides,
+    times the fraction worse less better of these. Both factors have intervals of
+    Clopper and Pearson, each with half the error. The second is conditional on the
+    number that changes sides, as in McNemar's test. Given are bool[trial], whether each
+    unit is within, in either design; trials are independent.
 
     References
     ----------
@@ -142,17 +127,10 @@ def difference_of_ppk(
 ) -> Estimate:
     """Return the difference of Ppk by moments, from mean and sigma.
 
-    Parameters
-    ----------
-    first, second : float64[trial]
-        The response in either design, of trials that are done: the same trials in the
-        same order, or independent trials.
-
-    Returns
-    -------
-    Estimate
-        Second less first, with the interval of a jackknife that leaves out a twentieth
-        of both at a time, a tenth wider; none if few trials dominate a variance.
+    It is second less first, with the interval of a jackknife that leaves out a
+    twentieth of both at a time, a tenth wider; none if few trials dominate a variance.
+    Given are float64[trial], the response in either design, of trials that are done:
+    the same trials in the same order, or independent trials.
     """
     few = min(len(first), len(second))
     if few < LEAST_OF_MOMENTS:

@@ -1,7 +1,5 @@
 """Number of trials that decides whether a demanded yield is met."""
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left
 

@@ -1,7 +1,5 @@
 """The yield of a limit, with failed trials, and its verdict."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
@@ -25,31 +23,20 @@ WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 
 
 class Yield(NamedTuple):
-    """The share of units within a limit.
+    """The share of units within a limit."""
 
-    Attributes
-    ----------
-    fraction_out_of_limit : Estimate
-        Every failed trial counts as out of limit.
-    within, within_at_most : Estimate
-        Yield if every failed trial were out of limit, and if every one were within.
-    verdict : str
-        "met" when the whole interval of the yield lies at or above the demanded one,
-        "not met" when it lies below, else "undecided"; failed trials count against.
-        Also "undecided" if integration errors can change it.
-    needed : int
-        Trials that decide an undecided verdict with a chance of 80 %; 0 otherwise,
-        above 1e9, and if integration errors leave it undecided.
-    reason : str
-        "integration error" if these leave it undecided; otherwise empty.
-    """
-
-    fraction_out_of_limit: Estimate
+    fraction_out_of_limit: Estimate  # every failed trial counts as out of limit
+    # yield if every failed trial were out of limit, and if every one were within
     within: Estimate
     within_at_most: Estimate
+    # "met" when the whole interval of the yield lies at or above the demanded one, "not
+    # met" when it lies below, else "undecided"; failed trials count against. Also
+    # "undecided" if integration errors can change it.
     verdict: str
+    # trials that decide an undecided verdict with a chance of 80 %; 0 otherwise, above
+    # 1e9, and if integration errors leave it undecided
     needed: int
-    reason: str = ""
+    reason: str = ""  # "integration error" if these leave it undecided; otherwise empty
 
     @property
     def words(self) -> str:
@@ -68,12 +55,9 @@ def yield_of(
 
     `ends` are responses that integration errors allow, as of `response_ends`.
 
-    Returns
-    -------
-    Yield
-        For independent trials intervals are anytime-valid: adding trials until there is
-        a verdict does not raise the error. Otherwise intervals come from replicates or
-        weighted counts.
+    For independent trials intervals are anytime-valid: adding trials until there is a
+    verdict does not raise the error. Otherwise intervals come from replicates or
+    weighted counts.
     """
     ran = sample.ran
     good = within(values, limit) & sample.done
