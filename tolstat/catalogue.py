@@ -1,7 +1,5 @@
 """Models by name: those of tolstat, of installed packages, and custom ones."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import sys

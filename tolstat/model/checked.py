@@ -1,7 +1,5 @@
 """Checks of a model: its declarations, and its answers."""
 
-from __future__ import annotations
-
 import math
 import os
 import sys

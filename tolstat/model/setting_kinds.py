@@ -1,7 +1,5 @@
 """Kinds of settings: how each is read from a study, checked, and written."""
 
-from __future__ import annotations
-
 import json
 import math
 from abc import ABC, abstractmethod

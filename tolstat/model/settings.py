@@ -1,7 +1,5 @@
 """Settings of a model: declarations, and checked values."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any

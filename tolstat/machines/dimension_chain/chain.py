@@ -1,7 +1,5 @@
 """Results of a chain without trials: worst case, root sum square, contributions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from itertools import product

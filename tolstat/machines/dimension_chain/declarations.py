@@ -1,7 +1,5 @@
 """Settings of a chain: its links, and its closing link as a formula."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The formula of a closing link: read as a tree of a few allowed nodes, never run."""
 
-from __future__ import annotations
-
 import ast
 import keyword
 import math

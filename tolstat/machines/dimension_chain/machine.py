@@ -1,7 +1,5 @@
 """A dimension chain as a model: deviations of its links in, the closing link out."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Settings, contributors and responses of the elastic machine."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -6,8 +6,6 @@ Yu. A. Semenov, N. S. Semenova, Transient processes in an elastic machine (2024,
 Russian), (8), (9), (13) and (19).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The elastic machine as a model: deviations of its parts in, responses out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

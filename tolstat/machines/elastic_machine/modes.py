@@ -6,8 +6,6 @@ Yu. A. Semenov, N. S. Semenova, Transient processes in an elastic machine (2024,
 Russian); equation numbers are the paper's. In alpha, beta, gamma it prints h_s for h_m.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -15,8 +15,6 @@ Russian): (1) for one mass, and what (7) is made of for a chain. In (7) phi0' is
 misprint of phi0''.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -12,8 +12,6 @@ the polynomial is drive law (1) of the stand (E. Ya. Antonyuk, A. G. Zabuga, 201
 thirds of the trapezoidal jerk are a choice made here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Trials: chains followed over the horizon, and their responses."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Views of a chain: its histories, spectrum, residual vibration and modes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

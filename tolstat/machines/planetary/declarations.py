@@ -1,7 +1,5 @@
 """Settings, contributors and responses of a planetary gear."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import radians
 

@@ -1,7 +1,5 @@
 """The nominal gear of the settings; a gear that cannot exist is refused."""
 
-from __future__ import annotations
-
 import math
 
 from tolstat.errors import ModelError

@@ -1,7 +1,5 @@
 """A planetary gear as a model: deviations of its parts in, responses out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -15,8 +15,6 @@ Planetary gears AA, II, AI with helical wheels and balanced axial forces (2010, 
 Russian), (7)-(11) and table 1.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

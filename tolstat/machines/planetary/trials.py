@@ -1,7 +1,5 @@
 """Responses of a gear to its deviations: existence, forces, sharing, backlash."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Views of a planetary gear: gears of its kind, and where these exist."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.arrays import Array

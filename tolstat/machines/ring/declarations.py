@@ -1,7 +1,5 @@
 """Settings, contributors and responses of the ring."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from dataclasses import dataclass

@@ -7,8 +7,6 @@ With p = -lambda^2 the equations are those of harmonic 1 alone, F(p, Omega) = 0 
 where frequencies meet dF/dp = 0, too.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -14,8 +14,6 @@ A. I. Polunin, Mathematical simulation of dynamics of a rotating ring on support
 exposed to cutting forces (2012, in Russian); equation numbers are the paper's.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 LAPACK takes the matrices one by one: a trial's answer is the same in any block.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

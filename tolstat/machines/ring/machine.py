@@ -1,7 +1,5 @@
 """The ring as a model: deviations of ring, tool and cut in, responses out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from tolstat.arrays import Array, Truths

@@ -18,8 +18,6 @@ exposed to cutting forces (2012, in Russian); equation numbers are the paper's. 
 the second square is (U' - Omega V)^2; the tool's damping, printed K_T, is c_c here.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Rings, from the deviations of their parts."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

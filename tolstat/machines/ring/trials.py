@@ -1,7 +1,5 @@
 """Trials: rings integrated over the duration, and their responses."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

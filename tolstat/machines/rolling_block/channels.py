@@ -15,8 +15,6 @@ P. V. Krot (2010), "Dynamic analysis": frequency functions at any place, by tens
 rolling force, defects of gears and unbalance. The paper prints no damping.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -8,8 +8,6 @@ where a_r = C_ij phi_ij,r (phi_r^T L) / omega_r^2 is what mode r adds to the mom
 the link ij under a static load L. The rigid mode twists nothing.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -8,8 +8,6 @@ References
 P. V. Krot (2010), "Model of the block": condition number and partial frequencies.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.arrays import Array, Truths

@@ -3,8 +3,6 @@
 LAPACK takes the matrices one by one: a drive's answer is the same in any block.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import NamedTuple
 

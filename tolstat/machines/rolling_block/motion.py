@@ -10,8 +10,6 @@ phi''_12 (printed: phi''_2). The paper prints no damping; here it is modal, and 
 moment to each link that follows the rates of all twists.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Inertias and stiffnesses of the drive, from nominal values and deviations."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

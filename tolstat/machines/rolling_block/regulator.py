@@ -12,8 +12,6 @@ References
 P. V. Krot (2010), after Fig. 2.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Speeds of the motor with and without resonance; the paper's Fig. 5."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.arrays import Array

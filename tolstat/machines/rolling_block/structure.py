@@ -13,8 +13,6 @@ wire-rod rolling block (2010, in Russian); Fig. 3 and the equations (1) are the 
 (stands 33, 34).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import pairwise, product
 from typing import NamedTuple

@@ -6,8 +6,6 @@ P. V. Krot (2010): spectra of random loads, advantage 4 of the method; "Modellin
 beats of 3 to 5 Hz, and delays of 3 to 10 ms from stand to stand.
 """
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

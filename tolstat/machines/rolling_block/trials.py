@@ -4,8 +4,6 @@ The equations are linear, so loads are those of 1 N m: in all if the stands step
 after the other, on its stand for a pulse.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import NamedTuple
 

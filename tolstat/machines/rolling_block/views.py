@@ -1,7 +1,5 @@
 """Views of the rolling block: histories, combinations, shapes, pulses."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

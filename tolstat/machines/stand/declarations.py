@@ -1,7 +1,5 @@
 """Settings, contributors and responses of the stand."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from tolstat.model.description import SHARE, Contributor, Description, Gear, Response

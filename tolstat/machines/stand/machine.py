@@ -1,7 +1,5 @@
 """The stand as a model: deviations of its parts in, responses of its trials out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -13,8 +13,6 @@ couple and the yaw in (7) carry a modulus, without which friction would drive a
 carriage that yaws to the left; run-out and tooth position enter the meshes.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import NamedTuple
 

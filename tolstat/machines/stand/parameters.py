@@ -6,8 +6,6 @@ E. Ya. Antonyuk, A. G. Zabuga, On the dynamic loading of machines with parallel
 statically indeterminate kinematic chains (2012); equation numbers are the paper's.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from collections.abc import Mapping
 from functools import lru_cache
@@ -36,6 +34,21 @@ Parts = namedtuple(
     "Parts",
     "l1 l2 r_1 r_2 h_1 h_2 a_1 a_2 dl_s dh k30 k31 k32 k1 k2 H1 H2 half_c1 half_c2 "
     "I1 I2 I_s m mu c2 c3 c_s Hk3 Hc2 Hc3 H_s delta F0",
+)
+# numbers of one trial, SI, as the equations name them, each float64[n]. Reciprocals
+# are hoisted out of the equations: a division costs as much as ten multiplications
+# there. B maps (phi1, a_1, a_2) to the deformations of meshes 0, 1, 2 and shaft 12;
+# E7c = E7 cos th7, E7s = E7 sin th7, ...; link is 1 with the equalizing link, else 0.
+Parameters = namedtuple(
+    "Parameters",
+    "omega0 t1 per_t1 phi1_0 "  # drive law
+    "B00 B01 B02 B10 B11 B12 B20 B21 B22 B30 B31 B32 "  # gears
+    "k30 k31 k32 c2 Hk3 Hc2 s1 s2 i3 per_r3 "
+    "E7c E8c E10c E11c E7s E8s E10s E11s "  # run-out
+    "per_I1 per_I2 c3 Hc3 cos_psi1 cos_psi2 sin_psi1 sin_psi2 "  # wheels, shaft 9
+    "r_1 r_2 l1 l2 k1 k2 H1 H2 half_c1 half_c2 link "  # cranks, rods
+    "m per_m I_s per_I_s h_1 h_2 dl_s off skew dh "  # carriage
+    "mu mu_rot g c_s H_s delta F0 x_roll beta1 beta2 beta3 beta4 beta5",
 )
 
 
@@ -122,23 +135,6 @@ def faults(deviations: Array, settings: Settings) -> dict[str, Truths]:
         NO_FIT: ~(np.abs(sin_alpha) < 1),
         OFF_CENTRE: ~(np.maximum.reduce(off) < 1),
     }
-
-
-# numbers of one trial, SI, as the equations name them, each float64[n]. Reciprocals
-# are hoisted out of the equations: a division costs as much as ten multiplications
-# there. B maps (phi1, a_1, a_2) to the deformations of meshes 0, 1, 2 and shaft 12;
-# E7c = E7 cos th7, E7s = E7 sin th7, ...; link is 1 with the equalizing link, else 0.
-Parameters = namedtuple(
-    "Parameters",
-    "omega0 t1 per_t1 phi1_0 "  # drive law
-    "B00 B01 B02 B10 B11 B12 B20 B21 B22 B30 B31 B32 "  # gears
-    "k30 k31 k32 c2 Hk3 Hc2 s1 s2 i3 per_r3 "
-    "E7c E8c E10c E11c E7s E8s E10s E11s "  # run-out
-    "per_I1 per_I2 c3 Hc3 cos_psi1 cos_psi2 sin_psi1 sin_psi2 "  # wheels, shaft 9
-    "r_1 r_2 l1 l2 k1 k2 H1 H2 half_c1 half_c2 link "  # cranks, rods
-    "m per_m I_s per_I_s h_1 h_2 dl_s off skew dh "  # carriage
-    "mu mu_rot g c_s H_s delta F0 x_roll beta1 beta2 beta3 beta4 beta5",
-)
 
 
 def gear_deformations(parts: Parts, settings: Settings) -> Array:

@@ -10,8 +10,6 @@ E. Ya. Antonyuk, A. G. Zabuga, On the dynamic loading of machines with parallel
 statically indeterminate kinematic chains (2012).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Trials: stands integrated over the whole run, and their responses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.arrays import Array, Truths
