@@ -6,24 +6,18 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.elastic_machine import parameters
-from tolstat.machines.elastic_machine.declarations import Settings
+from tolstat.machines.elastic_machine.declarations import (
+    NO_REFERENCE,
+    TOO_LONG,
+    Settings,
+)
 from tolstat.machines.elastic_machine.exact_motion import motion_of
 from tolstat.machines.elastic_machine.modes import natural_frequencies
 from tolstat.model.contract import Outcome
 from tolstat.moving import Accuracy, Solution, System, integrate, solve
 from tolstat.status import Status
 
-IMPOSSIBLE = "cannot exist"
-TOO_LONG = "still starting at the horizon"
-NO_REFERENCE = "no static error"
 MOST_EXACT = 32  # masses
-FAILURES = {
-    IMPOSSIBLE: "inertias, stiffnesses and the start-up time are above 0, damping not "
-    "below",
-    TOO_LONG: "the start-up ends before the horizon and before braking, which ends "
-    "before the horizon",
-    NO_REFERENCE: "acceleration and load do not balance at the end of the start-up",
-}
 
 
 class Trials(NamedTuple):

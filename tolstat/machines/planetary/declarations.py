@@ -73,3 +73,17 @@ def description_of(settings: Settings, design: Design) -> Description:
         _R("backlash", "rad", "j_phi1", "play of wheel 1 with carrier and wheel 4 fixed, both meshes together; below 0 the teeth jam", "(jt12 + D jt34) / rw1"),
     )  # fmt: skip
     return Description(contributors, responses)
+
+
+ASSUMPTIONS = (
+    "Satellites are equal springs that push and cannot pull; all other members are rigid, and none floats. The torque acts in one direction.",
+    "Wheels have no profile shift; where a helix angle is given, wheels 3, 4 have the shift that makes them coaxial with 1 and 2.",
+    "The residual axial force is that of a satellite with an equal share of load.",
+    "The backlash is that of one satellite; satellites whose positions differ take as much from it. Teeth of nominal thickness have none.",
+    "Undercut, interference and strength of the teeth are not checked, nor is friction.",
+)  # fmt: skip
+NO_TOOTH, NO_MESH = "no tooth left", "does not mesh"
+FAILURES = {
+    NO_TOOTH: "the thickness of a tooth deviates by less than half a pitch",
+    NO_MESH: "helix angles are below 90 deg, the centre distance deviates by less than the depth of a tooth, the position of a satellite by less than half a pitch",
+}

@@ -5,17 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.planetary.declarations import Settings
+from tolstat.machines.planetary.declarations import NO_MESH, NO_TOOTH, Settings
 from tolstat.machines.planetary.scheme import Design
 
-NO_TOOTH = "no tooth left"
-NO_MESH = "does not mesh"
 DEPTH = 2.0  # modules, of a tooth
-FAILURES = {
-    NO_TOOTH: "the thickness of a tooth deviates by less than half a pitch",
-    NO_MESH: "helix angles are below 90 deg, the centre distance deviates by less than "
-    "the depth of a tooth, the position of a satellite by less than half a pitch",
-}
 
 
 def residual_axial_force(F: float, db2: Array, db3: Array, design: Design) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import accumulate
 from typing import Any
@@ -94,37 +95,27 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
+        for fault in self._faults():
+            raise ModelError(fault)
+
+    def _faults(self) -> Iterator[str]:
         for key in ("combination", "reference"):
             given = getattr(self, key)
             for stage, at, n in zip("ABCD", given, self.positions, strict=True):
                 if at >= n:
-                    raise ModelError(
-                        f"{key} = {list(given)}: stage {stage} has the positions 0 to "
-                        f"{n - 1}, not {at}"
-                    )
+                    yield f"{key} = {list(given)}: stage {stage} has the positions 0 to {n - 1}, not {at}"
         for key in ("link_damping", "loss_factors"):
             if len(getattr(self, key)) not in (0, len(structure.LINKS)):
-                raise ModelError(
-                    f"{key}: one number for each of the {len(structure.LINKS)} links "
-                    "is expected, or none"
-                )
+                yield f"{key}: one number for each of the {len(structure.LINKS)} links is expected, or none"
         if len(self.delay) == 2:
-            raise ModelError(
-                "delay: one time is expected, or three: from 31 to 32, to 33, to 34"
-            )
+            yield "delay: one time is expected, or three: from 31 to 32, to 33, to 34"
         if self.entries[-1] >= self.horizon:
-            raise ModelError(
-                f"delay: stand 34 enters after {self.entries[-1]:g} s, and the horizon "
-                f"is {self.horizon:g} s; enlarge the horizon"
-            )
+            yield f"delay: stand 34 enters after {self.entries[-1]:g} s, and the horizon is {self.horizon:g} s; enlarge the horizon"
         for load in self.response_loads:
             if load not in structure.LOADS:
-                raise ModelError(
-                    f"response_loads: no load {load}; 1 is the motor, "
-                    f"{', '.join(map(str, structure.STANDS))} are the stands"
-                )
+                yield f"response_loads: no load {load}; 1 is the motor, {', '.join(map(str, structure.STANDS))} are the stands"
         if len(set(self.response_loads)) < len(self.response_loads):
-            raise ModelError("response_loads: a load is given twice")
+            yield "response_loads: a load is given twice"
 
     @property
     def gearbox(self) -> structure.Gearbox:
@@ -191,3 +182,16 @@ RESPONSES = (
 )  # fmt: skip
 
 DESCRIPTION = Description(CONTRIBUTORS, RESPONSES)
+
+ASSUMPTIONS = (
+    "Nine masses on eight springs without mass, reduced to the motor shaft; upper and lower rolls of a stand are one mass, the rod between stands has no stiffness, as in the paper.",
+    "Inertias and stiffnesses are identified from the paper's Table 1, which does not determine their common scale.",
+    "Every elastic mode has the same damping ratio; the paper prints none.",
+    "The gearbox is the least one that meets the printed ranges of ratios and the printed number of combinations; teeth and stage ratios are not printed.",
+    "Amplification is the greatest elastic moment over the static one from the first load to the horizon, the loads stepping, a quarter on each stand.",
+    "The motion is linear between two steps of the load and solved exactly. Audits use a second method, Dormand-Prince 5(4), as does runge_kutta = true.",
+)  # fmt: skip
+CANNOT_EXIST = "cannot exist"
+FAILURES = {
+    CANNOT_EXIST: "each inertia and stiffness is above 0, the damping not below; their deviations are above -100 %"
+}

@@ -9,12 +9,6 @@ from tolstat.machines.rolling_block.declarations import CONTRIBUTORS, Settings
 from tolstat.machines.rolling_block.modes import Modes, modes_of
 from tolstat.machines.rolling_block.structure import MASSES, reduction
 
-CANNOT_EXIST = "cannot exist"
-FAILURES = {
-    CANNOT_EXIST: "each inertia and stiffness is above 0, the damping not below; their "
-    "deviations are above -100 %"
-}
-
 
 class Drive(NamedTuple):
     """Numbers of each drive, reduced to the motor shaft."""

@@ -14,20 +14,8 @@ from math import asinh, hypot
 import numpy as np
 
 from tolstat.arrays import Array, Truths
+from tolstat.machines.stand import declarations
 from tolstat.machines.stand.declarations import NAMES, Settings
-
-NOTHING = "no part left"
-NO_REACH = "rod too short"
-NO_FIT = "does not fit"
-OFF_CENTRE = "off its axis"
-FAULTS = {
-    NOTHING: "rods, cranks, hinge arms, guides, stiffnesses, inertias, masses and the "
-    "gap between the feet are above 0; shaft 12, dampings, joint clearances, friction "
-    "and rolling force not below",
-    NO_REACH: "each rod is longer than its crank by more than the height of its hinge",
-    NO_FIT: "the rods put the ends of the carriage less apart than their hinges are",
-    OFF_CENTRE: "run-outs and tooth positions are smaller than the wheel",
-}
 
 # the parts with their deviations, float64[n] each, SI
 Parts = namedtuple(
@@ -113,7 +101,7 @@ def initial_position(p: Parts | Parameters) -> tuple[Array, Array, Array]:
 
 
 def faults(deviations: Array, settings: Settings) -> dict[str, Truths]:
-    """Return which trials cannot be built, by the words of `FAULTS`."""
+    """Return which trials cannot be built, by the words of `FAILURES`."""
     d, N = named(deviations), settings
     p = parts_of(d, settings)
     # c2 may be zero by a sum of deviations or by the balanced drive, never negative
@@ -130,10 +118,10 @@ def faults(deviations: Array, settings: Settings) -> dict[str, Truths]:
     off = [np.abs(d[f"runout_{i}"]) / r for i, r in radii.items()]
     off += [np.abs(d[f"tooth_position_{i}"]) / N.r3 for i in (1, 2)]
     return {
-        NOTHING: ~((positive > 0) & (not_negative >= 0)),
-        NO_REACH: ~(reach > 0),
-        NO_FIT: ~(np.abs(sin_alpha) < 1),
-        OFF_CENTRE: ~(np.maximum.reduce(off) < 1),
+        declarations.NOTHING: ~((positive > 0) & (not_negative >= 0)),
+        declarations.NO_REACH: ~(reach > 0),
+        declarations.NO_FIT: ~(np.abs(sin_alpha) < 1),
+        declarations.OFF_CENTRE: ~(np.maximum.reduce(off) < 1),
     }
 
 

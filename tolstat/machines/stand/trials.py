@@ -10,7 +10,7 @@ from tolstat.machines.stand.clearance import (
     met,
     play_of,
 )
-from tolstat.machines.stand.declarations import RESPONSES, Settings
+from tolstat.machines.stand.declarations import NO_SHARE, RESPONSES, Settings
 from tolstat.machines.stand.motion import Loads, Motion, Powers, State, motion
 from tolstat.machines.stand.parameters import Parameters, initial_position
 from tolstat.model.contract import Outcome
@@ -20,9 +20,6 @@ from tolstat.status import Status
 
 # marks of a trial
 START, STEADY, WINDOW, END = range(4)
-
-# parts deviate so much that the start-up releases more energy than the drive gives
-NO_SHARE = "loses too much"
 
 
 def simulated(
