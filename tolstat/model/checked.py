@@ -58,7 +58,7 @@ def check_model(model: object) -> Model:
     ):
         raise model.fault(
             "failures must map a word to the sentence that has to be true, such as "
-            f'{{"cuts air": "the tool stays in the cut"}}, not {failures!r}',
+            f'{{"cuts air": "the tool stays in the cut"}}, not {failures!r}'
         )
     for word in failures:
         if word in words_of().values():
@@ -99,7 +99,7 @@ def _asking(model: Model, what: str) -> Iterator[None]:
         last = traceback.extract_tb(error.__traceback__)[-1]
         raise model.fault(
             f"{what} fails: {told(error)} "
-            f"({Path(last.filename).name}, line {last.lineno})",
+            f"({Path(last.filename).name}, line {last.lineno})"
         ) from error
 
 
@@ -146,7 +146,7 @@ def described(model: Model, settings: Any) -> Description:
         if any(each.name == name for each in every):
             raise model.fault(
                 f"the name {name} is reserved for a column of every run "
-                f"({', '.join(RESERVED)})",
+                f"({', '.join(RESERVED)})"
             )
     for each in found.responses:
         try:
@@ -156,7 +156,7 @@ def described(model: Model, settings: Any) -> Description:
         if not lower < upper:
             raise model.fault(
                 f"{each.name}: the range {each.range!r} must be two numbers, the lower "
-                "first",
+                "first"
             )
     return found
 
@@ -174,7 +174,7 @@ def numbers_of(
             raise model.fault(f"number {each.name}: {each.value!r} is not a number")
         if each.of and units.get(each.of) != each.unit:
             raise model.fault(
-                f"number {each.name}: no response {each.of} with its unit, {each.unit}",
+                f"number {each.name}: no response {each.of} with its unit, {each.unit}"
             )
     return found
 
@@ -191,7 +191,7 @@ def _check_declared(
         if not isinstance(each.name, str) or not each.name.isidentifier():
             raise model.fault(
                 f"the {kind} {each.name!r} cannot be typed; letters, digits and _ are "
-                "allowed, a letter first",
+                "allowed, a letter first"
             )
         if each.name in names:
             raise model.fault(f"{each.name} is given twice")
@@ -310,7 +310,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
         trial, response = np.argwhere(done[:, None] & ~finite)[0]
         raise model.fault(
             f"{names[response]} is {responses[trial, response]} in a trial whose "
-            f"status is done ({trial} of the block of {trials})",
+            f"status is done ({trial} of the block of {trials})"
         )
     for column, each in enumerate(described_now):
         lower, upper = each.range or (-math.inf, math.inf)
@@ -320,7 +320,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
             raise model.fault(
                 f"{each.name} is {beyond[0]:.17g} in {len(beyond)} of {trials} trials "
                 f"of a block, outside its declared range {lower:g} .. {upper:g}; "
-                "if rounding causes this, clip it in evaluate",
+                "if rounding causes this, clip it in evaluate"
             )
     return Answers(np.where(done[:, None], responses, np.nan), status, steps)
 
@@ -351,7 +351,7 @@ def _shaped(
         wanted, there = (" x ".join(map(str, s)) or "one" for s in (shape, found.shape))
         raise model.fault(
             f"{what} of {wanted} numbers are expected, a row for each trial; these are "
-            f"{there}{hint}",
+            f"{there}{hint}"
         )
     return found
 
@@ -454,5 +454,5 @@ def _check_panels(model: Model, chart: Chart) -> None:
             if len({units[name] for name in side}) > 1:
                 raise model.fault(
                     f"panel '{panel.title}' mixes units on one axis: "
-                    f"{', '.join(side)}; put one of them to the right",
+                    f"{', '.join(side)}; put one of them to the right"
                 )

@@ -8,10 +8,7 @@ from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.elastic_machine import motion
 from tolstat.machines.elastic_machine.declarations import Settings, description_of
-from tolstat.machines.elastic_machine.frequency_functions import (
-    first_mode,
-    response,
-)
+from tolstat.machines.elastic_machine.frequency_functions import first_mode, response
 from tolstat.machines.elastic_machine.modes import (
     Modes,
     left_by,
@@ -238,11 +235,7 @@ def listed(deviations: Array, settings: Settings) -> Listing:
 
 
 OFFERS = (
-    Offer(
-        "spectrum",
-        "spectrum of the start-up law, with the modes",
-        spectrum,
-    ),
+    Offer("spectrum", "spectrum of the start-up law, with the modes", spectrum),
     Offer(
         "residual",
         "residual vibration after start-ups of any length, without load",
