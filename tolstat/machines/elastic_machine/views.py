@@ -144,11 +144,8 @@ def spectrum(deviations: Array, settings: Settings) -> Chart:
 def residual(deviations: Array, settings: Settings) -> Chart:
     """Return the vibration of the last mass after start-ups of any length.
 
-    Returns
-    -------
-    Chart
-        In closed form, the sum of the amplitudes of all modes, without damping. Points:
-        the residual integrated, with damping. Both without load.
+    In closed form, the sum of the amplitudes of all modes, without damping. Points: the
+    residual integrated, with damping. Both without load.
     """
     if settings.final_speed == 0:
         raise ModelError("final_speed = 0: there is no start-up to leave a vibration")

@@ -148,12 +148,8 @@ def _checked(name: str, value: Any) -> Any:
 def search(wanted: Settings, i: float) -> tuple[Columns, dict[str, int]]:
     """Return the gears of the ratio i for the settings; see `designs`.
 
-    Returns
-    -------
-    columns : dict of str to array
-        A row is a gear.
-    left : dict of str to int
-        How many sets of teeth each condition left, in words.
+    Columns, a row for each gear; and how many sets of teeth each condition left, in
+    words.
     """
     scheme = SCHEMES[wanted.scheme]
     _check_reach(wanted, scheme, i)

@@ -14,15 +14,9 @@ DEPTH = 2.0  # modules, of a tooth
 def residual_axial_force(F: float, db2: Array, db3: Array, design: Design) -> Array:
     """Return the residual axial force on a satellite, N.
 
-    2T/dw2 tan(b2 + db2) - 2T/dw3 tan(b3 + db3), T the torque between its wheels. With
-    tan(b + db) = tan b + sin db / (cos b cos(b + db)) what is in balance is exactly 0.
-
-    Parameters
-    ----------
-    F : float
-        Tangential force of a satellite in mesh 1-2, 2T/dw2, N.
-    db2, db3 : float64[trial]
-        Deviations of the helix angles, rad.
+    2T/dw2 tan(b2 + db2) - 2T/dw3 tan(b3 + db3), T the torque between its wheels, F =
+    2T/dw2 in N, the deviations db2[trial], db3[trial] in rad. With tan(b + db) = tan b
+    + sin db / (cos b cos(b + db)) what is in balance is exactly 0.
     """
     b2, b3, D = design.b2, design.b3, design.D
     at_2 = np.sin(db2) / (np.cos(b2) * np.cos(b2 + db2))
@@ -44,21 +38,12 @@ def shared(e: Array, F: float, c: float) -> Shares:
     The satellite that stands out most touches first. The others follow in the order of
     their gaps to it, each when the load on the earlier ones closes its gap. So the
     satellites in contact are counted, and the forces are exact: nothing is iterated.
+    All members are rigid and none floats. With all in contact, K_gamma = 1 + k c (max e
+    - mean e) / F.
 
-    Parameters
-    ----------
-    e : float64[trial, satellite]
-        Position errors, m, of any size; above 0 takes more load. With large errors one
-        satellite carries all.
-    F : float
-        Tangential force of all satellites together, N, above 0.
-    c : float
-        Stiffness of a satellite, N/m, above 0.
-
-    Notes
-    -----
-    All members are rigid and none floats. With all in contact,
-    K_gamma = 1 + k c (max e - mean e) / F.
+    Position errors e[trial, satellite], m, may have any size: above 0 takes more load,
+    and with large ones one satellite carries all. F is the tangential force of all
+    satellites together, N, and c the stiffness of one, N/m, both above 0.
     """
     k = e.shape[1]
     gaps = e.max(axis=1, keepdims=True) - e
@@ -75,13 +60,8 @@ def shared(e: Array, F: float, c: float) -> Shares:
 def backlash(E: tuple[Array, ...], da: Array, design: Design) -> Array:
     """Return the play of wheel 1, carrier and wheel 4 fixed, rad.
 
-    Parameters
-    ----------
-    E : tuple of four float64[trial]
-        Deviations of the tooth thicknesses of wheels 1, 2, 3, 4, m.
-    da : float64[trial]
-        Deviation of the centre distance, m; it opens an external mesh and closes an
-        internal one.
+    Of deviations, m, float64[trial]: E of the tooth thicknesses of wheels 1, 2, 3, 4;
+    da of the centre distance, which opens an external mesh and closes an internal one.
     """
     E1, E2, E3, E4 = E
     s12, s34 = design.scheme

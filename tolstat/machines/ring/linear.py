@@ -90,10 +90,7 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
 def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
     """Return A, y' = A y with y = (a, b, a', b'), of the ring alone at Omega, rad/s.
 
-    Returns
-    -------
-    float64[trial, 4 harmonics, 4 harmonics]
-        Harmonics 2 to N.
+    float64[trial, 4 harmonics, 4 harmonics]: harmonics 2 to N.
     """
     x = terms_of(rings, Omega, hoop)
     C = harmonics(rings.on.s.shape[1] + 1).C

@@ -37,13 +37,8 @@ class PolesAndZeros(NamedTuple):
 def poles_and_zeros(omega: Array, a: Array) -> PolesAndZeros:
     """Return where an undamped response is infinite, and where it is zero.
 
-    Zeros that no real frequency meets are left out.
-
-    Parameters
-    ----------
-    omega, a : float64[mode]
-        Natural frequencies of one drive, rad/s; contributions of its modes to the
-        moment of one link, N m.
+    Of omega[mode], rad/s, of one drive, and a[mode], N m, the contributions of its
+    modes to the moment of one link. Zeros that no real frequency meets are left out.
     """
     takes_part = np.abs(a) > NO_PART * np.sum(np.abs(a))
     # x = (f/f_ref)^2 and its poles, of the order of 1

@@ -49,31 +49,18 @@ def named_orders(settings: Settings) -> dict[str, float]:
 def forbidden(omega: Array, orders: list[float], band: float) -> tuple[Array, Array]:
     """Return the speeds at which an excitation is within the band of a frequency.
 
-    Parameters
-    ----------
-    omega : float64[trial, mode]
-        Natural frequencies, rad/s.
-    orders : list of float
-        Excitations per turn of the motor.
-    band : float
-        Share of the natural frequency.
-
-    Returns
-    -------
-    lower, upper : float64[trial, order and mode]
-        Speeds of the motor, rad/s; ends are forbidden too.
+    Lower and upper ends, forbidden too, of the motor's speed, rad/s, float64[trial,
+    order and mode], of omega[trial, mode], rad/s; excitations per turn of the motor;
+    and a share of the natural frequency.
     """
     critical = np.concatenate([omega / order for order in orders], axis=1)
     return critical * (1.0 - band), critical * (1.0 + band)
 
 
 def free_gaps(lower: Array, upper: Array, within: Range) -> tuple[Array, Array]:
-    """Return the gaps between forbidden ranges, some of them empty.
+    """Return the gaps between forbidden ranges, begin and end, float64[trial, gap].
 
-    Returns
-    -------
-    begin, end : float64[trial, gap]
-        Ascending, rad/s; a gap whose end is below its begin is none.
+    Ascending, rad/s; a gap whose end is below its begin is none.
     """
     rank = np.argsort(lower, axis=1)
     starts = np.take_along_axis(lower, rank, axis=1)
@@ -86,10 +73,8 @@ def free_gaps(lower: Array, upper: Array, within: Range) -> tuple[Array, Array]:
 def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
     """Return the widths of speeds without resonance, of omega[trial, mode], rad/s.
 
-    Returns
-    -------
-    total, widest : float64[trial]
-        Width of all free ranges, and of the widest, rad/s; 0 where there are none.
+    Of all free ranges, and of the widest, float64[trial], rad/s; 0 where there are
+    none.
     """
     orders = list(named_orders(settings).values())
     begin, end = free_gaps(
@@ -103,10 +88,7 @@ def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
 def speed_margin(omega: Array, settings: Settings) -> Array:
     """Return how far the working speed is from the nearest of omega[trial, mode].
 
-    Returns
-    -------
-    float64[trial]
-        min over orders and modes of |order n/60 - f_r| / f_r; 1: of the frequency.
+    min over orders and modes of |order n/60 - f_r| / f_r; 1: of the frequency.
     """
     nearest = np.full(len(omega), np.inf)
     for order in named_orders(settings).values():

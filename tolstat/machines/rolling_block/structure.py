@@ -40,12 +40,9 @@ STATIC_SHARES = (1.0, 1.0, 0.5, 0.5, 0.25, 0.25, 0.25, 0.25)
 
 
 def stiffness_matrix(C: Array) -> Array:
-    """Assemble the stiffness matrix of equations (1).
+    """Assemble K[..., mass, mass], N m/rad, of equations (1) from C[..., link].
 
-    Returns
-    -------
-    K : float64[..., mass, mass]
-        N m/rad, of C, float64[..., link]; K phi is what the links take from each mass.
+    K phi is what the links take from each mass.
     """
     K = np.zeros((*C.shape[:-1], len(MASSES), len(MASSES)))
     for link, (i, j) in enumerate(LINKS):
@@ -128,14 +125,8 @@ def reduction(
     """Reduce to the motor shaft: factors on what holds at the reference combination.
 
     Q_red = Q/i^2, C_red = C/i^2, so a ratio that differs from the reference's gives a
-    factor (i_reference/i)^2.
-
-    Returns
-    -------
-    inertias : float64[mass]
-        Factors of Q1 ... Q9.
-    stiffnesses : float64[link]
-        Factors of C12 ... C59.
+    factor (i_reference/i)^2: of Q1 ... Q9, float64[mass], and of C12 ... C59,
+    float64[link].
     """
     now, then = (ratios(each, gearbox) for each in (combination, gearbox.reference))
     A, AB, i31, i34 = ((t / n) ** 2 for n, t in zip(now, then, strict=True))

@@ -43,10 +43,7 @@ LENGTHS = (1e-3, 5e-3, 10e-3)  # s, the paper's range; and a step, which never e
 def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> Chart:
     """Return the moments, N m, [time, link]: loads stepping, and after the pulse.
 
-    Returns
-    -------
-    Chart
-        Curves have the names of the responses that are their peaks.
+    Curves have the names of the responses that are their peaks.
     """
     words = {response.name: response for response in RESPONSES}
     stands = ", ".join(map(str, STANDS))

@@ -85,12 +85,9 @@ def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
 
 
 def initial_position(p: Parts | Parameters) -> tuple[Array, Array, Array]:
-    """Return the leftmost position of the carriage, (10), (11).
+    """Return the leftmost position of the carriage, (10), (11), each float64[n].
 
-    Returns
-    -------
-    tuple of float64[n]
-        phi31 = phi32 (rad), x (m), sin alpha; NaN where the parts cannot be mounted.
+    phi31 = phi32 (rad), x (m), sin alpha; NaN where the parts cannot be mounted.
     """
     reach1, reach2 = p.l1 - p.r_1, p.l2 - p.r_2
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -129,13 +126,8 @@ def gear_deformations(parts: Parts, settings: Settings) -> Array:
     """Condense the massless pinions 10, 11 out of the second loop.
 
     phi21, phi22 minimise the elastic energy of meshes 0, 1, 2 and shaft 12 for given
-    (phi1, a_1, a_2).
-
-    Returns
-    -------
-    float64[n, 4, 3]
-        B: deformations of meshes 0, 1, 2 (m) and of shaft 12 (rad) for
-        (phi1, a_1, a_2), rad.
+    (phi1, a_1, a_2), rad: float64[n, 4, 3], B, the deformations of the meshes (m) and
+    of the shaft (rad).
     """
     r1, r2, r3 = settings.r1, settings.r2, settings.r3
     # mesh 0 feels pinion 10, or with the differential the mean of both pinions
@@ -164,13 +156,7 @@ def friction_arm(dh: float, dl_s: float, foot: float) -> float:
 
 
 def build(deviations: Array, settings: Settings) -> Parameters:
-    """Return the parameters of deviations[trial, contributor].
-
-    Returns
-    -------
-    p : Parameters
-        Each float64[n].
-    """
+    """Return the parameters of deviations[trial, contributor], each float64[n]."""
     d, N = named(deviations), settings
     parts = parts_of(d, settings)
     psi1, psi2 = (d[f"crank_angle_{i}"] for i in (1, 2))
