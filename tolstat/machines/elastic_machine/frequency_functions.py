@@ -1,10 +1,4 @@
-"""What a chain answers at a frequency, and what its first mode alone misses.
-
-References
-----------
-Yu. A. Semenov, N. S. Semenova, Transient processes in an elastic machine (2024, in
-Russian), (8), (9), (13) and (19).
-"""
+"""Frequency functions (8), (9); what the first mode misses of (13) and (19)."""
 
 from dataclasses import replace
 from typing import Any

@@ -1,9 +1,6 @@
 """Natural frequencies and shapes of the chain, and the residual vibration of each.
 
-References
-----------
-Yu. A. Semenov, N. S. Semenova, Transient processes in an elastic machine (2024, in
-Russian); equation numbers are the paper's. In alpha, beta, gamma it prints h_s for h_m.
+In alpha, beta, gamma the paper prints h_s for h_m.
 """
 
 from typing import NamedTuple

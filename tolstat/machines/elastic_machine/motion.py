@@ -8,10 +8,7 @@ beforehand, and C theta - M = C (theta - C^-1 M): each spring is wound up from w
 would rest. Rows are of masses; called on arrays [row, lane] the equations run in NumPy,
 compiled they run in registers.
 
-References
-----------
-Yu. A. Semenov, N. S. Semenova, Transient processes in an elastic machine (2024, in
-Russian): (1) for one mass, and what (7) is made of for a chain. In (7) phi0' is a
+This is (1) for one mass, and what (7) is made of for a chain. In (7) phi0' is a
 misprint of phi0''.
 """
 

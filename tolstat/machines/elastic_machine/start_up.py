@@ -9,12 +9,9 @@ mean of every f is 1, so that all laws reach omega0 at t0:
                  and falls; in the rise the jerk rises, is held and falls by thirds
     cycloid      1 - cos 2 pi s, of a speed along a cycloid, s - sin(2 pi s)/(2 pi)
 
-References
-----------
-Yu. A. Semenov, N. S. Semenova, Transient processes in an elastic machine (2024, in
-Russian); equation numbers are the paper's. It prints the constant acceleration alone;
-the polynomial is drive law (1) of the stand (E. Ya. Antonyuk, A. G. Zabuga, 2012), the
-thirds of the trapezoidal jerk are a choice made here.
+The paper prints the constant acceleration alone; the polynomial is drive law (1) of the
+stand (E. Ya. Antonyuk, A. G. Zabuga, 2012), the thirds of the trapezoidal jerk are a
+choice made here.
 """
 
 from collections.abc import Callable, Mapping, Sequence

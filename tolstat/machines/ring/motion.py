@@ -11,11 +11,8 @@ sum t_j b_j. Cutting forces act while the depth of cut t_R is above zero. Rows a
 harmonics; called on arrays [row, lane] the equations run in NumPy, compiled they run in
 registers.
 
-References
-----------
-A. I. Polunin, Mathematical simulation of dynamics of a rotating ring on supports
-exposed to cutting forces (2012, in Russian); equation numbers are the paper's. In (5)
-the second square is (U' - Omega V)^2; the tool's damping, printed K_T, is c_c here.
+In (5) the second square is (U' - Omega V)^2; the tool's damping, printed K_T, is c_c
+here.
 """
 
 from collections import namedtuple

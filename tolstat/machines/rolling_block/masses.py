@@ -2,10 +2,7 @@
 
 A mass may go where the highest frequency wanted is far below its partial frequency
 sqrt(K_ii/Q_i)/(2 pi), which it has with all others held. "Far" is assumed: a third.
-
-References
-----------
-P. V. Krot (2010), "Model of the block": condition number and partial frequencies.
+The paper, "Model of the block": condition number and partial frequencies.
 """
 
 import numpy as np

@@ -90,8 +90,8 @@ def tracked(phi: Array, reference: Array) -> tuple[NDArray[np.intp], Array]:
 def antiphase(phi: Array) -> Truths:
     """Return the gaps whose stands swing in antiphase: there tension swings.
 
-    bool[trial, mode, gap] of phi[trial, mass, mode]; gaps 31-32, 32-33, 33-34. Krot
-    (2010), Table 1 and the text before it: at 22.7 and 62.8 Hz stands 32-33, at 25.2 Hz
+    bool[trial, mode, gap] of phi[trial, mass, mode]; gaps 31-32, 32-33, 33-34. The
+    paper, Table 1 and the text before it: at 22.7 and 62.8 Hz stands 32-33, at 25.2 Hz
     33-34, at 31.8 Hz 31-32, at the others none.
     """
     size = np.abs(phi)

@@ -5,12 +5,8 @@ no tooth numbers and no stage ratios. Assumed here: stage A has two positions a,
 B, C and D have four each, b, c, d; ratios grow geometrically. That is the smallest
 gearbox with both printed ranges and the number 128.
 
-References
-----------
-P. V. Krot, Dynamic model of the gear drive of variable structure of a high-speed
-wire-rod rolling block (2010, in Russian); Fig. 3 and the equations (1) are the paper's.
-"Modal analysis": motor to roll 0.1572 to 1.2173 (stands 31, 32) and 0.0778 to 0.5330
-(stands 33, 34).
+Fig. 3 and the equations (1) are the paper's. "Modal analysis": motor to roll 0.1572 to
+1.2173 (stands 31, 32) and 0.0778 to 0.5330 (stands 33, 34).
 """
 
 from collections.abc import Mapping

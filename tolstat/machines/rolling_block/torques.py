@@ -1,8 +1,6 @@
 """Random rolling torques, beats of near modes, and pulses that travel with the rod.
 
-References
-----------
-P. V. Krot (2010): spectra of random loads, advantage 4 of the method; "Modelling":
+The paper: spectra of random loads, advantage 4 of the method; "Modelling":
 beats of 3 to 5 Hz, and delays of 3 to 10 ms from stand to stand.
 """
 

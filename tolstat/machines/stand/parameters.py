@@ -1,10 +1,4 @@
-"""Parts of a stand from its deviations, and the parameters of the equations.
-
-References
-----------
-E. Ya. Antonyuk, A. G. Zabuga, On the dynamic loading of machines with parallel
-statically indeterminate kinematic chains (2012); equation numbers are the paper's.
-"""
+"""Parts of a stand from its deviations, and the parameters of the equations."""
 
 from collections import namedtuple
 from collections.abc import Mapping

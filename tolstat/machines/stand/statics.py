@@ -3,11 +3,6 @@
 Members deform by F(x): meshes, shafts, rods, and the guides where they hold the yaw; x
 are the positions, gear 13 is held. J = dF/dx, det J on the paper's page 2. Members in
 excess of rank J can be loaded from within: degree of indeterminacy and self-stress.
-
-References
-----------
-E. Ya. Antonyuk, A. G. Zabuga, On the dynamic loading of machines with parallel
-statically indeterminate kinematic chains (2012).
 """
 
 from typing import NamedTuple
