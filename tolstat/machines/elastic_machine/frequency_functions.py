@@ -12,7 +12,7 @@ from tolstat.machines.elastic_machine.declarations import Settings
 from tolstat.machines.elastic_machine.modes import modes_of, of_springs
 from tolstat.machines.elastic_machine.parameters import build
 from tolstat.machines.elastic_machine.trials import simulated
-from tolstat.model.view import Axis, Chart, Curve, Listing, Panel
+from tolstat.model.view import Axis, Chart, Curve, Listing, Picture
 
 POINTS = 2000  # of a diagram
 SAMPLES = 40_000  # of a motion, whose peaks a parabola refines
@@ -47,14 +47,11 @@ def response(deviations: Array, settings: Settings) -> Chart:
         for r in dict.fromkeys((n, 1))
     ]
     own = Curve(f"sigma_{n}", "s^2", "", "by the programmed acceleration", sizes)
-    return Chart(
+    return Chart.of(
         Axis("frequency", "Hz"),
         omega / (2.0 * np.pi),
-        (*torques, own),
-        panels=(
-            Panel.of(f"Twist of mass {n} by torques", *torques, logarithmic=True),
-            Panel.of(f"Twist of mass {n} by acceleration", own, logarithmic=True),
-        ),
+        Picture(f"Twist of mass {n} by torques", *torques, logarithmic=True),
+        Picture(f"Twist of mass {n} by acceleration", own, logarithmic=True),
     )
 
 
