@@ -55,15 +55,9 @@ def description_of(settings: Settings, design: Design) -> Description:
     contributors = (
         _C("helix_error_2", "rad", "db2", "helix angle of wheel 2 of all satellites", "axial forces", part="helix angles", shown="mrad"),
         _C("helix_error_3", "rad", "db3", "helix angle of wheel 3 of all satellites", "axial forces", part="helix angles", shown="mrad"),
-        *(
-            _C(f"position_error_{j}", "m", f"e{j}", f"position of satellite {j}, {where}; above 0 takes more load", "load sharing", gear=spacing, part="satellite positions")
-            for j in range(1, k + 1)
-        ),
+        *(_C(f"position_error_{j}", "m", f"e{j}", f"position of satellite {j}, {where}; above 0 takes more load", "load sharing", gear=spacing, part="satellite positions") for j in range(1, k + 1)),
         _C("centre_distance", "m", "da", "centre distance of both pairs", "backlash", design.a),
-        *(
-            _C(f"tooth_thickness_{n}", "m", f"E{n}", f"thickness of the teeth of wheel {n} at the pitch circle, transverse", "backlash", part="tooth thicknesses")
-            for n in (1, 2, 3, 4)
-        ),
+        *(_C(f"tooth_thickness_{n}", "m", f"E{n}", f"thickness of the teeth of wheel {n} at the pitch circle, transverse", "backlash", part="tooth thicknesses") for n in (1, 2, 3, 4)),
     )  # fmt: skip
     responses = (
         _R("residual_axial_force", "N", "F_a", "mean residual axial force on a satellite; above 0: of wheel 2", "2T/dw2 tan(b2 + db2) - 2T/dw3 tan(b3 + db3)"),

@@ -104,9 +104,7 @@ class Asked:
         if len(set(lobes)) < len(lobes):
             yield f"out_of_roundness_harmonics = {list(lobes)}: list each harmonic once"
         for k in range(1, NAMED_LOBES + 1):
-            if k not in lobes and (
-                self.nominal(amplitude(k)) or self.nominal(phase(k))
-            ):
+            if k not in lobes and any(map(self.nominal, (amplitude(k), phase(k)))):
                 yield f"{amplitude(k)} or its phase is given, but {k} is not in out_of_roundness_harmonics = {list(lobes)}"
 
     def nominal(self, name: str) -> float:
@@ -126,9 +124,8 @@ class Asked:
     @property
     def step(self) -> float:
         """Longest step, s: max_step, or what the fastest lobes of the blank permit."""
-        return min(
-            self.max_step, 1.0 / (max(self.out_of_roundness_harmonics) * self.speed)
-        )
+        fastest = max(self.out_of_roundness_harmonics)
+        return min(self.max_step, 1.0 / (fastest * self.speed))
 
     @property
     def middle_radius(self) -> float:
@@ -143,25 +140,21 @@ class Asked:
         return PAPER_INNER_RADIUS if self.inner_radius is None else self.inner_radius
 
 
-def _lobes() -> list[tuple[str, type, Any]]:
-    """Return amplitude and phase of each harmonic of out-of-roundness, declared."""
-    declared: list[tuple[str, type, Any]] = []
+def _lobes() -> Iterator[tuple[str, type, Any]]:
+    """Yield amplitude and phase of each harmonic of out-of-roundness, declared."""
     for k in range(1, NAMED_LOBES + 1):
         words = "run-out" if k == 1 else f"out-of-roundness with {k} lobes"
-        size = setting(0.0, f"{words} of the blank, amplitude e_{k}", unit="m")
-        shift = setting(0.0, f"its phase psi_{k}", unit="rad")
-        declared += [(amplitude(k), float, size), (phase(k), float, shift)]
-    return declared
+        yield (
+            amplitude(k),
+            float,
+            setting(0.0, f"{words} of the blank, amplitude e_{k}", unit="m"),
+        )
+        yield phase(k), float, setting(0.0, f"its phase psi_{k}", unit="rad")
 
 
 # written out, these would be twenty-four equal declarations
-Settings = dataclasses.make_dataclass(
-    "Settings",
-    _lobes(),
-    bases=(Asked,),
-    namespace={"__module__": __name__, "__doc__": "Settings of the ring, SI."},
-    frozen=True,
-)
+NAMED = {"__module__": __name__, "__doc__": "Settings of the ring, SI."}
+Settings = dataclasses.make_dataclass("Settings", _lobes(), bases=(Asked,), namespace=NAMED, frozen=True)  # fmt: skip
 
 
 _PARTS = (
@@ -182,9 +175,7 @@ _PARTS = (
     Contributor("cutting_force", "1", "P", "scale of both cutting forces", "(10)", part="cut"),
     Contributor("force_exponent", "1", "x_P", "exponent of the depth in the radial force, absolute", "(10)", shown="1", part="cut"),
 )  # fmt: skip
-RELATIVE = {
-    each.name for each in _PARTS if each.unit == "1" and each.name != "force_exponent"
-}
+RELATIVE = {each.name for each in _PARTS if each.unit == "1"} - {"force_exponent"}
 
 _RESPONSES = (
     Response("depth_min", "m", "min t_R", "smallest depth of cut", "(10)"),
@@ -195,11 +186,7 @@ _RESPONSES = (
     Response("peak_error", "m", "t_R0 - min t_R", "greatest machining error", "(10)"),
     Response("out_of_cut_share", "1", "tau", "share of the time out of the cut", "(10)", range=SHARE),
     Response("tool_travel", "m", "max |X_P|", "greatest displacement of the tool", "tool equation", range=POSITIVE),
-    *(
-        Response(f"roller_{i}_{which}", "N", f"{which} l_{i}", f"{words} force of the roller at pi {sign} alpha on the ring, outwards, without gravity", "(3), (4)")
-        for i, sign in ((1, "-"), (2, "+"))
-        for which, words in (("min", "smallest"), ("max", "greatest"))
-    ),
+    *(Response(f"roller_{i}_{which}", "N", f"{which} l_{i}", f"{words} force of the roller at pi {sign} alpha on the ring, outwards, without gravity", "(3), (4)") for i, sign in ((1, "-"), (2, "+")) for which, words in (("min", "smallest"), ("max", "greatest"))),
     Response("roller_lift", "1", "l/G", "greatest outward force of a roller over its dead load; below 1 both rollers hold", "(3), (4)", shown="%"),
     Response("radial_force_peak", "N", "max P_R", "peak radial cutting force", "(10)", range=POSITIVE),
     Response("tangential_force_peak", "N", "max P_T", "peak tangential cutting force", "(10)", range=POSITIVE),
@@ -226,10 +213,7 @@ def description_of(settings: Asked) -> Description:
             Contributor(phase(k), "rad", f"psi_{k}", f"phase of the {k} lobes", "t_R", shown="deg", part="blank"),
         )
     ]  # fmt: skip
-    left_out = (
-        *(CRITICAL if settings.hoop else ()),
-        *(() if settings.rests else OF_REST),
-    )
+    left_out = (CRITICAL if settings.hoop else ()) + (() if settings.rests else OF_REST)
     responses = tuple(each for each in _RESPONSES if each.name not in left_out)
     return Description((*_PARTS, *lobes), responses)
 

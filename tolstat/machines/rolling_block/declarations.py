@@ -24,13 +24,11 @@ from tolstat.units.grammar import Range
 
 RPM = 2 * np.pi / 60
 
+SHAFTS = ("motor", "rolls_31", "rolls_34")
 MESH = {
     "teeth": column("number of teeth of the gear", like=1, at_least=1),
-    "shaft": column(
-        "shaft of the gear", like="motor", choices=("motor", "rolls_31", "rolls_34")
-    ),
+    "shaft": column("shaft of the gear", like="motor", choices=SHAFTS),
 }
-
 SPECTRUM = {
     "frequency": column("frequency", unit="Hz", at_least=0.0),
     "density": column("one-sided density", unit="N^2 m^2 s", at_least=0.0),
@@ -157,22 +155,18 @@ class Settings:
 _C = Contributor
 _R = Response
 
-JOINED = tuple(
-    f"{structure.MASSES[i]} to {structure.MASSES[j]}" for i, j in structure.LINKS
-)
-N_MODES = len(structure.LINKS)
-
+JOINED = {ij: f"{structure.MASSES[i]} to {structure.MASSES[j]}" for ij, (i, j) in zip(structure.LINK_NAMES, structure.LINKS, strict=True)}  # fmt: skip
 CONTRIBUTORS = (
     *(_C(f"inertia_{i}", "1", f"Q{i}", f"moment of inertia: {mass}", "(1)", part="inertias") for i, mass in enumerate(structure.MASSES, start=1)),
-    *(_C(f"stiffness_{ij}", "1", f"C{ij}", f"torsional stiffness: {joined}", "(1)", part="stiffnesses") for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
+    *(_C(f"stiffness_{ij}", "1", f"C{ij}", f"torsional stiffness: {joined}", "(1)", part="stiffnesses") for ij, joined in JOINED.items()),
     _C("damping", "1", "zeta", "damping ratio of every elastic mode", "modal damping", part="damping"),
 )  # fmt: skip
 
 RESPONSES = (
-    *(_R(f"frequency_{r}", "Hz", f"f{r}", f"natural frequency {r}, ascending, without the rigid mode", "(1)", shown="Hz", range=POSITIVE) for r in range(1, N_MODES + 1)),
-    *(_R(f"amplification_{ij}", "1", f"K{ij}", f"peak moment over the static one: {joined}", "max |M_ij| / M_ij,static", shown="1", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
-    *(_R(f"moment_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, loads stepping: {joined}", "(2)", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
-    *(_R(f"pulse_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, pulse on a stand: {joined}", "(2)", shown="N m", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
+    *(_R(f"frequency_{r}", "Hz", f"f{r}", f"natural frequency {r}, ascending, without the rigid mode", "(1)", shown="Hz", range=POSITIVE) for r in range(1, len(JOINED) + 1)),
+    *(_R(f"amplification_{ij}", "1", f"K{ij}", f"peak moment over the static one: {joined}", "max |M_ij| / M_ij,static", shown="1", range=POSITIVE) for ij, joined in JOINED.items()),
+    *(_R(f"moment_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, loads stepping: {joined}", "(2)", range=POSITIVE) for ij, joined in JOINED.items()),
+    *(_R(f"pulse_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, pulse on a stand: {joined}", "(2)", shown="N m", range=POSITIVE) for ij, joined in JOINED.items()),
     _R("cancellation", "1", "|a2/a1|", "contribution of mode 2 to M12 over that of mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
     _R("leakage", "1", "|a3,4/a1|", "larger contribution of the local modes 3, 4 to M12 over that of mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
     _R("antiphase_pattern", "1", "", "1 if stands swing in antiphase where they do in the nominal drive, else 0", "Table 1", shown="count", range=SHARE),
