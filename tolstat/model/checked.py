@@ -35,10 +35,7 @@ TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
 def check_model(model: object) -> Model:
     """Return an object that is a model; refuse any other.
 
-    Raises
-    ------
-    ModelError
-        If it is something else, or lacks a part that every model has.
+    Raises ModelError if it is something else, or lacks a part that every model has.
     """
     if isinstance(model, type) and issubclass(model, Model):
         try:
@@ -122,18 +119,9 @@ def _writable(stream: Any, *, closed: bool = False) -> bool:
 def described(model: Model, settings: Any) -> Description:
     """Return contributors and responses, their names and units checked.
 
-    Parameters
-    ----------
-    model : Model
-        The model.
-    settings : object
-        Its settings; contributors and responses may depend on them.
-
-    Raises
-    ------
-    ModelError
-        If a name cannot be typed, is given twice or reserved, a unit is unknown, a
-        range is wrong, or there is no response. The message names model and fault.
+    They may depend on the settings. Raises ModelError if a name cannot be typed, is
+    given twice or reserved, a unit is unknown, a range is wrong, or there is no
+    response. The message names model and fault.
     """
     with _asking(model, "describe"):
         contributors, responses = model.describe(settings)
@@ -209,15 +197,8 @@ def _check_declared(
 def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
     """Return the checked answers of deviations[trial, contributor], SI.
 
-    Returns
-    -------
-    Answers
-        With the status of every trial; the responses of failed trials are NaN.
-
-    Raises
-    ------
-    ModelError
-        If shapes, statuses or numbers do not fit the contract.
+    Every trial has a status; the responses of failed trials are NaN. Raises ModelError
+    if shapes, statuses or numbers do not fit the contract.
     """
     rows = deviations.view()
     rows.flags.writeable = False  # the stored deviations stay as they were sampled
@@ -245,10 +226,7 @@ def _evaluated(model: Model, rows: Array, settings: Any) -> Answers:
 def impossible(model: Model, deviations: Array, settings: Any) -> NDArray[np.int64]:
     """Return which trials of deviations[trial, contributor], SI, cannot be built.
 
-    Returns
-    -------
-    int64[trial]
-        0 if a trial can be built, else its status.
+    int64[trial]: 0 if a trial can be built, else its status.
     """
     with _asking(model, "impossible"):
         told = {**model.impossible(deviations, settings)}
@@ -370,10 +348,7 @@ def history_of(
 ) -> tuple[Chart, Answers]:
     """Return the checked history of one trial of deviations[contributor], SI.
 
-    Raises
-    ------
-    ModelError
-        If the model does not move, or the step, s, is not above zero.
+    Raises ModelError if the model does not move, or the step, s, is not above zero.
     """
     if not 0 < step < np.inf:
         raise ModelError(f"step = {step:g}: a time above 0 s is expected")
@@ -404,12 +379,8 @@ def offers(model: Model) -> dict[str, Offer]:
 def shown(model: Model, offer: Offer, deviations: Array, settings: Any) -> View:
     """Return one of the model's views, checked; see `Offer`.
 
-    Rows of `deviations` that cannot be built are left out.
-
-    Raises
-    ------
-    ModelError
-        If the first row of `deviations` cannot be built: there is nothing to show.
+    Rows of `deviations` that cannot be built are left out. Raises ModelError if the
+    first row of `deviations` cannot be built: there is nothing to show.
     """
     check_possible(model, deviations[:1], settings, "this machine")
     possible = impossible(model, deviations, settings) == 0

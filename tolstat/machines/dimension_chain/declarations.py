@@ -36,10 +36,7 @@ class Settings:
     def __post_init__(self) -> None:
         """Check that the formula names links, and has a value where all are nominal.
 
-        Raises
-        ------
-        ModelError
-            If not; the message says where in the formula, and why.
+        Raises ModelError if not; the message says where in the formula, and why.
         """
         if self.gap == CLEARANCE and not set(WAVE_GEAR) <= set(self.links):
             raise ModelError(

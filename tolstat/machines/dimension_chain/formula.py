@@ -35,10 +35,8 @@ class Formula:
     def __post_init__(self) -> None:
         """Read it once.
 
-        Raises
-        ------
-        ModelError
-            If it holds anything else; the message gives place, text and allowed words.
+        Raises ModelError if it holds anything else; the message gives place, text and
+        allowed words.
         """
         # lines may be broken for the eye
         object.__setattr__(self, "text", " ".join(self.text.split()))
@@ -61,10 +59,8 @@ class Formula:
     def worked_out(self, algebra: Algebra) -> Any:
         """Return the value of the formula: numbers, slopes or dimensions.
 
-        Raises
-        ------
-        ModelError
-            If the algebra refuses a step (`ValueError`): its place and the reason.
+        Raises ModelError if the algebra refuses a step (`ValueError`): its place and
+        the reason.
         """
         return self._value(self._tree, algebra)
 

@@ -26,12 +26,9 @@ TABLE_COLUMNS = {
 class Settings:
     """Settings of the elastic machine, SI; each has a sentence.
 
-    Raises
-    ------
-    ModelError
-        If the chain's lists differ in length, a load torque acts on a missing mass or
-        after the horizon, the start-up does not end within the horizon, or nothing
-        moves the machine.
+    Raises ModelError if the chain's lists differ in length, a load torque acts on a
+    missing mass or after the horizon, the start-up does not end within the horizon, or
+    nothing moves the machine.
     """
 
     # fmt: off

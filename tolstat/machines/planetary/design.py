@@ -25,13 +25,8 @@ def design_of(settings: Settings) -> Design:
 
     Wheels 1 and 2 have no profile shift. Wheels 3 and 4 have none either where both
     helix angles come from the balance; where an angle is given, they have the shift
-    that makes them coaxial.
-
-    Raises
-    ------
-    ModelError
-        If it cannot be coaxial, has no helix angles, satellites touch, or cannot be
-        assembled.
+    that makes them coaxial. Raises ModelError if it cannot be coaxial, has no helix
+    angles, satellites touch, or cannot be assembled.
     """
     scheme = SCHEMES[settings.scheme]
     z1, z2, z3, z4 = settings.teeth

@@ -17,10 +17,8 @@ SHOWN = {"helix_2": "deg", "helix_3": "deg", "ratio_error": "%"}
 def designs_listing(_: Array, settings: Settings) -> Listing:
     """Return the gears that the settings request.
 
-    Raises
-    ------
-    ModelError
-        If there are none; the message counts the sets of teeth after each condition.
+    Raises ModelError if there are none; the message counts the sets of teeth after each
+    condition.
     """
     i = settings.wanted_ratio or design_of(settings).ratio
     columns, counts = search(settings, i)

@@ -45,11 +45,9 @@ def phase(k: int) -> str:
 class Asked:
     """Workpiece, tool and cut, method, and views, SI.
 
-    Raises
-    ------
-    ModelError
-        If two radii are given, the ring has no hole, the supports lie opposite each
-        other, or a nominal out-of-roundness is of a harmonic that is not listed.
+    Raises ModelError if two radii are given, the ring has no hole, the supports lie
+    opposite each other, or a nominal out-of-roundness is of a harmonic that is not
+    listed.
     """
 
     # fmt: off

@@ -52,12 +52,8 @@ def spectra(frequency: Array, drive: Drive, settings: Settings) -> tuple[Array, 
 def deviations_of(drive: Drive, settings: Settings) -> tuple[Array, Array]:
     """Return the standard deviations of the moments, N m, float64[link], as `spectra`.
 
-    The integral has panels that grow with the distance from each peak.
-
-    Raises
-    ------
-    ModelError
-        If a mode has no damping: random torques swing it without end.
+    The integral has panels that grow with the distance from each peak. Raises
+    ModelError if a mode has no damping: random torques swing it without end.
     """
     (omega, _, theta), (tau, eta) = drive.modes, settings.dampings
     peak, zeta = omega[0] / (2 * np.pi), np.broadcast_to(drive.zeta[0], omega[0].shape)
