@@ -28,8 +28,8 @@ def designs_listing(_: Array, settings: Settings) -> Listing:
             f"no gear found. Of the sets of teeth {left}. Widen z1 ... z4, helix or "
             "ratio_tolerance, or change wanted_ratio, satellites or module_ratio"
         )
-    heads = [Axis(n, UNITS.get(n, "1"), SHOWN.get(n, "")) for n in columns]
-    return Listing(tuple(heads), tuple(columns.values()), SENTENCE)
+    every = ((n, UNITS.get(n, "1"), SHOWN.get(n, ""), x) for n, x in columns.items())
+    return Listing.of(SENTENCE, *every)
 
 
 def existence_chart(_: Array, settings: Settings) -> Chart:

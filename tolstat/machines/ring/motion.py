@@ -40,17 +40,9 @@ HEAD, RING = len(Tool._fields), len(Ring._fields)
 def depth_of_cut(t: Array, y: Array, e: Array, tool: Tool, ring: Ring) -> Array:
     """Return t_R = t_R0 + U(theta_R) + X and the out-of-roundness of the blank, m.
 
-    Parameters
-    ----------
-    t : float64[lanes]
-        Time, s.
-    y : float64[state, lanes]
-        a, b, a', b' of harmonics 2 to N, m, m/s; then X, X'.
-    e : float64[3 lobes, lanes]
-        Of each harmonic k of out-of-roundness: k, e_k cos(k theta_R + psi_k)
-        and e_k sin(k theta_R + psi_k), m.
-    tool, ring : Tool, Ring
-        Of the trials.
+    At t[lanes], s; y[state, lanes] are a, b, a', b' of harmonics 2 to N, m, m/s, then
+    X, X'; e[3 lobes, lanes] are, of each harmonic k of out-of-roundness, k,
+    e_k cos(k theta_R + psi_k) and e_k sin(k theta_R + psi_k), m.
     """
     n = len(ring.s)
     t_R = tool.t_R0 + y[4 * n]
@@ -80,18 +72,9 @@ def cutting_forces(t_R: Array, tool: Any) -> tuple[Array, Array]:
 def derivative(
     y: Array, P_R: Array, P_T: Array, tool: Tool, ring: Ring, out: Array
 ) -> tuple[Array, Array]:
-    """Fill a', b', a'', b'', X', X''; return a_1'' and b_1''.
+    """Fill a', b', a'', b'', X', X'' in out[state, lanes]; return a_1'' and b_1''.
 
-    Parameters
-    ----------
-    y : float64[state, lanes]
-        a, b, a', b' of harmonics 2 to N, m, m/s; then X, X'.
-    P_R, P_T : float64[lanes]
-        Cutting forces, N.
-    tool, ring : Tool, Ring
-        Of the trials.
-    out : float64[state, lanes]
-        Filled.
+    y[state, lanes] as in `depth_of_cut`; cutting forces P_R, P_T, N, [lanes].
     """
     n = len(ring.s)
     p_R, p_T = P_R * tool.per_pi_chi, P_T * tool.per_pi_chi

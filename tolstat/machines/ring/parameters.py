@@ -53,9 +53,8 @@ def values_of(deviations: Array, settings: Asked) -> dict[str, Array]:
         nominal = settings.nominal(each.name)
         found[each.name] = nominal * (1.0 + d) if each.name in RELATIVE else nominal + d
     if settings.radius is None:
-        found["radius"] = (
-            settings.inner_radius_given + 0.5 * found["thickness"] + deviations[:, 0]
-        )
+        middle = settings.inner_radius_given + 0.5 * found["thickness"]
+        found["radius"] = middle + deviations[:, 0]
     return found
 
 

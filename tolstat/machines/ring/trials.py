@@ -17,8 +17,6 @@ from tolstat.status import Status
 
 DEPTH, TRAVEL, ROLLER_1, ROLLER_2 = range(4)  # rows with extremes
 OUT = 4  # the row timed above zero, where forces have a kink: -t_R
-
-
 G = 9.81  # m/s2
 
 

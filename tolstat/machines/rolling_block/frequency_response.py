@@ -89,12 +89,9 @@ def response(deviations: Array, settings: Settings) -> Chart:
     frequency = frequencies(drive)
     name, link = settings.response_output, settings.response_link
     answer = channels.output_of(link if name == MOMENT else name, settings)
-    title = (
-        f"M{link}" if name == MOMENT else f"stretch {name}" if name in GAPS else name
-    )
-    sources = {
-        words: channels.loads(*those) for words, those in _loads(settings).items()
-    }
+    title = f"stretch {name}" if name in GAPS else name
+    title = f"M{link}" if name == MOMENT else title
+    sources = {words: channels.loads(*on) for words, on in _loads(settings).items()}
     over = "loads" if len(sources) > 1 or "motor" not in sources else "motor"
     if settings.response_input != LOADS:
         over = settings.response_input

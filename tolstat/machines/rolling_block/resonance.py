@@ -35,11 +35,9 @@ def named_orders(settings: Settings) -> dict[str, float]:
     """Return the excitations by name, and their number per turn of the motor."""
     _, _, i31, i34 = settings.ratios
     turns = {"motor": 1.0, "rolls_31": 1.0 / i31, "rolls_34": 1.0 / i34}
-    orders = settings.orders
-    found = {f"order {str(each).removesuffix('.0')}": each for each in orders}
+    found = {f"order {str(n).removesuffix('.0')}": n for n in settings.orders}
     if settings.rolls:
-        found["rolls 31, 32"] = turns["rolls_31"]
-        found["rolls 33, 34"] = turns["rolls_34"]
+        found |= {"rolls 31, 32": 1.0 / i31, "rolls 33, 34": 1.0 / i34}
     for mesh in settings.meshes:
         name = f"{mesh['teeth']} teeth, {mesh['shaft'].replace('_', ' ')}"
         found[name] = mesh["teeth"] * turns[mesh["shaft"]]
@@ -77,9 +75,8 @@ def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
     none.
     """
     orders = list(named_orders(settings).values())
-    begin, end = free_gaps(
-        *forbidden(omega, orders, settings.band), settings.speed_range
-    )
+    near = forbidden(omega, orders, settings.band)
+    begin, end = free_gaps(*near, settings.speed_range)
     widths = np.maximum(end - begin, 0.0)
     # one by one: the sum is the same in any block
     return np.cumsum(widths, axis=1)[:, -1], np.max(widths, axis=1)
@@ -119,7 +116,7 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
     lower, upper = forbidden(omega, list(orders.values()), settings.band)
     begin, end = free_gaps(lower[:1], upper[:1], settings.speed_range)
     free = [(b, e) for b, e in zip(begin[0], end[0], strict=True) if e > b]
-    drawn = others_or_first(omega)
+    drawn = slice(min(1, len(omega) - 1), None)  # the others, or the first alone
     hits = np.zeros(POINTS)
     for low, high in zip(lower[drawn], upper[drawn], strict=True):
         hits += np.any((n >= low[:, None]) & (n <= high[:, None]), axis=0)
@@ -153,11 +150,6 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
             Panel.of("Rolling speed", *rolling),
         ),
     )
-
-
-def others_or_first(omega: Array) -> slice:
-    """Return the drives of which a fraction is taken: the first if it is alone."""
-    return slice(min(1, len(omega) - 1), None)
 
 
 def ends_of(counts: Array, machines: int) -> tuple[Array, Array]:
@@ -196,7 +188,7 @@ def resonances(deviations: Array, settings: Settings) -> Listing:
     place = np.flatnonzero(meets)[np.argsort(lower[0, meets])]
     order, mode = np.divmod(place, n_modes)
     turns = np.array(list(orders.values()))[order]
-    work, drawn = settings.working_speed, others_or_first(omega)
+    work, drawn = settings.working_speed, slice(min(1, len(omega) - 1), None)
     hit = (lower[drawn][:, place] <= work) & (work <= upper[drawn][:, place])
     sure = ends_of(hit.sum(axis=0), len(hit))
     names = ("from, 95 %", "to, 95 %") if len(omega) > 1 else ()
