@@ -29,6 +29,7 @@ RESERVED = (
 )  # fmt: skip
 DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "number"}
 STREAMS = {"stdout": 1, "stderr": 2}  # of the process, with their descriptors
+Whole = NDArray[np.int64]
 TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
 
 
@@ -60,16 +61,12 @@ def check_model(model: object) -> Model:
     for word in failures:
         if word in words_of().values():
             raise model.fault(f"the failure {word!r} is a word of tolstat; use another")
-    if not isinstance(assumptions, tuple | list) or not all(
-        map(_printable, assumptions)
-    ):
+    listed = isinstance(assumptions, tuple | list)
+    if not listed or not all(map(_printable, assumptions)):
         raise model.fault(f"assumptions must be a tuple of texts, not {assumptions!r}")
     for offer in model.views if isinstance(model.views, tuple | list) else ("",):
-        if not (
-            isinstance(offer, Offer)
-            and _printable(offer.name)
-            and callable(offer.function)
-        ):
+        named = isinstance(offer, Offer) and _printable(offer.name)
+        if not (named and callable(offer.function)):
             raise model.fault(f"views must be a tuple of Offer, not {offer!r}")
     return model
 
@@ -167,9 +164,7 @@ def numbers_of(
     return found
 
 
-def _check_declared(
-    model: Model, declared: Iterable[Contributor | Response | StudyNumber]
-) -> None:
+def _check_declared(model: Model, declared: Iterable[Any]) -> None:
     """Refuse names that cannot be typed, texts that cannot be printed, wrong units."""
     names: set[str] = set()
     for each in declared:
@@ -223,7 +218,7 @@ def _evaluated(model: Model, rows: Array, settings: Any) -> Answers:
     return complete(model, outcome, len(rows), settings)
 
 
-def impossible(model: Model, deviations: Array, settings: Any) -> NDArray[np.int64]:
+def impossible(model: Model, deviations: Array, settings: Any) -> Whole:
     """Return which trials of deviations[trial, contributor], SI, cannot be built.
 
     int64[trial]: 0 if a trial can be built, else its status.
@@ -303,9 +298,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
     return Answers(np.where(done[:, None], responses, np.nan), status, steps)
 
 
-def _whole(
-    model: Model, what: str, values: ArrayLike, trials: int
-) -> NDArray[np.int64]:
+def _whole(model: Model, what: str, values: ArrayLike, trials: int) -> Whole:
     found = _shaped(model, what, values, (trials,))
     if not (np.isfinite(found) & (found >= 0) & (found == np.round(found))).all():
         raise model.fault(f"{what} must be whole numbers from 0")

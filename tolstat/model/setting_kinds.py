@@ -113,13 +113,8 @@ class Number(Kind):
 
     @property
     def allowed(self) -> str:
-        bounds = [
-            f"{word} {self._bound(bound)}"
-            for word, bound in (
-                ("above", self.above), ("from", self.at_least), ("to", self.at_most),
-            )
-            if bound is not None
-        ]  # fmt: skip
+        ends = {"above": self.above, "from": self.at_least, "to": self.at_most}
+        bounds = [f"{w} {self._bound(b)}" for w, b in ends.items() if b is not None]
         unit = [self.unit] if self._has_unit and not bounds else []
         kind = "whole number" if self.whole else "number"
         words = " ".join([kind, *bounds, *unit])
@@ -312,8 +307,8 @@ class Rows(Kind):
 
     @property
     def allowed(self) -> str:
-        columns = "; ".join(
-            f"{key} ({column.kind.allowed}): {column.sentence}"
-            for key, column in self.columns.items()
+        every = (
+            f"{k} ({c.kind.allowed}): {c.sentence}" for k, c in self.columns.items()
         )
-        return f"{'table by name' if self.named else 'list of rows'} with {columns}"
+        kind = "table by name" if self.named else "list of rows"
+        return f"{kind} with {'; '.join(every)}"

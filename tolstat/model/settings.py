@@ -77,9 +77,8 @@ def setting(
         kind = kinds.Quantity()
     elif isinstance(default, Range):
         whole = isinstance(default.lower, int) and isinstance(default.upper, int)
-        kind = kinds.Interval(
-            kinds.Number(unit or "1", above, at_least, at_most, whole=whole)
-        )
+        end = kinds.Number(unit or "1", above, at_least, at_most, whole=whole)
+        kind = kinds.Interval(end)
     else:
         several = isinstance(default, tuple)
         whole = isinstance((*default, 0.0)[0] if several else default, int)

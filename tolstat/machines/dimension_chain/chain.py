@@ -17,6 +17,8 @@ INSIDE = 10  # binary logarithm of the number of points inside the tolerances
 STARTS = 16  # best points, from which searches start
 ROUNDING = 1e-9
 POLE = 100.0  # times the spread of a thousand points: beyond it lies a pole
+# of float64[point, link]: values, float64[point], and slopes, float64[point, link]
+Evaluated = Callable[[Array], tuple[Array, Array]]
 
 
 class Answers(NamedTuple):
@@ -78,7 +80,6 @@ def _worst(
     upper = np.array([nominal[n] + spreads[n].upper for n in names])
 
     def slopes_at(points: Array) -> tuple[Array, Array]:
-        """Return float64[point] and float64[point, link]."""
         links = {n: np.full(len(points), x) for n, x in nominal.items()}
         links |= {n: points[:, i] for i, n in enumerate(names)}
         found = formula.worked_out(Slopes(links))
@@ -126,11 +127,7 @@ def _looked_at(lower: Array, upper: Array) -> Array:
 
 
 def _searched(
-    sign: float,
-    slopes_at: Callable[[Array], tuple[Array, Array]],
-    starts: Array,
-    lower: Array,
-    upper: Array,
+    sign: float, slopes_at: Evaluated, starts: Array, lower: Array, upper: Array
 ) -> float:
     """Return the least value that a search finds (the largest for a sign of -1)."""
     from scipy.optimize import minimize  # slow to import
@@ -153,11 +150,7 @@ def _searched(
 
 
 def _by_coordinates(
-    sign: float,
-    slopes_at: Callable[[Array], tuple[Array, Array]],
-    x: Array,
-    lower: Array,
-    upper: Array,
+    sign: float, slopes_at: Evaluated, x: Array, lower: Array, upper: Array
 ) -> Array:
     """Move one link after another to an end of its tolerance while that helps."""
     best = sign * slopes_at(x[None])[0][0]

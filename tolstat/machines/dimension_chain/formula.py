@@ -105,11 +105,8 @@ class Formula:
                 name = self._function(node)
                 arguments = [self._value(each, algebra, below) for each in args]
                 return self._step(node, algebra.function, name, arguments)
-        raise self._refused(
-            node,
-            "links, numbers, + - * / ** and functions are allowed "
-            f"({', '.join(FUNCTIONS)})",
-        )
+        allowed = "links, numbers, + - * / ** and functions are allowed"
+        raise self._refused(node, f"{allowed} ({', '.join(FUNCTIONS)})")
 
     def _step(self, node: ast.expr, rule: Any, *parts: Any) -> Any:
         try:

@@ -3,13 +3,8 @@
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.stand.clearance import (
-    Contacts,
-    excess_of,
-    joints_of,
-    met,
-    play_of,
-)
+from tolstat.machines.stand import clearance
+from tolstat.machines.stand.clearance import Contacts
 from tolstat.machines.stand.declarations import NO_SHARE, RESPONSES, Settings
 from tolstat.machines.stand.motion import Loads, Motion, Powers, State, motion
 from tolstat.machines.stand.parameters import Parameters, initial_position
@@ -68,15 +63,16 @@ def moved(t: Array, phase: Array, states: Array, p: Parameters) -> Motion:
     """Return the motion at float64[trial or moment, state], `Contacts` last."""
     n = len(State._fields)
     y, contacts = State(*states.T[:n]), Contacts(*states.T[n:])
-    return motion(Moment(t, phase), y, p, joints_of(contacts, p))
+    return motion(Moment(t, phase), y, p, clearance.joints_of(contacts, p))
 
 
 def contacts_at_start(start: Array, p: Parameters) -> Contacts:
     """Return the contacts of trials at rest: those that start loaded touch."""
     still = np.zeros(len(start))
     at = motion(Moment(still, still), State(*start.T), p)
-    play = play_of(at.rods, p)
-    return met(Contacts(*[still] * 6), excess_of(play), play, False)
+    play = clearance.play_of(at.rods, p)
+    sides = clearance.excess_of(play)
+    return clearance.met(Contacts(*[still] * 6), sides, play, False)
 
 
 def outcome_of(solution: Solution, p: Parameters, settings: Settings) -> Outcome:
