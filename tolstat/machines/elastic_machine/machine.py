@@ -22,16 +22,12 @@ class ElasticMachine(Model):
     assumptions = declarations.ASSUMPTIONS
 
     def describe(self, settings: Settings) -> Description:
-        return declarations.description_of(
-            settings, parameters.deflected_at_start_up(settings)
-        )
+        deflected = parameters.deflected_at_start_up(settings)
+        return declarations.description_of(settings, deflected)
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        return {
-            declarations.IMPOSSIBLE: ~parameters.exist(
-                parameters.build(deviations, settings)
-            )
-        }
+        there = parameters.exist(parameters.build(deviations, settings))
+        return {declarations.IMPOSSIBLE: ~there}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         return outcome_of(simulated(deviations, settings), settings)

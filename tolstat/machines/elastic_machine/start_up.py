@@ -19,6 +19,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy import sinc
 
 from tolstat.arrays import Array
 
@@ -39,18 +40,6 @@ def spectrum_of_polynomial(rho: Array) -> Array:
     end = np.exp(-ja)
     by_parts = 12.0 / ja**2 - (48.0 + 24.0 * end) / ja**3 + 72.0 * (1.0 - end) / ja**4
     return np.abs(np.where(np.abs(rho) < 1.0, few_turns, by_parts))
-
-
-def spectrum_of_trapezoidal(rho: Array) -> Array:
-    """Return lambda: the law is three rectangles, 2/3, 2/9 and 1/9 long, folded."""
-    three = np.sinc(rho * 2.0 / 3.0) * np.sinc(rho * 2.0 / 9.0) * np.sinc(rho / 9.0)
-    return np.abs(three)
-
-
-def spectrum_of_cycloid(rho: Array) -> Array:
-    """Return lambda: that of 1, less half of each of its neighbours a turn away."""
-    half = 0.5 * (np.sinc(rho - 1.0) + np.sinc(rho + 1.0))
-    return np.abs(np.sinc(rho) + half)
 
 
 class Law(NamedTuple):
@@ -110,22 +99,26 @@ _NINTHS = tuple(i / 9.0 for i in (1, 2, 3, 6, 7, 8))
 LAWS = {
     # as printed after (13): |sin pi rho|/(pi rho)
     "constant": Law(
-        lambda rho: np.abs(np.sinc(rho)), 1.0, (), (1.0, 1.0), "constant acceleration",
+        lambda rho: np.abs(sinc(rho)), 1.0, (), (1.0, 1.0), "constant acceleration",
         ((1.0,),),
     ),
     "polynomial": Law(
         spectrum_of_polynomial, 16.0 / 9.0, (), (), "speed by a polynomial",
         ((0.0, 12.0, -48.0, 72.0),),
     ),
+    # three rectangles, 2/3, 2/9 and 1/9 long, folded
     "trapezoidal": Law(
-        spectrum_of_trapezoidal, 1.5, _NINTHS, (1.5, 1.5), "trapezoidal jerk",
+        lambda x: np.abs(sinc(x * 2.0 / 3.0) * sinc(x * 2.0 / 9.0) * sinc(x / 9.0)),
+        1.5, _NINTHS, (1.5, 1.5), "trapezoidal jerk",
         (
             (0.0, 0.0, _J), (0.375, 6.75, 0.0), (1.125, 6.75, -_J), (1.5, 0.0, 0.0),
             (1.5, 0.0, -_J), (1.125, -6.75, 0.0), (0.375, -6.75, _J),
         ),
     ),
+    # that of 1, less half of each of its neighbours a turn away
     "cycloid": Law(
-        spectrum_of_cycloid, 2.0, (), (2.0, 1.0), "speed along a cycloid",
+        lambda rho: np.abs(sinc(rho) + 0.5 * (sinc(rho - 1.0) + sinc(rho + 1.0))),
+        2.0, (), (2.0, 1.0), "speed along a cycloid",
         ((0.0, 0.0, 4.0 * np.pi**2),), 2.0 * np.pi,
     ),
 }  # fmt: skip

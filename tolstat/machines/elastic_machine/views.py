@@ -123,11 +123,8 @@ def spectrum(deviations: Array, settings: Settings) -> Chart:
         "lambda": (f"share of the final speed: {law.sentence}", law.spectrum(rho), None)
     }
     if law is not printed:
-        drawn["constant"] = (
-            "the same: constant acceleration",
-            printed.spectrum(rho),
-            None,
-        )
+        values = printed.spectrum(rho)
+        drawn["constant"] = "the same: constant acceleration", values, None
     drawn["modes"] = f"of this trial{beyond}", law.spectrum(near), near
     if len(zeros):
         drawn["zeros"] = "zeros of lambda", 0.0 * zeros, zeros

@@ -142,11 +142,8 @@ def _lobes() -> Iterator[tuple[str, type, Any]]:
     """Yield amplitude and phase of each harmonic of out-of-roundness, declared."""
     for k in range(1, NAMED_LOBES + 1):
         words = "run-out" if k == 1 else f"out-of-roundness with {k} lobes"
-        yield (
-            amplitude(k),
-            float,
-            setting(0.0, f"{words} of the blank, amplitude e_{k}", unit="m"),
-        )
+        words = f"{words} of the blank, amplitude e_{k}"
+        yield amplitude(k), float, setting(0.0, words, unit="m")
         yield phase(k), float, setting(0.0, f"its phase psi_{k}", unit="rad")
 
 
