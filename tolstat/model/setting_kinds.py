@@ -307,8 +307,7 @@ class Rows(Kind):
 
     @property
     def allowed(self) -> str:
-        every = (
-            f"{k} ({c.kind.allowed}): {c.sentence}" for k, c in self.columns.items()
-        )
+        columns = self.columns.items()
+        every = (f"{k} ({c.kind.allowed}): {c.sentence}" for k, c in columns)
         kind = "table by name" if self.named else "list of rows"
         return f"{kind} with {'; '.join(every)}"

@@ -85,8 +85,7 @@ def missed(deviations: Array, settings: Settings) -> Array:
     part = simulated(np.array([[0.0, 0.0, 0.0, *motion]]), first, times)
     theta = whole.solution.history[0, :, :n]
     of_first = part.solution.history[0, :, :1] * k * k * modes.rho[0]
-    found: Array = peak_between(theta - of_first) / peak_between(theta)
-    return found
+    return np.asarray(peak_between(theta - of_first) / peak_between(theta))
 
 
 def first_mode(deviations: Array, settings: Settings) -> Listing:

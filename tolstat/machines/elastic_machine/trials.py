@@ -67,17 +67,14 @@ def outcome_of(trials: Trials, settings: Settings) -> Outcome:
     chains, solution = trials.chains, trials.solution
     peak = solution.peak  # error, residual, torque
     deflected = [s - 1 for s in parameters.deflected_at_start_up(settings)]
-    reference = np.abs(
-        parameters.deflection_at_start_up(chains, settings)[:, deflected]
-    )
+    at_start_up = parameters.deflection_at_start_up(chains, settings)
+    reference = np.abs(at_start_up[:, deflected])
     with np.errstate(divide="ignore", invalid="ignore"):
         factor = peak[:, deflected] / reference
     frequency = natural_frequencies(chains.J, chains.c) / (2.0 * np.pi)
     responses = np.hstack([peak, factor, frequency])
     done = solution.status == Status.DONE
     no_reference = done & (reference == 0.0).any(axis=1)
-    failed = {
-        NO_REFERENCE: no_reference,
-        TOO_LONG: parameters.ends_late(chains, settings),
-    }
+    late = parameters.ends_late(chains, settings)
+    failed = {NO_REFERENCE: no_reference, TOO_LONG: late}
     return Outcome(responses, solution.status, solution.steps, failed)

@@ -154,8 +154,7 @@ def residual(deviations: Array, settings: Settings) -> Chart:
 
     def left(machine: int, t0: Array) -> Array:
         one = Modes(*(each[machine] for each in modes))
-        of_last: Array = left_by_start_up(one, law, omega0, t0)[:, :, -1].sum(axis=1)
-        return of_last
+        return np.asarray(left_by_start_up(one, law, omega0, t0)[:, :, -1].sum(axis=1))
 
     at, integrated = residual_integrated(deviations[0], settings, T_1)
     drawn: Drawn = {

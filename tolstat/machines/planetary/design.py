@@ -33,11 +33,8 @@ def design_of(settings: Settings) -> Design:
     _check_rings(settings)
     i, D = (f(scheme, z1, z2, z3, z4) for f in (ratio, diameter_ratio))
     if i == 0:
-        raise _refused(
-            settings,
-            f"z1 z3 = z2 z4 = {z2 * z4}: wheel 1 would never turn; give "
-            + _other_teeth(settings),
-        )
+        why = f"z1 z3 = z2 z4 = {z2 * z4}: wheel 1 would never turn"
+        raise _refused(settings, f"{why}; give {_other_teeth(settings)}")
     b2, b3 = _helix_angles(settings, D)
     given = settings.helix_2 is not None and settings.helix_3 is not None
     dw2 = settings.module * z2 / math.cos(b2)
@@ -56,9 +53,8 @@ def design_of(settings: Settings) -> Design:
 
 def _refused(settings: Settings, why: str) -> ModelError:
     """Return an error that names the gear."""
-    return ModelError(
-        f"scheme {settings.scheme}, teeth = {list(settings.teeth)}: {why}"
-    )
+    teeth = list(settings.teeth)
+    return ModelError(f"scheme {settings.scheme}, teeth = {teeth}: {why}")
 
 
 def _other_teeth(settings: Settings) -> str:
@@ -115,9 +111,8 @@ def _pressure_angle(settings: Settings, b2: float, b3: float, dw3: float) -> flo
     sin_b = m3 * z3 * math.tan(b3) / dw3
     d3 = m3 * z3 / math.sqrt(1 - sin_b**2) if sin_b < 1 else math.inf
     shift = (dw3 - d3) / 2 * (z4 + scheme.s34 * z3) / z3 / m3
-    cos_alpha = (
-        d3 / dw3 / math.hypot(1, math.tan(settings.pressure_angle) * d3 / (m3 * z3))
-    )
+    tan_alpha = math.tan(settings.pressure_angle)
+    cos_alpha = d3 / dw3 / math.hypot(1, tan_alpha * d3 / (m3 * z3))
     if abs(shift) > MOST_SHIFT or cos_alpha >= 1:
         fits = (z4 + scheme.s34 * z3) / (z1 + scheme.s12 * z2)
         fits *= math.cos(b2) / math.cos(b3)

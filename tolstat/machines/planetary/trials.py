@@ -21,8 +21,7 @@ def residual_axial_force(F: float, db2: Array, db3: Array, design: Design) -> Ar
     b2, b3, D = design.b2, design.b3, design.D
     at_2 = np.sin(db2) / (np.cos(b2) * np.cos(b2 + db2))
     at_3 = np.sin(db3) / (np.cos(b3) * np.cos(b3 + db3))
-    left: Array = F * (design.unbalance + at_2 - D * at_3)
-    return left
+    return np.asarray(F * (design.unbalance + at_2 - D * at_3))
 
 
 class Shares(NamedTuple):
@@ -67,8 +66,7 @@ def backlash(E: tuple[Array, ...], da: Array, design: Design) -> Array:
     s12, s34 = design.scheme
     jt12 = -(E1 + E2) + s12 * 2 * np.tan(design.alpha12) * da
     jt34 = -(E3 + E4) + s34 * 2 * np.tan(design.alpha34) * da
-    j: Array = (jt12 + design.D * jt34) / (design.dw1 / 2)
-    return j
+    return np.asarray((jt12 + design.D * jt34) / (design.dw1 / 2))
 
 
 def felt_in_mesh(design: Design) -> float:
@@ -95,19 +93,12 @@ def parted(
 def faults(deviations: Array, design: Design, settings: Settings) -> dict[str, Truths]:
     """Return which gears cannot be built, by the words of `FAILURES`."""
     db, e, da, E = parted(deviations, design, settings)
-    of = design
-    steep = np.maximum(np.abs(of.b2 + db[0]), np.abs(of.b3 + db[1]))
-    diameters = of.dw1, of.dw2, of.dw3, of.dw4
-    half_pitch = [
-        np.pi * d / z / 2 for d, z in zip(diameters, settings.teeth, strict=True)
-    ]
+    steep = np.maximum(np.abs(design.b2 + db[0]), np.abs(design.b3 + db[1]))
+    diameters = design.dw1, design.dw2, design.dw3, design.dw4
+    wheels = zip(diameters, settings.teeth, strict=True)
+    half_pitch = [np.pi * d / z / 2 for d, z in wheels]
     thin = [np.abs(each) / h for each, h in zip(E, half_pitch, strict=True)]
     depth = DEPTH * settings.module / max(1.0, settings.module_ratio)
-    return {
-        NO_TOOTH: ~(np.maximum.reduce(thin) < 1),
-        NO_MESH: ~(
-            (steep < np.pi / 2)
-            & (np.abs(da) < depth)
-            & (np.abs(e).max(axis=1) < half_pitch[0])
-        ),
-    }
+    meshes = (steep < np.pi / 2) & (np.abs(da) < depth)
+    meshes &= np.abs(e).max(axis=1) < half_pitch[0]
+    return {NO_TOOTH: ~(np.maximum.reduce(thin) < 1), NO_MESH: ~meshes}

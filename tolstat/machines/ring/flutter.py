@@ -60,8 +60,7 @@ def squares(Omega: Array, on: Supported) -> NDArray[np.complex128]:
 def flutters(Omega: Array, on: Supported) -> Truths:
     """Return whether any motion grows, bool[trial]; Omega and growth of sqrt nu."""
     growth = np.sqrt(-squares(Omega, on)).real.max(axis=1)
-    found: Truths = growth > NOTICED
-    return found
+    return np.asarray(growth > NOTICED)
 
 
 def _meeting(p: Array, Omega: Array, on: Supported) -> tuple[Array, Array]:

@@ -45,14 +45,13 @@ def depth_of_cut(t: Array, y: Array, e: Array, tool: Tool, ring: Ring) -> Array:
     e_k cos(k theta_R + psi_k) and e_k sin(k theta_R + psi_k), m.
     """
     n = len(ring.s)
-    t_R = tool.t_R0 + y[4 * n]
+    t_R: Array = tool.t_R0 + y[4 * n]
     for j in range(n):
         t_R = t_R + (ring.u_a[j] * y[j] + ring.u_b[j] * y[n + j])
     for i in range(len(e) // 3):
         turn = e[3 * i] * tool.Omega * t
         t_R = t_R + (e[3 * i + 1] * np.cos(turn) + e[3 * i + 2] * np.sin(turn))
-    found: Array = t_R
-    return found
+    return t_R
 
 
 def cutting_forces(t_R: Array, tool: Any) -> tuple[Array, Array]:

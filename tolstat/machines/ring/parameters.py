@@ -64,8 +64,7 @@ def exist(deviations: Array, settings: Asked) -> Truths:
     positive = np.all([of[name] > 0.0 for name in POSITIVE], axis=0)
     not_negative = np.all([of[name] >= 0.0 for name in NOT_NEGATIVE], axis=0)
     hole = of["radius"] > 0.5 * of["thickness"]
-    found: Truths = positive & not_negative & hole & (of["support_angle"] < np.pi)
-    return found
+    return np.asarray(positive & not_negative & hole & (of["support_angle"] < np.pi))
 
 
 def build(deviations: Array, settings: Asked) -> Rings:

@@ -65,8 +65,7 @@ def mac(phi: Array, reference: Array) -> Array:
     lengths = np.einsum("...ir,...is->...rs", phi * phi, np.ones_like(reference))
     squares = np.einsum("...is,...is->...s", reference, reference)[..., None, :]
     both = lengths * squares
-    criterion: Array = product * product / np.where(both > 0, both, 1.0)
-    return criterion
+    return np.asarray(product * product / np.where(both > 0, both, 1.0))
 
 
 def tracked(phi: Array, reference: Array) -> tuple[NDArray[np.intp], Array]:
@@ -132,8 +131,7 @@ def step(time: Array, omega: Array, zeta: Array) -> Array:
     # (exp(slow t) - exp(fast t))/(slow - fast), which is t exp(slow t) where they meet
     apart = np.where(j_omega_d == 0.0, 1.0, 2.0 * j_omega_d)
     parted = np.where(j_omega_d == 0.0, t, -np.expm1(-2.0 * j_omega_d * t) / apart)
-    followed: Array = (1.0 - np.exp(slow * t) * (1.0 - slow * parted)).real
-    return followed
+    return np.asarray((1.0 - np.exp(slow * t) * (1.0 - slow * parted)).real)
 
 
 def moments(

@@ -22,8 +22,7 @@ class Drive(NamedTuple):
 def exist(deviations: Array) -> Truths:
     """Return which drives can be built."""
     factors = 1.0 + deviations
-    found: Truths = np.all(factors[:, :-1] > 0, axis=1) & (factors[:, -1] >= 0)
-    return found
+    return np.asarray(np.all(factors[:, :-1] > 0, axis=1) & (factors[:, -1] >= 0))
 
 
 def drives(deviations: Array, settings: Settings) -> Drive:

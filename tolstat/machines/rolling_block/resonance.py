@@ -22,8 +22,7 @@ def rolling_speeds(settings: Settings) -> Array:
     """
     _, _, i31, i34 = settings.ratios
     per_turn = np.array([i31, i31, i34, i34])
-    speeds: Array = np.array(settings.roll_diameters) / (2.0 * per_turn)
-    return speeds
+    return np.asarray(np.array(settings.roll_diameters) / (2.0 * per_turn))
 
 
 def fastest(settings: Settings) -> float:

@@ -143,8 +143,7 @@ def residual(drive: Drive, settings: Settings) -> Array:
     """
     omega = drive.modes.omega[:, None, :]
     found = sum(a * np.exp(-1j * omega * t) for t, a in travelling(drive, settings))
-    size: Array = np.abs(found)  # the end of each pulse is among the steps
-    return size
+    return np.asarray(np.abs(found))  # the end of each pulse is among the steps
 
 
 def peaks(drive: Drive, settings: Settings) -> Array:

@@ -127,8 +127,7 @@ def gear_deformations(parts: Parts, settings: Settings) -> Array:
     pinions = np.array([[on_10, on_11], [r2, 0], [0, r2], [-1, 1]])
     K = np.stack([parts.k30, parts.k31, parts.k32, parts.c2], axis=-1)[:, :, None]
     T = -np.linalg.solve(pinions.T @ (K * pinions), pinions.T @ (K * driven))
-    B: Array = driven + pinions @ T
-    return B
+    return np.asarray(driven + pinions @ T)
 
 
 @lru_cache

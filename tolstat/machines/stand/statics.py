@@ -82,8 +82,7 @@ def closed(at: Loops) -> Array:
     scaled = scale[:, None] * at.J
     U, sizes, _ = np.linalg.svd(scaled / np.linalg.norm(scaled, axis=0))
     null = U[:, np.count_nonzero(sizes > ZERO * sizes[0]) :].T
-    found: Array = null * (np.abs(null) > ZERO) * scale
-    return found
+    return np.asarray(null * (np.abs(null) > ZERO) * scale)
 
 
 def self_stress(at: Loops) -> Array:

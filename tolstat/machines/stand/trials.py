@@ -39,10 +39,8 @@ def simulated(
 
     loose = (p.half_c1 > 0) | (p.half_c2 > 0)
     found = solved(SYSTEM, start[~loose], ~loose)
-    states, history = (
-        np.pad(each, ((0, 0), (0, 0), (0, len(Contacts._fields))))
-        for each in (found.states, found.history)
-    )
+    wider = (0, 0), (0, 0), (0, len(Contacts._fields))
+    states, history = (np.pad(y, wider) for y in (found.states, found.history))
     above = np.pad(found.above, ((0, 0), (0, 2)))
     found = found._replace(states=states, history=history, above=above)
     if not loose.any():
