@@ -1,7 +1,5 @@
 """Models by name: those of tolstat, of installed packages, and custom ones."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import sys
@@ -105,9 +103,7 @@ def load(place: str) -> Model:
         raise ModelError(f"{path} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
-    sys.path.insert(
-        0, str(path.resolve().parent)
-    )  # finds modules in the same folder, as Python does
+    sys.path.insert(0, str(path.resolve().parent))  # modules beside it, as Python does
     try:
         with chdir("."):  # it may leave it
             spec.loader.exec_module(module)

@@ -1,7 +1,5 @@
 """Checks of a model: its declarations, and its answers."""
 
-from __future__ import annotations
-
 import math
 import os
 import sys
@@ -31,16 +29,14 @@ RESERVED = (
 )  # fmt: skip
 DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "number"}
 STREAMS = {"stdout": 1, "stderr": 2}  # of the process, with their descriptors
+Whole = NDArray[np.int64]
 TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
 
 
 def check_model(model: object) -> Model:
     """Return an object that is a model; refuse any other.
 
-    Raises
-    ------
-    ModelError
-        If it is something else, or lacks a part that every model has.
+    Raises ModelError if it is something else, or lacks a part that every model has.
     """
     if isinstance(model, type) and issubclass(model, Model):
         try:
@@ -60,21 +56,17 @@ def check_model(model: object) -> Model:
     ):
         raise model.fault(
             "failures must map a word to the sentence that has to be true, such as "
-            f'{{"cuts air": "the tool stays in the cut"}}, not {failures!r}',
+            f'{{"cuts air": "the tool stays in the cut"}}, not {failures!r}'
         )
     for word in failures:
         if word in words_of().values():
             raise model.fault(f"the failure {word!r} is a word of tolstat; use another")
-    if not isinstance(assumptions, tuple | list) or not all(
-        map(_printable, assumptions)
-    ):
+    listed = isinstance(assumptions, tuple | list)
+    if not listed or not all(map(_printable, assumptions)):
         raise model.fault(f"assumptions must be a tuple of texts, not {assumptions!r}")
     for offer in model.views if isinstance(model.views, tuple | list) else ("",):
-        if not (
-            isinstance(offer, Offer)
-            and _printable(offer.name)
-            and callable(offer.function)
-        ):
+        named = isinstance(offer, Offer) and _printable(offer.name)
+        if not (named and callable(offer.function)):
             raise model.fault(f"views must be a tuple of Offer, not {offer!r}")
     return model
 
@@ -101,7 +93,7 @@ def _asking(model: Model, what: str) -> Iterator[None]:
         last = traceback.extract_tb(error.__traceback__)[-1]
         raise model.fault(
             f"{what} fails: {told(error)} "
-            f"({Path(last.filename).name}, line {last.lineno})",
+            f"({Path(last.filename).name}, line {last.lineno})"
         ) from error
 
 
@@ -124,18 +116,9 @@ def _writable(stream: Any, *, closed: bool = False) -> bool:
 def described(model: Model, settings: Any) -> Description:
     """Return contributors and responses, their names and units checked.
 
-    Parameters
-    ----------
-    model : Model
-        The model.
-    settings : object
-        Its settings; contributors and responses may depend on them.
-
-    Raises
-    ------
-    ModelError
-        If a name cannot be typed, is given twice or reserved, a unit is unknown, a
-        range is wrong, or there is no response. The message names model and fault.
+    They may depend on the settings. Raises ModelError if a name cannot be typed, is
+    given twice or reserved, a unit is unknown, a range is wrong, or there is no
+    response. The message names model and fault.
     """
     with _asking(model, "describe"):
         contributors, responses = model.describe(settings)
@@ -148,7 +131,7 @@ def described(model: Model, settings: Any) -> Description:
         if any(each.name == name for each in every):
             raise model.fault(
                 f"the name {name} is reserved for a column of every run "
-                f"({', '.join(RESERVED)})",
+                f"({', '.join(RESERVED)})"
             )
     for each in found.responses:
         try:
@@ -158,7 +141,7 @@ def described(model: Model, settings: Any) -> Description:
         if not lower < upper:
             raise model.fault(
                 f"{each.name}: the range {each.range!r} must be two numbers, the lower "
-                "first",
+                "first"
             )
     return found
 
@@ -176,14 +159,12 @@ def numbers_of(
             raise model.fault(f"number {each.name}: {each.value!r} is not a number")
         if each.of and units.get(each.of) != each.unit:
             raise model.fault(
-                f"number {each.name}: no response {each.of} with its unit, {each.unit}",
+                f"number {each.name}: no response {each.of} with its unit, {each.unit}"
             )
     return found
 
 
-def _check_declared(
-    model: Model, declared: Iterable[Contributor | Response | StudyNumber]
-) -> None:
+def _check_declared(model: Model, declared: Iterable[Any]) -> None:
     """Refuse names that cannot be typed, texts that cannot be printed, wrong units."""
     names: set[str] = set()
     for each in declared:
@@ -193,7 +174,7 @@ def _check_declared(
         if not isinstance(each.name, str) or not each.name.isidentifier():
             raise model.fault(
                 f"the {kind} {each.name!r} cannot be typed; letters, digits and _ are "
-                "allowed, a letter first",
+                "allowed, a letter first"
             )
         if each.name in names:
             raise model.fault(f"{each.name} is given twice")
@@ -211,15 +192,8 @@ def _check_declared(
 def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
     """Return the checked answers of deviations[trial, contributor], SI.
 
-    Returns
-    -------
-    Answers
-        With the status of every trial; the responses of failed trials are NaN.
-
-    Raises
-    ------
-    ModelError
-        If shapes, statuses or numbers do not fit the contract.
+    Every trial has a status; the responses of failed trials are NaN. Raises ModelError
+    if shapes, statuses or numbers do not fit the contract.
     """
     rows = deviations.view()
     rows.flags.writeable = False  # the stored deviations stay as they were sampled
@@ -244,13 +218,10 @@ def _evaluated(model: Model, rows: Array, settings: Any) -> Answers:
     return complete(model, outcome, len(rows), settings)
 
 
-def impossible(model: Model, deviations: Array, settings: Any) -> NDArray[np.int64]:
+def impossible(model: Model, deviations: Array, settings: Any) -> Whole:
     """Return which trials of deviations[trial, contributor], SI, cannot be built.
 
-    Returns
-    -------
-    int64[trial]
-        0 if a trial can be built, else its status.
+    int64[trial]: 0 if a trial can be built, else its status.
     """
     with _asking(model, "impossible"):
         told = {**model.impossible(deviations, settings)}
@@ -312,7 +283,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
         trial, response = np.argwhere(done[:, None] & ~finite)[0]
         raise model.fault(
             f"{names[response]} is {responses[trial, response]} in a trial whose "
-            f"status is done ({trial} of the block of {trials})",
+            f"status is done ({trial} of the block of {trials})"
         )
     for column, each in enumerate(described_now):
         lower, upper = each.range or (-math.inf, math.inf)
@@ -322,14 +293,12 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
             raise model.fault(
                 f"{each.name} is {beyond[0]:.17g} in {len(beyond)} of {trials} trials "
                 f"of a block, outside its declared range {lower:g} .. {upper:g}; "
-                "if rounding causes this, clip it in evaluate",
+                "if rounding causes this, clip it in evaluate"
             )
     return Answers(np.where(done[:, None], responses, np.nan), status, steps)
 
 
-def _whole(
-    model: Model, what: str, values: ArrayLike, trials: int
-) -> NDArray[np.int64]:
+def _whole(model: Model, what: str, values: ArrayLike, trials: int) -> Whole:
     found = _shaped(model, what, values, (trials,))
     if not (np.isfinite(found) & (found >= 0) & (found == np.round(found))).all():
         raise model.fault(f"{what} must be whole numbers from 0")
@@ -353,7 +322,7 @@ def _shaped(
         wanted, there = (" x ".join(map(str, s)) or "one" for s in (shape, found.shape))
         raise model.fault(
             f"{what} of {wanted} numbers are expected, a row for each trial; these are "
-            f"{there}{hint}",
+            f"{there}{hint}"
         )
     return found
 
@@ -372,10 +341,7 @@ def history_of(
 ) -> tuple[Chart, Answers]:
     """Return the checked history of one trial of deviations[contributor], SI.
 
-    Raises
-    ------
-    ModelError
-        If the model does not move, or the step, s, is not above zero.
+    Raises ModelError if the model does not move, or the step, s, is not above zero.
     """
     if not 0 < step < np.inf:
         raise ModelError(f"step = {step:g}: a time above 0 s is expected")
@@ -406,12 +372,8 @@ def offers(model: Model) -> dict[str, Offer]:
 def shown(model: Model, offer: Offer, deviations: Array, settings: Any) -> View:
     """Return one of the model's views, checked; see `Offer`.
 
-    Rows of `deviations` that cannot be built are left out.
-
-    Raises
-    ------
-    ModelError
-        If the first row of `deviations` cannot be built: there is nothing to show.
+    Rows of `deviations` that cannot be built are left out. Raises ModelError if the
+    first row of `deviations` cannot be built: there is nothing to show.
     """
     check_possible(model, deviations[:1], settings, "this machine")
     possible = impossible(model, deviations, settings) == 0
@@ -456,5 +418,5 @@ def _check_panels(model: Model, chart: Chart) -> None:
             if len({units[name] for name in side}) > 1:
                 raise model.fault(
                     f"panel '{panel.title}' mixes units on one axis: "
-                    f"{', '.join(side)}; put one of them to the right",
+                    f"{', '.join(side)}; put one of them to the right"
                 )

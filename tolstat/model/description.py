@@ -1,7 +1,5 @@
 """Contributors and responses, as a model declares them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Kinds of settings: how each is read from a study, checked, and written."""
 
-from __future__ import annotations
-
 import json
 import math
 from abc import ABC, abstractmethod
@@ -115,13 +113,8 @@ class Number(Kind):
 
     @property
     def allowed(self) -> str:
-        bounds = [
-            f"{word} {self._bound(bound)}"
-            for word, bound in (
-                ("above", self.above), ("from", self.at_least), ("to", self.at_most),
-            )
-            if bound is not None
-        ]  # fmt: skip
+        ends = {"above": self.above, "from": self.at_least, "to": self.at_most}
+        bounds = [f"{w} {self._bound(b)}" for w, b in ends.items() if b is not None]
         unit = [self.unit] if self._has_unit and not bounds else []
         kind = "whole number" if self.whole else "number"
         words = " ".join([kind, *bounds, *unit])
@@ -314,8 +307,7 @@ class Rows(Kind):
 
     @property
     def allowed(self) -> str:
-        columns = "; ".join(
-            f"{key} ({column.kind.allowed}): {column.sentence}"
-            for key, column in self.columns.items()
-        )
-        return f"{'table by name' if self.named else 'list of rows'} with {columns}"
+        columns = self.columns.items()
+        every = (f"{k} ({c.kind.allowed}): {c.sentence}" for k, c in columns)
+        kind = "table by name" if self.named else "list of rows"
+        return f"{kind} with {'; '.join(every)}"

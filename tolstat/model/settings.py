@@ -1,7 +1,5 @@
 """Settings of a model: declarations, and checked values."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -56,7 +54,7 @@ def setting(
         Bounds of a number, or of each in a list; the first is excluded.
     choices : sequence of str
         The words allowed, for a setting that is a word.
-    Words that stand for a number, or for None.
+    presets : dict of str to float or None, optional
         Words that stand for a number, or for None.
     count : tuple of int
         How many numbers a list has, at least and at most.
@@ -79,9 +77,8 @@ def setting(
         kind = kinds.Quantity()
     elif isinstance(default, Range):
         whole = isinstance(default.lower, int) and isinstance(default.upper, int)
-        kind = kinds.Interval(
-            kinds.Number(unit or "1", above, at_least, at_most, whole=whole)
-        )
+        end = kinds.Number(unit or "1", above, at_least, at_most, whole=whole)
+        kind = kinds.Interval(end)
     else:
         several = isinstance(default, tuple)
         whole = isinstance((*default, 0.0)[0] if several else default, int)
@@ -148,10 +145,7 @@ def setting_of(model: Model, name: str) -> Setting:
 def make(model: Model, given: Mapping[str, Any] | None = None) -> Any:
     """Return `model.settings` with values by name, SI, or defaults.
 
-    Raises
-    ------
-    ModelError
-        If a name or a value is wrong, or values do not fit each other.
+    Raises ModelError if a name or a value is wrong, or values do not fit each other.
     """
     values = {}
     for name, value in (given or {}).items():
@@ -168,9 +162,6 @@ def make(model: Model, given: Mapping[str, Any] | None = None) -> Any:
 def read(model: Model, given: Mapping[str, Any]) -> Any:
     """Return `model.settings` with the values of a study file, by name.
 
-    Raises
-    ------
-    ModelError, UnitError
-        If a name or a value is wrong.
+    Raises ModelError or UnitError if a name or a value is wrong.
     """
     return make(model, {n: setting_of(model, n).kind.read(v) for n, v in given.items()})

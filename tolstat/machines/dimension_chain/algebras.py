@@ -4,8 +4,6 @@ In dimensions an angle stays an angle while it is alone; with anything else it i
 plain number, so that the length of an arc is radius times angle.
 """
 
-from __future__ import annotations
-
 import math
 import operator
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Results of a chain without trials: worst case, root sum square, contributions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from itertools import product
@@ -19,6 +17,8 @@ INSIDE = 10  # binary logarithm of the number of points inside the tolerances
 STARTS = 16  # best points, from which searches start
 ROUNDING = 1e-9
 POLE = 100.0  # times the spread of a thousand points: beyond it lies a pole
+# of float64[point, link]: values, float64[point], and slopes, float64[point, link]
+Evaluated = Callable[[Array], tuple[Array, Array]]
 
 
 class Answers(NamedTuple):
@@ -41,19 +41,12 @@ def answers(
 ) -> Answers:
     """Return worst case and root sum square of a dimension chain.
 
-    Returns
-    -------
-    Answers
-        The worst case is NaN if the formula has no value somewhere within the
-        tolerances, or jumps there as at a pole. The others are NaN if it has no value
-        or no slope in their middle.
-
-    References
-    ----------
-    Margulis, Mitin, dimension-functional analysis of wave gears with rolling bodies
-    (2010), for the chain; its equations are not printed. Of a linear one the worst case
-    is the sum of |xi| T/2 to either side of the middle, sigma the root of the sum of
-    (xi sigma_i)^2.
+    The worst case is NaN if the formula has no value somewhere within the tolerances,
+    or jumps there as at a pole. The others are NaN if it has no value or no slope in
+    their middle. Margulis, Mitin, dimension-functional analysis of wave gears with
+    rolling bodies (2010), print no equations. Of a linear chain the worst case is the
+    sum of |xi| T/2 to either side of the middle, sigma the root of the sum of (xi
+    sigma_i)^2.
     """
     used = {n: s for n, s in spreads.items() if n in formula.used and s.lower < s.upper}
     constant = {n: s.mean for n, s in spreads.items() if n not in used}
@@ -87,7 +80,6 @@ def _worst(
     upper = np.array([nominal[n] + spreads[n].upper for n in names])
 
     def slopes_at(points: Array) -> tuple[Array, Array]:
-        """Return float64[point] and float64[point, link]."""
         links = {n: np.full(len(points), x) for n, x in nominal.items()}
         links |= {n: points[:, i] for i, n in enumerate(names)}
         found = formula.worked_out(Slopes(links))
@@ -135,11 +127,7 @@ def _looked_at(lower: Array, upper: Array) -> Array:
 
 
 def _searched(
-    sign: float,
-    slopes_at: Callable[[Array], tuple[Array, Array]],
-    starts: Array,
-    lower: Array,
-    upper: Array,
+    sign: float, slopes_at: Evaluated, starts: Array, lower: Array, upper: Array
 ) -> float:
     """Return the least value that a search finds (the largest for a sign of -1)."""
     from scipy.optimize import minimize  # slow to import
@@ -162,11 +150,7 @@ def _searched(
 
 
 def _by_coordinates(
-    sign: float,
-    slopes_at: Callable[[Array], tuple[Array, Array]],
-    x: Array,
-    lower: Array,
-    upper: Array,
+    sign: float, slopes_at: Evaluated, x: Array, lower: Array, upper: Array
 ) -> Array:
     """Move one link after another to an end of its tolerance while that helps."""
     best = sign * slopes_at(x[None])[0][0]

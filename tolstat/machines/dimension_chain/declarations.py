@@ -1,7 +1,5 @@
 """Settings of a chain: its links, and its closing link as a formula."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,10 +36,7 @@ class Settings:
     def __post_init__(self) -> None:
         """Check that the formula names links, and has a value where all are nominal.
 
-        Raises
-        ------
-        ModelError
-            If not; the message says where in the formula, and why.
+        Raises ModelError if not; the message says where in the formula, and why.
         """
         if self.gap == CLEARANCE and not set(WAVE_GEAR) <= set(self.links):
             raise ModelError(

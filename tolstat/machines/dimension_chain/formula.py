@@ -1,7 +1,5 @@
 """The formula of a closing link: read as a tree of a few allowed nodes, never run."""
 
-from __future__ import annotations
-
 import ast
 import keyword
 import math
@@ -37,10 +35,8 @@ class Formula:
     def __post_init__(self) -> None:
         """Read it once.
 
-        Raises
-        ------
-        ModelError
-            If it holds anything else; the message gives place, text and allowed words.
+        Raises ModelError if it holds anything else; the message gives place, text and
+        allowed words.
         """
         # lines may be broken for the eye
         object.__setattr__(self, "text", " ".join(self.text.split()))
@@ -63,10 +59,8 @@ class Formula:
     def worked_out(self, algebra: Algebra) -> Any:
         """Return the value of the formula: numbers, slopes or dimensions.
 
-        Raises
-        ------
-        ModelError
-            If the algebra refuses a step (`ValueError`): its place and the reason.
+        Raises ModelError if the algebra refuses a step (`ValueError`): its place and
+        the reason.
         """
         return self._value(self._tree, algebra)
 
@@ -111,11 +105,8 @@ class Formula:
                 name = self._function(node)
                 arguments = [self._value(each, algebra, below) for each in args]
                 return self._step(node, algebra.function, name, arguments)
-        raise self._refused(
-            node,
-            "links, numbers, + - * / ** and functions are allowed "
-            f"({', '.join(FUNCTIONS)})",
-        )
+        allowed = "links, numbers, + - * / ** and functions are allowed"
+        raise self._refused(node, f"{allowed} ({', '.join(FUNCTIONS)})")
 
     def _step(self, node: ast.expr, rule: Any, *parts: Any) -> Any:
         try:

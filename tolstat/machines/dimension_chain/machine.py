@@ -1,7 +1,5 @@
 """A dimension chain as a model: deviations of its links in, the closing link out."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -66,9 +64,10 @@ class DimensionChain(Model):
             of_worst.append(f"found by a search: the gap rises and falls with {turns}")
             of_rss.append(f"inaccurate: the gap rises and falls with {turns}")
         if math.isnan(found.worst_min):
-            of_worst = [
+            jumps = (
                 "the formula jumps, or has no value, somewhere within the tolerances"
-            ]
+            )
+            of_worst = [jumps]
         worst = "closing link within the tolerances, all links at once"
         numbers = [
             ("worst_min", unit, found.worst_min, f"least {worst}", of_worst),
@@ -82,10 +81,9 @@ class DimensionChain(Model):
                 (f"share_{name}", "1", share, f"of {name} in that variance", of_rss)
                 for name, share in found.shares.items()
             ]
+        gap = {unit: GAP}
         return tuple(
-            StudyNumber(
-                name, of, value, words, "", GAP if of == unit else "", "; ".join(but)
-            )
+            StudyNumber(name, of, value, words, "", gap.get(of, ""), "; ".join(but))
             for name, of, value, words, but in numbers
         )
 

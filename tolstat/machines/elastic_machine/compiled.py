@@ -5,8 +5,6 @@ c, b of each mass; what `motion.Piece` names, of each; of each step of the load 
 phase from which it acts and what it deflects each mass by.
 """
 
-from __future__ import annotations
-
 from tolstat.machines.elastic_machine import motion
 from tolstat.machines.elastic_machine.motion import HEAD, PIECE, Chain
 from tolstat.moving import Moment, compiled, named, rates_signature, rows

@@ -1,8 +1,6 @@
 """Settings, contributors and responses of the elastic machine."""
 
-from __future__ import annotations
-
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,12 +26,9 @@ TABLE_COLUMNS = {
 class Settings:
     """Settings of the elastic machine, SI; each has a sentence.
 
-    Raises
-    ------
-    ModelError
-        If the chain's lists differ in length, a load torque acts on a missing mass or
-        after the horizon, the start-up does not end within the horizon, or nothing
-        moves the machine.
+    Raises ModelError if the chain's lists differ in length, a load torque acts on a
+    missing mass or after the horizon, the start-up does not end within the horizon, or
+    nothing moves the machine.
     """
 
     # fmt: off
@@ -55,62 +50,41 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
+        for fault in self._faults():
+            raise ModelError(fault)
+
+    def _faults(self) -> Iterator[str]:
         n = len(self.inertia)
         for name in ("stiffness", "damping"):
             if (found := len(getattr(self, name))) != n:
-                raise ModelError(
-                    f"{name} has {found} numbers, inertia has {n}: every mass has one "
-                    "of each (damping: 0 for none). The defaults have four masses"
-                )
+                yield f"{name} has {found} numbers, inertia has {n}: every mass has one of each (damping: 0 for none). The defaults have four masses"
         for i, step in enumerate(self.load_torque, start=1):
             where = f"load_torque, row {i}"
             if step["mass"] > n:
                 masses = "1 mass" if n == 1 else f"{n} masses"
-                raise ModelError(
-                    f"{where}: mass = {step['mass']} does not exist, inertia lists "
-                    f"{masses}; load_torque = [] for no load"
-                )
+                yield f"{where}: mass = {step['mass']} does not exist, inertia lists {masses}; load_torque = [] for no load"
             if not step["time"] < self.horizon:
-                raise ModelError(
-                    f"{where}: time = {step['time']:g} s is not before the horizon of "
-                    f"{self.horizon:g} s; enlarge the horizon"
-                )
-        self._check_motion()
+                yield f"{where}: time = {step['time']:g} s is not before the horizon of {self.horizon:g} s; enlarge the horizon"
+        yield from self._faults_of_motion()
         if self.speed == 0 and not any(s["torque"] for s in self.load_torque):
-            raise ModelError(
-                "final_speed = 0 and no load torque: nothing moves the machine"
-            )
+            yield "final_speed = 0 and no load torque: nothing moves the machine"
 
-    def _check_motion(self) -> None:
-        """Refuse a programmed motion that is none, or does not end in time."""
+    def _faults_of_motion(self) -> Iterator[str]:
+        """Yield why a programmed motion is none, or does not end in time."""
         times = [row["time"] for row in self.acceleration]
         table = self.start_up_law == "table"
         if table and (len(times) < 2 or times[-1] <= 0.0 or times != sorted(times)):
-            raise ModelError(
-                'start_up_law = "table" takes two or more rows of acceleration, their '
-                "times ascending and the last above 0 s"
-            )
+            yield 'start_up_law = "table" takes two or more rows of acceleration, their times ascending and the last above 0 s'
         if not table and times:
-            raise ModelError(
-                'acceleration is given: it counts with start_up_law = "table" alone'
-            )
+            yield 'acceleration is given: it counts with start_up_law = "table" alone'
         if table and self.braking_time:
-            raise ModelError(
-                "braking_time: a table brakes by its own rows; leave braking_time at 0"
-            )
+            yield "braking_time: a table brakes by its own rows; leave braking_time at 0"
         t0, end = self.nominal_start_up, self.braking_start + self.braking_time
         name = "acceleration, last time" if table else "start_up_time"
         if not t0 < self.horizon:
-            raise ModelError(
-                f"{name} = {t0:g} s does not end before the horizon of "
-                f"{self.horizon:g} s; enlarge the horizon"
-            )
+            yield f"{name} = {t0:g} s does not end before the horizon of {self.horizon:g} s; enlarge the horizon"
         if self.braking_time and not t0 <= self.braking_start < end < self.horizon:
-            raise ModelError(
-                f"braking lasts from {self.braking_start:g} s to {end:g} s: it must "
-                f"begin after the start-up ({t0:g} s) and end before the horizon "
-                f"({self.horizon:g} s)"
-            )
+            yield f"braking lasts from {self.braking_start:g} s to {end:g} s: it must begin after the start-up ({t0:g} s) and end before the horizon ({self.horizon:g} s)"
 
     @property
     def law(self) -> Law:
@@ -148,10 +122,7 @@ def description_of(settings: Settings, deflected: Collection[int]) -> Descriptio
             *(Contributor(f"stiffness_{s}", "1", f"c_{spring(s)}", f"stiffness of the spring before mass {s}", "C in (7)") for s in masses),
             *(Contributor(f"damping_{s}", "1", f"b_{spring(s)}", f"damping of the spring before mass {s}", "B in (7)") for s in masses),
             Contributor("start_up_time", "s", "t0", "start-up time; the final speed stays the same", "(3), (4)"),
-            *(
-                Contributor(f"load_torque_{i}", "N m", f"M_{i}", f"step of the load torque on mass {step['mass']} at {step['time']:g} s", "M_r in (7)", shown="N m")
-                for i, step in enumerate(settings.load_torque, start=1)
-            ),
+            *(Contributor(f"load_torque_{i}", "N m", f"M_{i}", f"step of the load torque on mass {step['mass']} at {step['time']:g} s", "M_r in (7)", shown="N m") for i, step in enumerate(settings.load_torque, start=1)),
             *([Contributor("braking_time", "s", "t_b", "braking time, from the same speed", "(19)")] if settings.braking_time else ()),
         ),
         (
@@ -162,3 +133,19 @@ def description_of(settings: Settings, deflected: Collection[int]) -> Descriptio
             *(Response(f"frequency_{s}", "Hz", f"k_{s}/2pi", f"natural frequency {s} without damping", "I, C in (7)", range=POSITIVE) for s in masses),
         ),
     )  # fmt: skip
+
+
+ASSUMPTIONS = (
+    "The motion is linear between two events and solved exactly. Audits use a second method, Dormand-Prince 5(4); so do chains of more than 32 masses, and runge_kutta = true.",
+    "The drive follows the programmed motion under any load; the final speed is reached exactly.",
+    "Springs are linear and have no mass; damping is proportional to their rate of twist, and need not be classical; there is no backlash.",
+    "The machine is at rest and without load before t = 0.",
+    "Peak torques are elastic ones, without damping.",
+)  # fmt: skip
+IMPOSSIBLE, TOO_LONG = "cannot exist", "still starting at the horizon"
+NO_REFERENCE = "no static error"
+FAILURES = {
+    IMPOSSIBLE: "inertias, stiffnesses and the start-up time are above 0, damping not below",
+    TOO_LONG: "the start-up ends before the horizon and before braking, which ends before the horizon",
+    NO_REFERENCE: "acceleration and load do not balance at the end of the start-up",
+}

@@ -5,8 +5,6 @@ Each is counted from where it would rest under the load, so that it is driven by
 programmed acceleration alone, and jumps where the load steps.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.arrays import Array

@@ -1,12 +1,4 @@
-"""What a chain answers at a frequency, and what its first mode alone misses.
-
-References
-----------
-Yu. A. Semenov, N. S. Semenova, Transient processes in an elastic machine (2024, in
-Russian), (8), (9), (13) and (19).
-"""
-
-from __future__ import annotations
+"""Frequency functions (8), (9); what the first mode misses of (13) and (19)."""
 
 from dataclasses import replace
 from typing import Any
@@ -20,7 +12,7 @@ from tolstat.machines.elastic_machine.declarations import Settings
 from tolstat.machines.elastic_machine.modes import modes_of, of_springs
 from tolstat.machines.elastic_machine.parameters import build
 from tolstat.machines.elastic_machine.trials import simulated
-from tolstat.model.view import Axis, Chart, Curve, Listing, Panel
+from tolstat.model.view import Axis, Chart, Curve, Listing, Picture
 
 POINTS = 2000  # of a diagram
 SAMPLES = 40_000  # of a motion, whose peaks a parabola refines
@@ -55,14 +47,11 @@ def response(deviations: Array, settings: Settings) -> Chart:
         for r in dict.fromkeys((n, 1))
     ]
     own = Curve(f"sigma_{n}", "s^2", "", "by the programmed acceleration", sizes)
-    return Chart(
+    return Chart.of(
         Axis("frequency", "Hz"),
         omega / (2.0 * np.pi),
-        (*torques, own),
-        panels=(
-            Panel.of(f"Twist of mass {n} by torques", *torques, logarithmic=True),
-            Panel.of(f"Twist of mass {n} by acceleration", own, logarithmic=True),
-        ),
+        Picture(f"Twist of mass {n} by torques", *torques, logarithmic=True),
+        Picture(f"Twist of mass {n} by acceleration", own, logarithmic=True),
     )
 
 
@@ -96,8 +85,7 @@ def missed(deviations: Array, settings: Settings) -> Array:
     part = simulated(np.array([[0.0, 0.0, 0.0, *motion]]), first, times)
     theta = whole.solution.history[0, :, :n]
     of_first = part.solution.history[0, :, :1] * k * k * modes.rho[0]
-    found: Array = peak_between(theta - of_first) / peak_between(theta)
-    return found
+    return np.asarray(peak_between(theta - of_first) / peak_between(theta))
 
 
 def first_mode(deviations: Array, settings: Settings) -> Listing:

@@ -1,19 +1,12 @@
 """The elastic machine as a model: deviations of its parts in, responses out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.elastic_machine import parameters, views
-from tolstat.machines.elastic_machine.declarations import Settings, description_of
-from tolstat.machines.elastic_machine.trials import (
-    FAILURES,
-    IMPOSSIBLE,
-    outcome_of,
-    simulated,
-)
+from tolstat.machines.elastic_machine import declarations, parameters, views
+from tolstat.machines.elastic_machine.declarations import Settings
+from tolstat.machines.elastic_machine.trials import outcome_of, simulated
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
 
@@ -24,25 +17,17 @@ class ElasticMachine(Model):
     name = "elastic_machine"
     title = "elastic transmission: a chain of masses started by a programmed motion"
     settings = Settings
-    failures = FAILURES
+    failures = declarations.FAILURES
     views = views.OFFERS
-    assumptions = (
-        "The motion is linear between two events and solved exactly. Audits use a "
-        "second method, Dormand-Prince 5(4); so do chains of more than 32 masses, and "
-        "runge_kutta = true.",
-        "The drive follows the programmed motion under any load; the final speed is "
-        "reached exactly.",
-        "Springs are linear and have no mass; damping is proportional to their rate of "
-        "twist, and need not be classical; there is no backlash.",
-        "The machine is at rest and without load before t = 0.",
-        "Peak torques are elastic ones, without damping.",
-    )
+    assumptions = declarations.ASSUMPTIONS
 
     def describe(self, settings: Settings) -> Description:
-        return description_of(settings, parameters.deflected_at_start_up(settings))
+        deflected = parameters.deflected_at_start_up(settings)
+        return declarations.description_of(settings, deflected)
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        return {IMPOSSIBLE: ~parameters.exist(parameters.build(deviations, settings))}
+        there = parameters.exist(parameters.build(deviations, settings))
+        return {declarations.IMPOSSIBLE: ~there}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         return outcome_of(simulated(deviations, settings), settings)

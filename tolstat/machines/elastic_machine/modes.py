@@ -1,12 +1,7 @@
 """Natural frequencies and shapes of the chain, and the residual vibration of each.
 
-References
-----------
-Yu. A. Semenov, N. S. Semenova, Transient processes in an elastic machine (2024, in
-Russian); equation numbers are the paper's. In alpha, beta, gamma it prints h_s for h_m.
+In alpha, beta, gamma the paper prints h_s for h_m.
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 
@@ -83,16 +78,12 @@ def modes_of(J: Array, c: Array, b: Array) -> Modes:
 
 
 def left_by_start_up(modes: Modes, law: Law, omega0: float, t0: Array) -> Array:
-    """Return the residual amplitude of each mode of an undamped chain.
+    """Return the residual amplitude of each mode of one undamped chain, rad.
 
+    float64[time, mode, mass], started to omega0, rad/s, in times t0[time], s:
     |rho_s^(m)| k_m times |integral of phi0'' e^(-j k_m t)| = |omega0| lambda, for the
-    constant acceleration 2 eps0 |rho_s^(m)| |sin(k_m t0/2)|.
-
-    Returns
-    -------
-    float64[time, mode, mass]
-        rad, of one chain started to omega0, rad/s, in times t0[time], s. The sum over
-        the modes is an upper bound of their total.
+    constant acceleration 2 eps0 |rho_s^(m)| |sin(k_m t0/2)|. The sum over the modes is
+    an upper bound of their total.
     """
     periods = np.multiply.outer(t0, modes.k) / (2.0 * np.pi)
     share = abs(omega0) * law.spectrum(periods) * modes.k
@@ -102,20 +93,10 @@ def left_by_start_up(modes: Modes, law: Law, omega0: float, t0: Array) -> Array:
 def left_by(modes: Modes, pieces: Array) -> Array:
     """Return the amplitude of each mode when a programmed motion ends, damped, (18).
 
-    |rho_s^(m)| k/sqrt(1 - zeta^2) times |integral of phi0'' e^(zeta k (t - t_e))
-    e^(-j k_d t)| to its end t_e; NaN for a mode that does not swing.
-
-    Parameters
-    ----------
-    modes : Modes
-        Of one chain.
-    pieces : float64[piece, 7]
-        Begin and end, s; phi0'' at the begin, rad/s2, three derivatives, and its turn.
-
-    Returns
-    -------
-    float64[mode, mass]
-        rad.
+    float64[mode, mass], rad, of one chain: |rho_s^(m)| k/sqrt(1 - zeta^2) times
+    |integral of phi0'' e^(zeta k (t - t_e)) e^(-j k_d t)| to its end t_e; NaN for a
+    mode that does not swing. Of float64[piece, 7]: begin and end, s; phi0'' at the
+    begin, rad/s2, three derivatives, and its turn.
     """
     x, weight = np.polynomial.legendre.leggauss(16)
     root = np.sqrt(np.where(modes.zeta < 1.0, 1.0 - modes.zeta**2, np.nan))

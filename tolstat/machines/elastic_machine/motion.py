@@ -8,14 +8,9 @@ beforehand, and C theta - M = C (theta - C^-1 M): each spring is wound up from w
 would rest. Rows are of masses; called on arrays [row, lane] the equations run in NumPy,
 compiled they run in registers.
 
-References
-----------
-Yu. A. Semenov, N. S. Semenova, Transient processes in an elastic machine (2024, in
-Russian): (1) for one mass, and what (7) is made of for a chain. In (7) phi0' is a
+This is (1) for one mass, and what (7) is made of for a chain. In (7) phi0' is a
 misprint of phi0''.
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 
@@ -71,17 +66,10 @@ def acceleration(t: Array, phase: Array, pieces: Array) -> Array:
 
 
 def static_deflection(phase: Array, steps: Array, out: Array) -> None:
-    """Fill C^-1 M(t).
+    """Fill C^-1 M(t), rad, in out[mass, lanes], of phase[lanes].
 
-    Parameters
-    ----------
-    phase : float64[lanes]
-        Of each trial.
-    steps : float64[row, lanes]
-        For each step of the load the phase from which it acts, then what it deflects
-        each mass by, rad.
-    out : float64[mass, lanes]
-        Filled, rad.
+    steps[row, lanes] are, for each step of the load, the phase from which it acts, then
+    what it deflects each mass by, rad.
     """
     n = len(out)
     for s in range(n):
@@ -96,18 +84,10 @@ def static_deflection(phase: Array, steps: Array, out: Array) -> None:
 def derivative(
     phi0__: Array, theta: Array, theta_: Array, static: Array, chain: Chain, out: Array
 ) -> None:
-    """Fill theta' and theta''.
+    """Fill theta', rad/s, then theta'', rad/s2, in out[2 masses, lanes].
 
-    Parameters
-    ----------
-    phi0__ : float64[lanes]
-        Programmed acceleration, rad/s2.
-    theta, theta_, static : float64[mass, lanes]
-        rad, rad/s; the static deflection C^-1 M, rad.
-    chain : Chain
-        Its parts.
-    out : float64[2 masses, lanes]
-        Filled: rad/s, then rad/s2.
+    phi0__[lanes] is the programmed acceleration, rad/s2; theta, theta_ and the static
+    deflection C^-1 M, [mass, lanes], are in rad, rad/s, rad.
     """
     n = len(static)
     # outwards: the torque of the spring before each mass, and of the one behind it
@@ -125,19 +105,11 @@ def derivative(
 
 
 def loads(over: Truths, theta: Array, static: Array, chain: Chain, out: Array) -> None:
-    """Fill the rows with peaks.
+    """Fill the rows with peaks in out[3 masses, lanes].
 
-    Parameters
-    ----------
-    over : bool[lanes]
-        Whether the start-up is.
-    theta, static : float64[mass, lanes]
-        rad; the static deflection may lie in the second third of `out`.
-    chain : Chain
-        Its parts.
-    out : float64[3 masses, lanes]
-        Filled: theta, rad; after start-up what is left of it beside the static
-        deflection, rad; elastic torque of the spring before each mass, N m.
+    theta, rad; after start-up, where it is over[lanes], what is left of it beside the
+    static deflection, rad; elastic torque of the spring before each mass, N m. theta
+    and static[mass, lanes] are in rad; static may lie in the second third of `out`.
     """
     n = len(static)
     twist = theta[0]

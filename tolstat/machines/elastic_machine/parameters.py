@@ -1,7 +1,5 @@
 """Chains and their events, from the deviations of their parts."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

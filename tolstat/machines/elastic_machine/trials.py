@@ -1,31 +1,23 @@
 """Trials: chains followed over the horizon, and their responses."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.elastic_machine import parameters
-from tolstat.machines.elastic_machine.declarations import Settings
+from tolstat.machines.elastic_machine.declarations import (
+    NO_REFERENCE,
+    TOO_LONG,
+    Settings,
+)
 from tolstat.machines.elastic_machine.exact_motion import motion_of
 from tolstat.machines.elastic_machine.modes import natural_frequencies
 from tolstat.model.contract import Outcome
 from tolstat.moving import Accuracy, Solution, System, integrate, solve
 from tolstat.status import Status
 
-IMPOSSIBLE = "cannot exist"
-TOO_LONG = "still starting at the horizon"
-NO_REFERENCE = "no static error"
 MOST_EXACT = 32  # masses
-FAILURES = {
-    IMPOSSIBLE: "inertias, stiffnesses and the start-up time are above 0, damping not "
-    "below",
-    TOO_LONG: "the start-up ends before the horizon and before braking, which ends "
-    "before the horizon",
-    NO_REFERENCE: "acceleration and load do not balance at the end of the start-up",
-}
 
 
 class Trials(NamedTuple):
@@ -75,17 +67,14 @@ def outcome_of(trials: Trials, settings: Settings) -> Outcome:
     chains, solution = trials.chains, trials.solution
     peak = solution.peak  # error, residual, torque
     deflected = [s - 1 for s in parameters.deflected_at_start_up(settings)]
-    reference = np.abs(
-        parameters.deflection_at_start_up(chains, settings)[:, deflected]
-    )
+    at_start_up = parameters.deflection_at_start_up(chains, settings)
+    reference = np.abs(at_start_up[:, deflected])
     with np.errstate(divide="ignore", invalid="ignore"):
         factor = peak[:, deflected] / reference
     frequency = natural_frequencies(chains.J, chains.c) / (2.0 * np.pi)
     responses = np.hstack([peak, factor, frequency])
     done = solution.status == Status.DONE
     no_reference = done & (reference == 0.0).any(axis=1)
-    failed = {
-        NO_REFERENCE: no_reference,
-        TOO_LONG: parameters.ends_late(chains, settings),
-    }
+    late = parameters.ends_late(chains, settings)
+    failed = {NO_REFERENCE: no_reference, TOO_LONG: late}
     return Outcome(responses, solution.status, solution.steps, failed)

@@ -1,7 +1,5 @@
 """Views of a chain: its histories, spectrum, residual vibration and modes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +8,7 @@ from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.elastic_machine import motion
 from tolstat.machines.elastic_machine.declarations import Settings, description_of
-from tolstat.machines.elastic_machine.frequency_functions import (
-    first_mode,
-    response,
-)
+from tolstat.machines.elastic_machine.frequency_functions import first_mode, response
 from tolstat.machines.elastic_machine.modes import (
     Modes,
     left_by,
@@ -31,13 +26,13 @@ from tolstat.machines.elastic_machine.start_up import LAWS, Law
 from tolstat.machines.elastic_machine.trials import Trials, simulated
 from tolstat.model.view import (
     Axis,
-    Band,
     Chart,
     Curve,
     Listing,
     Mark,
     Offer,
     Panel,
+    Picture,
     Span,
     bands_of,
     peaks_of,
@@ -49,6 +44,7 @@ RULE = 5.0, 10.0  # periods of the first mode that the paper recommends
 LONGEST = 200.0  # most periods in the start-up that a spectrum shows
 LOOKED = 3.0  # periods after the longest start-up
 POINTS = 40  # start-ups integrated, beside the closed form
+Drawn = dict[str, tuple[str, Array, Array | None]]  # curves by name, see `curves_of`
 
 
 def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
@@ -82,16 +78,13 @@ def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
         Panel.of("Spring torques", *torque),
         Panel.of("Programmed motion", programmed),
     )
+    words = "programmed motion" if settings.braking_time else "start-up"
     return Chart(
         Axis("time", "s", "s"),
         time,
         (*watched, programmed),
         marks=peaks_of(watched, time, words=""),
-        spans=(
-            Span(
-                0.0, ended, "programmed motion" if settings.braking_time else "start-up"
-            ),
-        ),
+        spans=(Span(0.0, ended, words),),
         panels=panels,
     )
 
@@ -109,51 +102,47 @@ def off_zeros(longest: float) -> Array:
     return 0.005 + 0.01 * np.arange(int(100.0 * longest), dtype=np.float64)
 
 
+def curves_of(unit: str, symbol: str, shown: str, drawn: Drawn) -> list[Curve]:
+    """Return curves by name: sentence and values; of points also where they are."""
+    return [
+        Curve(name, unit, symbol, words, values, at, shown, at is not None)
+        for name, (words, values, at) in drawn.items()
+    ]
+
+
 def spectrum(deviations: Array, settings: Settings) -> Chart:
     """Return lambda(rho), rho the periods in the start-up, with the modes on it."""
     chains, n = build(deviations, settings), len(settings.inertia)
     law, printed = settings.law, LAWS["constant"]
     own = modes_of(*chains[:3]).k[0] * chains.t0[0] / (2.0 * np.pi)
     longest = min(max(RULE[1], 1.1 * own[-1]), LONGEST)
-    drawn = own[own <= longest]
-    beyond = f"; {len(own) - len(drawn)} have more periods" if len(drawn) < n else ""
-    rho = off_zeros(longest)
-    zeros = zeros_of(law, longest)
-
-    def curve(name: str, words: str, values: Array, at: Array | None = None) -> Curve:
-        points = at is not None
-        return Curve(name, "1", "lambda", words, values, at, "1", points)
-
-    curves = [
-        curve("lambda", f"share of the final speed: {law.sentence}", law.spectrum(rho))
-    ]
+    near = own[own <= longest]
+    beyond = f"; {len(own) - len(near)} have more periods" if len(near) < n else ""
+    rho, zeros = off_zeros(longest), zeros_of(law, longest)
+    drawn: Drawn = {
+        "lambda": (f"share of the final speed: {law.sentence}", law.spectrum(rho), None)
+    }
     if law is not printed:
         values = printed.spectrum(rho)
-        curves.append(curve("constant", "the same: constant acceleration", values))
-    words = f"of this trial{beyond}"
-    curves.append(curve("modes", words, law.spectrum(drawn), drawn))
+        drawn["constant"] = "the same: constant acceleration", values, None
+    drawn["modes"] = f"of this trial{beyond}", law.spectrum(near), near
     if len(zeros):
-        curves.append(curve("zeros", "zeros of lambda", 0.0 * zeros, zeros))
-    above_zero = [each for each in curves if each.name != "zeros"]
-    return Chart(
+        drawn["zeros"] = "zeros of lambda", 0.0 * zeros, zeros
+    curves = curves_of("1", "lambda", "1", drawn)
+    above_zero = curves[: list(drawn).index("modes") + 1]
+    return Chart.of(
         Axis("periods in the start-up", "1", "1"),
         rho,
-        tuple(curves),
-        panels=(
-            Panel.of(f"Spectrum: {law.sentence}", *curves),
-            Panel.of("", *above_zero, logarithmic=True),
-        ),
+        Picture(f"Spectrum: {law.sentence}", *curves),
+        Picture("", *above_zero, logarithmic=True),
     )
 
 
 def residual(deviations: Array, settings: Settings) -> Chart:
     """Return the vibration of the last mass after start-ups of any length.
 
-    Returns
-    -------
-    Chart
-        In closed form, the sum of the amplitudes of all modes, without damping. Points:
-        the residual integrated, with damping. Both without load.
+    In closed form, the sum of the amplitudes of all modes, without damping. Points: the
+    residual integrated, with damping. Both without load.
     """
     if settings.final_speed == 0:
         raise ModelError("final_speed = 0: there is no start-up to leave a vibration")
@@ -165,21 +154,16 @@ def residual(deviations: Array, settings: Settings) -> Chart:
 
     def left(machine: int, t0: Array) -> Array:
         one = Modes(*(each[machine] for each in modes))
-        of_last: Array = left_by_start_up(one, law, omega0, t0)[:, :, -1].sum(axis=1)
-        return of_last
+        return np.asarray(left_by_start_up(one, law, omega0, t0)[:, :, -1].sum(axis=1))
 
     at, integrated = residual_integrated(deviations[0], settings, T_1)
-    zeros = T_1 * zeros_of(law, RULE[1])
-
-    def curve(name: str, words: str, values: Array, at: Array | None = None) -> Curve:
-        return Curve(name, "rad", "theta", words, values, at, points=at is not None)
-
-    curves = [
-        curve("undamped", "modes added up, undamped", left(0, t0)),
-        curve("integrated", "with damping", integrated, at),
-    ]
-    if len(zeros):
-        curves.append(curve("zeros of mode 1", "undamped", 0.0 * zeros, zeros))
+    drawn: Drawn = {
+        "undamped": ("modes added up, undamped", left(0, t0), None),
+        "integrated": ("with damping", integrated, at),
+    }
+    if len(zeros := T_1 * zeros_of(law, RULE[1])):
+        drawn["zeros of mode 1"] = "undamped", 0.0 * zeros, zeros
+    curves = curves_of("rad", "theta", "", drawn)
     marks: tuple[Mark, ...] = ()
     if t0[0] <= (own := chains.t0[0]) <= t0[-1]:
         here = float(left(0, np.array([own]))[0])
@@ -187,18 +171,13 @@ def residual(deviations: Array, settings: Settings) -> Chart:
     others = [left(i, t0) for i in range(1, len(chains.J))]
     bands = bands_of("undamped", "rad", np.array(others))
     of_many = f"{len(others)} machines" if others else ""
-    above_zero: list[Curve | Band] = [*curves[:2], *bands]
-    return Chart(
+    return Chart.of(
         Axis("start-up time", "s"),
         t0,
-        tuple(curves),
-        bands,
-        marks,
+        Picture(f"Residual {len(settings.inertia)}", *curves[:2], *bands, *curves[2:]),
+        Picture(of_many, *curves[:2], *bands, logarithmic=True),
+        marks=marks,
         spans=(Span(RULE[0] * T_1, RULE[1] * T_1, "5 to 10 periods of mode 1"),),
-        panels=(
-            Panel.of(f"Residual {len(settings.inertia)}", *above_zero, *curves[2:]),
-            Panel.of(of_many, *above_zero, logarithmic=True),
-        ),
     )
 
 
@@ -240,11 +219,7 @@ def listed(deviations: Array, settings: Settings) -> Listing:
 
 
 OFFERS = (
-    Offer(
-        "spectrum",
-        "spectrum of the start-up law, with the modes",
-        spectrum,
-    ),
+    Offer("spectrum", "spectrum of the start-up law, with the modes", spectrum),
     Offer(
         "residual",
         "residual vibration after start-ups of any length, without load",

@@ -1,7 +1,5 @@
 """Settings, contributors and responses of a planetary gear."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import radians
 
@@ -57,15 +55,9 @@ def description_of(settings: Settings, design: Design) -> Description:
     contributors = (
         _C("helix_error_2", "rad", "db2", "helix angle of wheel 2 of all satellites", "axial forces", part="helix angles", shown="mrad"),
         _C("helix_error_3", "rad", "db3", "helix angle of wheel 3 of all satellites", "axial forces", part="helix angles", shown="mrad"),
-        *(
-            _C(f"position_error_{j}", "m", f"e{j}", f"position of satellite {j}, {where}; above 0 takes more load", "load sharing", gear=spacing, part="satellite positions")
-            for j in range(1, k + 1)
-        ),
+        *(_C(f"position_error_{j}", "m", f"e{j}", f"position of satellite {j}, {where}; above 0 takes more load", "load sharing", gear=spacing, part="satellite positions") for j in range(1, k + 1)),
         _C("centre_distance", "m", "da", "centre distance of both pairs", "backlash", design.a),
-        *(
-            _C(f"tooth_thickness_{n}", "m", f"E{n}", f"thickness of the teeth of wheel {n} at the pitch circle, transverse", "backlash", part="tooth thicknesses")
-            for n in (1, 2, 3, 4)
-        ),
+        *(_C(f"tooth_thickness_{n}", "m", f"E{n}", f"thickness of the teeth of wheel {n} at the pitch circle, transverse", "backlash", part="tooth thicknesses") for n in (1, 2, 3, 4)),
     )  # fmt: skip
     responses = (
         _R("residual_axial_force", "N", "F_a", "mean residual axial force on a satellite; above 0: of wheel 2", "2T/dw2 tan(b2 + db2) - 2T/dw3 tan(b3 + db3)"),
@@ -75,3 +67,17 @@ def description_of(settings: Settings, design: Design) -> Description:
         _R("backlash", "rad", "j_phi1", "play of wheel 1 with carrier and wheel 4 fixed, both meshes together; below 0 the teeth jam", "(jt12 + D jt34) / rw1"),
     )  # fmt: skip
     return Description(contributors, responses)
+
+
+ASSUMPTIONS = (
+    "Satellites are equal springs that push and cannot pull; all other members are rigid, and none floats. The torque acts in one direction.",
+    "Wheels have no profile shift; where a helix angle is given, wheels 3, 4 have the shift that makes them coaxial with 1 and 2.",
+    "The residual axial force is that of a satellite with an equal share of load.",
+    "The backlash is that of one satellite; satellites whose positions differ take as much from it. Teeth of nominal thickness have none.",
+    "Undercut, interference and strength of the teeth are not checked, nor is friction.",
+)  # fmt: skip
+NO_TOOTH, NO_MESH = "no tooth left", "does not mesh"
+FAILURES = {
+    NO_TOOTH: "the thickness of a tooth deviates by less than half a pitch",
+    NO_MESH: "helix angles are below 90 deg, the centre distance deviates by less than the depth of a tooth, the position of a satellite by less than half a pitch",
+}

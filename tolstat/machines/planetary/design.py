@@ -1,22 +1,11 @@
 """The nominal gear of the settings; a gear that cannot exist is refused."""
 
-from __future__ import annotations
-
 import math
 
 from tolstat.errors import ModelError
+from tolstat.machines.planetary import scheme as schemes
 from tolstat.machines.planetary.declarations import Settings
-from tolstat.machines.planetary.scheme import (
-    EXAMPLES,
-    MOST_SATELLITES,
-    SCHEMES,
-    Design,
-    assembly,
-    balanced,
-    diameter_ratio,
-    ratio,
-    unbalance,
-)
+from tolstat.machines.planetary.scheme import SCHEMES, Design
 
 ROUNDING = 1e-12  # a smaller gap is a touch
 MOST_SHIFT = 2.0  # of the centre distance of wheels 3 and 4, in modules
@@ -27,24 +16,16 @@ def design_of(settings: Settings) -> Design:
 
     Wheels 1 and 2 have no profile shift. Wheels 3 and 4 have none either where both
     helix angles come from the balance; where an angle is given, they have the shift
-    that makes them coaxial.
-
-    Raises
-    ------
-    ModelError
-        If it cannot be coaxial, has no helix angles, satellites touch, or cannot be
-        assembled.
+    that makes them coaxial. Raises ModelError if it cannot be coaxial, has no helix
+    angles, satellites touch, or cannot be assembled.
     """
     scheme = SCHEMES[settings.scheme]
     z1, z2, z3, z4 = settings.teeth
     _check_rings(settings)
-    i, D = (f(scheme, z1, z2, z3, z4) for f in (ratio, diameter_ratio))
+    i, D = (f(scheme, z1, z2, z3, z4) for f in (schemes.ratio, schemes.diameter_ratio))
     if i == 0:
-        raise _refused(
-            settings,
-            f"z1 z3 = z2 z4 = {z2 * z4}: wheel 1 would never turn; give "
-            + _other_teeth(settings),
-        )
+        why = f"z1 z3 = z2 z4 = {z2 * z4}: wheel 1 would never turn"
+        raise _refused(settings, f"{why}; give {_other_teeth(settings)}")
     b2, b3 = _helix_angles(settings, D)
     given = settings.helix_2 is not None and settings.helix_3 is not None
     dw2 = settings.module * z2 / math.cos(b2)
@@ -54,7 +35,7 @@ def design_of(settings: Settings) -> Design:
         a=(dw1 + scheme.s12 * dw2) / 2,
         alpha12=math.atan(math.tan(settings.pressure_angle) / math.cos(b2)),
         alpha34=_pressure_angle(settings, b2, b3, dw3),
-        unbalance=float(unbalance(b2, b3, D)) if given else 0.0,
+        unbalance=float(schemes.unbalance(b2, b3, D)) if given else 0.0,
         F=2 * settings.torque / dw1,
     )  # fmt: skip
     _check_satellites(settings, found)
@@ -63,14 +44,13 @@ def design_of(settings: Settings) -> Design:
 
 def _refused(settings: Settings, why: str) -> ModelError:
     """Return an error that names the gear."""
-    return ModelError(
-        f"scheme {settings.scheme}, teeth = {list(settings.teeth)}: {why}"
-    )
+    teeth = list(settings.teeth)
+    return ModelError(f"scheme {settings.scheme}, teeth = {teeth}: {why}")
 
 
 def _other_teeth(settings: Settings) -> str:
     """Return other teeth that are possible."""
-    example = list(EXAMPLES[settings.scheme])
+    example = list(schemes.EXAMPLES[settings.scheme])
     return (
         f"other teeth: {example} with 3 satellites and module_ratio 1, or any that "
         "tolstat.machines.planetary.designs finds"
@@ -101,7 +81,7 @@ def _helix_angles(settings: Settings, D: float) -> tuple[float, float]:
     if b3 is not None:
         return math.atan(math.tan(b3) * D), b3
     mr, (z1, z2, z3, z4) = settings.module_ratio, settings.teeth
-    found = balanced(SCHEMES[settings.scheme], mr, z1, z2, z3, z4)
+    found = schemes.balanced(SCHEMES[settings.scheme], mr, z1, z2, z3, z4)
     if math.isnan(found.b2):
         raise _refused(
             settings,
@@ -122,9 +102,8 @@ def _pressure_angle(settings: Settings, b2: float, b3: float, dw3: float) -> flo
     sin_b = m3 * z3 * math.tan(b3) / dw3
     d3 = m3 * z3 / math.sqrt(1 - sin_b**2) if sin_b < 1 else math.inf
     shift = (dw3 - d3) / 2 * (z4 + scheme.s34 * z3) / z3 / m3
-    cos_alpha = (
-        d3 / dw3 / math.hypot(1, math.tan(settings.pressure_angle) * d3 / (m3 * z3))
-    )
+    tan_alpha = math.tan(settings.pressure_angle)
+    cos_alpha = d3 / dw3 / math.hypot(1, tan_alpha * d3 / (m3 * z3))
     if abs(shift) > MOST_SHIFT or cos_alpha >= 1:
         fits = (z4 + scheme.s34 * z3) / (z1 + scheme.s12 * z2)
         fits *= math.cos(b2) / math.cos(b3)
@@ -171,7 +150,7 @@ def _check_satellites(settings: Settings, design: Design) -> None:
         return 2 * design.a * math.sin(math.pi / n)
 
     touch = (1 + ROUNDING) * widest
-    have_room = [n for n in range(2, MOST_SATELLITES + 1) if apart(n) > touch]
+    have_room = [n for n in range(2, schemes.MOST_SATELLITES + 1) if apart(n) > touch]
     if k not in have_room:
         most = f"at most {have_room[-1]} have" if have_room else "not even two have"
         raise _refused(
@@ -179,7 +158,7 @@ def _check_satellites(settings: Settings, design: Design) -> None:
             f"{k} satellites touch: they are {1e3 * apart(k):.5g} mm apart and "
             f"{1e3 * widest:.5g} mm wide with their addendum; {most} room",
         )
-    whole, step = assembly(design.scheme, k, *settings.teeth)
+    whole, step = schemes.assembly(design.scheme, k, *settings.teeth)
     if whole % step:
         sign = "-" if design.scheme.s12 == design.scheme.s34 else "+"
         can = [str(n) for n in have_room if whole % (step // k * n) == 0]

@@ -1,14 +1,12 @@
 """A planetary gear as a model: deviations of its parts in, responses out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.planetary import trials
-from tolstat.machines.planetary.declarations import Settings, description_of
+from tolstat.machines.planetary import declarations, trials
+from tolstat.machines.planetary.declarations import Settings
 from tolstat.machines.planetary.design import design_of, shift_34
 from tolstat.machines.planetary.views import OFFERS
 from tolstat.model.contract import Model, Outcome, Spreads
@@ -21,22 +19,12 @@ class Planetary(Model):
     name = "planetary"
     title = "planetary gear AA, II or AI with helical wheels, axial forces balanced"
     settings = Settings
-    failures = trials.FAILURES
+    failures = declarations.FAILURES
     views = OFFERS
-    assumptions = (
-        "Satellites are equal springs that push and cannot pull; all other members are "
-        "rigid, and none floats. The torque acts in one direction.",
-        "Wheels have no profile shift; where a helix angle is given, wheels 3, 4 have "
-        "the shift that makes them coaxial with 1 and 2.",
-        "The residual axial force is that of a satellite with an equal share of load.",
-        "The backlash is that of one satellite; satellites whose positions differ take "
-        "as much from it. Teeth of nominal thickness have none.",
-        "Undercut, interference and strength of the teeth are not checked, nor is "
-        "friction.",
-    )
+    assumptions = declarations.ASSUMPTIONS
 
     def describe(self, settings: Settings) -> Description:
-        return description_of(settings, design_of(settings))
+        return declarations.description_of(settings, design_of(settings))
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
         return trials.faults(deviations, design_of(settings), settings)

@@ -15,8 +15,6 @@ Planetary gears AA, II, AI with helical wheels and balanced axial forces (2010, 
 Russian), (7)-(11) and table 1.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -137,17 +135,11 @@ def balanced(
 ) -> Helices:
     """Return the helix angles that balance zero-shift wheels.
 
-    Both rims of a satellite have one hand and one lead, tan b2 / tan b3 = D: then
-    2T/dw2 tan b2 = 2T/dw3 tan b3. Coaxial wheels without profile shift have
-    cos b2 / cos b3 = kap. Both together fix the angles.
+    mr is the normal module of wheels 1 and 2 over that of 3 and 4. Both rims of a
+    satellite have one hand and one lead, tan b2 / tan b3 = D: then 2T/dw2 tan b2 =
+    2T/dw3 tan b3. Coaxial wheels without profile shift have cos b2 / cos b3 = kap. Both
+    together fix the angles.
 
-    Parameters
-    ----------
-    mr : float
-        Normal module of wheels 1 and 2 over that of 3 and 4.
-
-    Notes
-    -----
     With kap = 1 the wheels are spur wheels. With mr z2 = z3 besides, D = 1, any helix
     angle would do as well: such are taken as spur wheels too.
     """

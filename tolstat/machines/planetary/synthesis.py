@@ -11,16 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import ModelError
+from tolstat.machines.planetary import scheme as schemes
 from tolstat.machines.planetary.declarations import Settings
-from tolstat.machines.planetary.scheme import (
-    SCHEMES,
-    Scheme,
-    assembly,
-    balanced,
-    diameter_ratio,
-    fourth,
-    ratio,
-)
+from tolstat.machines.planetary.scheme import SCHEMES, Scheme, ratio
 from tolstat.model.setting_kinds import Interval, Number, Numbers
 from tolstat.units.grammar import Range
 
@@ -148,12 +141,8 @@ def _checked(name: str, value: Any) -> Any:
 def search(wanted: Settings, i: float) -> tuple[Columns, dict[str, int]]:
     """Return the gears of the ratio i for the settings; see `designs`.
 
-    Returns
-    -------
-    columns : dict of str to array
-        A row is a gear.
-    left : dict of str to int
-        How many sets of teeth each condition left, in words.
+    Columns, a row for each gear; and how many sets of teeth each condition left, in
+    words.
     """
     scheme = SCHEMES[wanted.scheme]
     _check_reach(wanted, scheme, i)
@@ -231,7 +220,7 @@ def _candidates(
         pair = np.arange(start, min(start + at_once, pairs))
         z1, z2 = np.repeat(low1 + pair // n2, n3), np.repeat(low2 + pair % n2, n3)
         z3 = np.tile(np.arange(low3, high3 + 1), len(pair))
-        ends = [fourth(scheme, i + d, z1, z2, z3) for d in (-slack, slack)]
+        ends = [schemes.fourth(scheme, i + d, z1, z2, z3) for d in (-slack, slack)]
         # rounding must not lose one: the ratio itself decides later
         first = np.ceil(np.clip(np.minimum(*ends) - 0.5, low4, high4 + 1))
         last = np.floor(np.clip(np.maximum(*ends) + 0.5, low4 - 1, high4))
@@ -264,18 +253,18 @@ def _conditions(
     fit = near & rings & (i != 0)  # with 0 wheel 1 never turns
     z1, z2, z3, z4 = those("have the ratio", fit, *teeth)
 
-    _, _, b2, b3 = balanced(scheme, mr, z1, z2, z3, z4)
+    _, _, b2, b3 = schemes.balanced(scheme, mr, z1, z2, z3, z4)
     least, most = wanted.helix[0] - ROUNDING, wanted.helix[1] + ROUNDING
     fit = (least <= b2) & (b2 <= most) & (least <= b3) & (b3 <= most)
     words = "are balanced at such helix angles"
     z1, z2, z3, z4, b2, b3 = those(words, fit, z1, z2, z3, z4, b2, b3)
 
-    whole, step = assembly(scheme, k, z1, z2, z3, z4)
+    whole, step = schemes.assembly(scheme, k, z1, z2, z3, z4)
     z1, z2, z3, z4, b2, b3, whole, step = those(
         "can be assembled", whole % step == 0, z1, z2, z3, z4, b2, b3, whole, step
     )
 
-    i, D = (f(scheme, z1, z2, z3, z4) for f in (ratio, diameter_ratio))
+    i, D = (f(scheme, z1, z2, z3, z4) for f in (ratio, schemes.diameter_ratio))
     m2, m3 = wanted.module, wanted.module / mr
     dw2, dw3 = m2 * z2 / np.cos(b2), m3 * z3 / np.cos(b3)
     centres = m2 * (z1 + scheme.s12 * z2) / np.cos(b2)  # 2a

@@ -1,43 +1,27 @@
 """Responses of a gear to its deviations: existence, forces, sharing, backlash."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.planetary.declarations import Settings
+from tolstat.machines.planetary.declarations import NO_MESH, NO_TOOTH, Settings
 from tolstat.machines.planetary.scheme import Design
 
-NO_TOOTH = "no tooth left"
-NO_MESH = "does not mesh"
 DEPTH = 2.0  # modules, of a tooth
-FAILURES = {
-    NO_TOOTH: "the thickness of a tooth deviates by less than half a pitch",
-    NO_MESH: "helix angles are below 90 deg, the centre distance deviates by less than "
-    "the depth of a tooth, the position of a satellite by less than half a pitch",
-}
 
 
 def residual_axial_force(F: float, db2: Array, db3: Array, design: Design) -> Array:
     """Return the residual axial force on a satellite, N.
 
-    2T/dw2 tan(b2 + db2) - 2T/dw3 tan(b3 + db3), T the torque between its wheels. With
-    tan(b + db) = tan b + sin db / (cos b cos(b + db)) what is in balance is exactly 0.
-
-    Parameters
-    ----------
-    F : float
-        Tangential force of a satellite in mesh 1-2, 2T/dw2, N.
-    db2, db3 : float64[trial]
-        Deviations of the helix angles, rad.
+    2T/dw2 tan(b2 + db2) - 2T/dw3 tan(b3 + db3), T the torque between its wheels, F =
+    2T/dw2 in N, the deviations db2[trial], db3[trial] in rad. With tan(b + db) = tan b
+    + sin db / (cos b cos(b + db)) what is in balance is exactly 0.
     """
     b2, b3, D = design.b2, design.b3, design.D
     at_2 = np.sin(db2) / (np.cos(b2) * np.cos(b2 + db2))
     at_3 = np.sin(db3) / (np.cos(b3) * np.cos(b3 + db3))
-    left: Array = F * (design.unbalance + at_2 - D * at_3)
-    return left
+    return np.asarray(F * (design.unbalance + at_2 - D * at_3))
 
 
 class Shares(NamedTuple):
@@ -53,21 +37,12 @@ def shared(e: Array, F: float, c: float) -> Shares:
     The satellite that stands out most touches first. The others follow in the order of
     their gaps to it, each when the load on the earlier ones closes its gap. So the
     satellites in contact are counted, and the forces are exact: nothing is iterated.
+    All members are rigid and none floats. With all in contact, K_gamma = 1 + k c (max e
+    - mean e) / F.
 
-    Parameters
-    ----------
-    e : float64[trial, satellite]
-        Position errors, m, of any size; above 0 takes more load. With large errors one
-        satellite carries all.
-    F : float
-        Tangential force of all satellites together, N, above 0.
-    c : float
-        Stiffness of a satellite, N/m, above 0.
-
-    Notes
-    -----
-    All members are rigid and none floats. With all in contact,
-    K_gamma = 1 + k c (max e - mean e) / F.
+    Position errors e[trial, satellite], m, may have any size: above 0 takes more load,
+    and with large ones one satellite carries all. F is the tangential force of all
+    satellites together, N, and c the stiffness of one, N/m, both above 0.
     """
     k = e.shape[1]
     gaps = e.max(axis=1, keepdims=True) - e
@@ -84,20 +59,14 @@ def shared(e: Array, F: float, c: float) -> Shares:
 def backlash(E: tuple[Array, ...], da: Array, design: Design) -> Array:
     """Return the play of wheel 1, carrier and wheel 4 fixed, rad.
 
-    Parameters
-    ----------
-    E : tuple of four float64[trial]
-        Deviations of the tooth thicknesses of wheels 1, 2, 3, 4, m.
-    da : float64[trial]
-        Deviation of the centre distance, m; it opens an external mesh and closes an
-        internal one.
+    Of deviations, m, float64[trial]: E of the tooth thicknesses of wheels 1, 2, 3, 4;
+    da of the centre distance, which opens an external mesh and closes an internal one.
     """
     E1, E2, E3, E4 = E
     s12, s34 = design.scheme
     jt12 = -(E1 + E2) + s12 * 2 * np.tan(design.alpha12) * da
     jt34 = -(E3 + E4) + s34 * 2 * np.tan(design.alpha34) * da
-    j: Array = (jt12 + design.D * jt34) / (design.dw1 / 2)
-    return j
+    return np.asarray((jt12 + design.D * jt34) / (design.dw1 / 2))
 
 
 def felt_in_mesh(design: Design) -> float:
@@ -124,19 +93,12 @@ def parted(
 def faults(deviations: Array, design: Design, settings: Settings) -> dict[str, Truths]:
     """Return which gears cannot be built, by the words of `FAILURES`."""
     db, e, da, E = parted(deviations, design, settings)
-    of = design
-    steep = np.maximum(np.abs(of.b2 + db[0]), np.abs(of.b3 + db[1]))
-    diameters = of.dw1, of.dw2, of.dw3, of.dw4
-    half_pitch = [
-        np.pi * d / z / 2 for d, z in zip(diameters, settings.teeth, strict=True)
-    ]
+    steep = np.maximum(np.abs(design.b2 + db[0]), np.abs(design.b3 + db[1]))
+    diameters = design.dw1, design.dw2, design.dw3, design.dw4
+    wheels = zip(diameters, settings.teeth, strict=True)
+    half_pitch = [np.pi * d / z / 2 for d, z in wheels]
     thin = [np.abs(each) / h for each, h in zip(E, half_pitch, strict=True)]
     depth = DEPTH * settings.module / max(1.0, settings.module_ratio)
-    return {
-        NO_TOOTH: ~(np.maximum.reduce(thin) < 1),
-        NO_MESH: ~(
-            (steep < np.pi / 2)
-            & (np.abs(da) < depth)
-            & (np.abs(e).max(axis=1) < half_pitch[0])
-        ),
-    }
+    meshes = (steep < np.pi / 2) & (np.abs(da) < depth)
+    meshes &= np.abs(e).max(axis=1) < half_pitch[0]
+    return {NO_TOOTH: ~(np.maximum.reduce(thin) < 1), NO_MESH: ~meshes}

@@ -1,7 +1,5 @@
 """Views of a planetary gear: gears of its kind, and where these exist."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.arrays import Array
@@ -19,10 +17,8 @@ SHOWN = {"helix_2": "deg", "helix_3": "deg", "ratio_error": "%"}
 def designs_listing(_: Array, settings: Settings) -> Listing:
     """Return the gears that the settings request.
 
-    Raises
-    ------
-    ModelError
-        If there are none; the message counts the sets of teeth after each condition.
+    Raises ModelError if there are none; the message counts the sets of teeth after each
+    condition.
     """
     i = settings.wanted_ratio or design_of(settings).ratio
     columns, counts = search(settings, i)
@@ -32,8 +28,8 @@ def designs_listing(_: Array, settings: Settings) -> Listing:
             f"no gear found. Of the sets of teeth {left}. Widen z1 ... z4, helix or "
             "ratio_tolerance, or change wanted_ratio, satellites or module_ratio"
         )
-    heads = [Axis(n, UNITS.get(n, "1"), SHOWN.get(n, "")) for n in columns]
-    return Listing(tuple(heads), tuple(columns.values()), SENTENCE)
+    every = ((n, UNITS.get(n, "1"), SHOWN.get(n, ""), x) for n, x in columns.items())
+    return Listing.of(SENTENCE, *every)
 
 
 def existence_chart(_: Array, settings: Settings) -> Chart:

@@ -4,8 +4,6 @@ Rows of the parameters: what `motion.Tool` names; what `motion.Ring` names, each
 harmonics; then of each lobe of the blank its two parts.
 """
 
-from __future__ import annotations
-
 from tolstat.machines.ring import motion
 from tolstat.machines.ring.motion import HEAD, RING, Ring, Tool
 from tolstat.moving import compiled, named, rates_signature, rows, write

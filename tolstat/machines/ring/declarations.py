@@ -1,9 +1,8 @@
 """Settings, contributors and responses of the ring."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,11 +45,9 @@ def phase(k: int) -> str:
 class Asked:
     """Workpiece, tool and cut, method, and views, SI.
 
-    Raises
-    ------
-    ModelError
-        If two radii are given, the ring has no hole, the supports lie opposite each
-        other, or a nominal out-of-roundness is of a harmonic that is not listed.
+    Raises ModelError if two radii are given, the ring has no hole, the supports lie
+    opposite each other, or a nominal out-of-roundness is of a harmonic that is not
+    listed.
     """
 
     # fmt: off
@@ -91,31 +88,22 @@ class Asked:
 
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
+        for fault in self._faults():
+            raise ModelError(fault)
+
+    def _faults(self) -> Iterator[str]:
         if self.radius is not None and self.inner_radius is not None:
-            raise ModelError("radius and inner_radius are both given; give one of them")
+            yield "radius and inner_radius are both given; give one of them"
         if not self.middle_radius > 0.5 * self.thickness:
-            raise ModelError(
-                f"thickness = {self.thickness:g} m with radius = "
-                f"{self.middle_radius:g} m: a ring has an inner radius above 0"
-            )
+            yield f"thickness = {self.thickness:g} m with radius = {self.middle_radius:g} m: a ring has an inner radius above 0"
         if not self.support_angle < math.pi:
-            raise ModelError(
-                f"support_angle = {typed('rad', self.support_angle)}: it must be below "
-                "180 deg"
-            )
+            yield f"support_angle = {typed('rad', self.support_angle)}: it must be below 180 deg"
         lobes = self.out_of_roundness_harmonics
         if len(set(lobes)) < len(lobes):
-            raise ModelError(
-                f"out_of_roundness_harmonics = {list(lobes)}: list each harmonic once"
-            )
+            yield f"out_of_roundness_harmonics = {list(lobes)}: list each harmonic once"
         for k in range(1, NAMED_LOBES + 1):
-            if k not in lobes and (
-                self.nominal(amplitude(k)) or self.nominal(phase(k))
-            ):
-                raise ModelError(
-                    f"{amplitude(k)} or its phase is given, but {k} is not in "
-                    f"out_of_roundness_harmonics = {list(lobes)}"
-                )
+            if k not in lobes and any(map(self.nominal, (amplitude(k), phase(k)))):
+                yield f"{amplitude(k)} or its phase is given, but {k} is not in out_of_roundness_harmonics = {list(lobes)}"
 
     def nominal(self, name: str) -> float:
         """Return the nominal value of a contributor; 0 of lobes without a setting."""
@@ -134,9 +122,8 @@ class Asked:
     @property
     def step(self) -> float:
         """Longest step, s: max_step, or what the fastest lobes of the blank permit."""
-        return min(
-            self.max_step, 1.0 / (max(self.out_of_roundness_harmonics) * self.speed)
-        )
+        fastest = max(self.out_of_roundness_harmonics)
+        return min(self.max_step, 1.0 / (fastest * self.speed))
 
     @property
     def middle_radius(self) -> float:
@@ -151,25 +138,18 @@ class Asked:
         return PAPER_INNER_RADIUS if self.inner_radius is None else self.inner_radius
 
 
-def _lobes() -> list[tuple[str, type, Any]]:
-    """Return amplitude and phase of each harmonic of out-of-roundness, declared."""
-    declared: list[tuple[str, type, Any]] = []
+def _lobes() -> Iterator[tuple[str, type, Any]]:
+    """Yield amplitude and phase of each harmonic of out-of-roundness, declared."""
     for k in range(1, NAMED_LOBES + 1):
         words = "run-out" if k == 1 else f"out-of-roundness with {k} lobes"
-        size = setting(0.0, f"{words} of the blank, amplitude e_{k}", unit="m")
-        shift = setting(0.0, f"its phase psi_{k}", unit="rad")
-        declared += [(amplitude(k), float, size), (phase(k), float, shift)]
-    return declared
+        words = f"{words} of the blank, amplitude e_{k}"
+        yield amplitude(k), float, setting(0.0, words, unit="m")
+        yield phase(k), float, setting(0.0, f"its phase psi_{k}", unit="rad")
 
 
 # written out, these would be twenty-four equal declarations
-Settings = dataclasses.make_dataclass(
-    "Settings",
-    _lobes(),
-    bases=(Asked,),
-    namespace={"__module__": __name__, "__doc__": "Settings of the ring, SI."},
-    frozen=True,
-)
+NAMED = {"__module__": __name__, "__doc__": "Settings of the ring, SI."}
+Settings = dataclasses.make_dataclass("Settings", _lobes(), bases=(Asked,), namespace=NAMED, frozen=True)  # fmt: skip
 
 
 _PARTS = (
@@ -190,9 +170,7 @@ _PARTS = (
     Contributor("cutting_force", "1", "P", "scale of both cutting forces", "(10)", part="cut"),
     Contributor("force_exponent", "1", "x_P", "exponent of the depth in the radial force, absolute", "(10)", shown="1", part="cut"),
 )  # fmt: skip
-RELATIVE = {
-    each.name for each in _PARTS if each.unit == "1" and each.name != "force_exponent"
-}
+RELATIVE = {each.name for each in _PARTS if each.unit == "1"} - {"force_exponent"}
 
 _RESPONSES = (
     Response("depth_min", "m", "min t_R", "smallest depth of cut", "(10)"),
@@ -203,11 +181,7 @@ _RESPONSES = (
     Response("peak_error", "m", "t_R0 - min t_R", "greatest machining error", "(10)"),
     Response("out_of_cut_share", "1", "tau", "share of the time out of the cut", "(10)", range=SHARE),
     Response("tool_travel", "m", "max |X_P|", "greatest displacement of the tool", "tool equation", range=POSITIVE),
-    *(
-        Response(f"roller_{i}_{which}", "N", f"{which} l_{i}", f"{words} force of the roller at pi {sign} alpha on the ring, outwards, without gravity", "(3), (4)")
-        for i, sign in ((1, "-"), (2, "+"))
-        for which, words in (("min", "smallest"), ("max", "greatest"))
-    ),
+    *(Response(f"roller_{i}_{which}", "N", f"{which} l_{i}", f"{words} force of the roller at pi {sign} alpha on the ring, outwards, without gravity", "(3), (4)") for i, sign in ((1, "-"), (2, "+")) for which, words in (("min", "smallest"), ("max", "greatest"))),
     Response("roller_lift", "1", "l/G", "greatest outward force of a roller over its dead load; below 1 both rollers hold", "(3), (4)", shown="%"),
     Response("radial_force_peak", "N", "max P_R", "peak radial cutting force", "(10)", range=POSITIVE),
     Response("tangential_force_peak", "N", "max P_T", "peak tangential cutting force", "(10)", range=POSITIVE),
@@ -234,9 +208,21 @@ def description_of(settings: Asked) -> Description:
             Contributor(phase(k), "rad", f"psi_{k}", f"phase of the {k} lobes", "t_R", shown="deg", part="blank"),
         )
     ]  # fmt: skip
-    left_out = (
-        *(CRITICAL if settings.hoop else ()),
-        *(() if settings.rests else OF_REST),
-    )
+    left_out = (CRITICAL if settings.hoop else ()) + (() if settings.rests else OF_REST)
     responses = tuple(each for each in _RESPONSES if each.name not in left_out)
     return Description((*_PARTS, *lobes), responses)
+
+
+ASSUMPTIONS = (
+    "Dormand-Prince 5(4) with separate steps for each trial, ended where the tool leaves or enters the cut.",
+    "The middle line of the ring does not stretch; it bends in its plane, in harmonics 1 to N, and does not leave its two supports.",
+    "The ring turns at constant speed; the tool engages suddenly, from rest.",
+    "Cutting forces follow the depth of cut at once, by a power of it, and vanish out of the cut; the surface left by the previous turn is ignored.",
+    "Without hoop tension the ring has no rest position above 2 sqrt nu. From 0.8 of it on, static depth, static error and growth are left out. A trial that deviates so far nevertheless fails as 'no static depth'.",
+    "Gravity and the moment of the tangential force about the middle line are left out; roller_lift compares with the dead load.",
+)  # fmt: skip
+IMPOSSIBLE, NO_REST = "cannot exist", "no static depth"
+FAILURES = {
+    IMPOSSIBLE: "sizes, masses, stiffnesses, feed and speed are above 0, the thickness below the diameter, the support angle between 0 and 180 deg, damping and force not below 0",
+    NO_REST: "ring and tool have a static depth of cut",
+}

@@ -7,8 +7,6 @@ With p = -lambda^2 the equations are those of harmonic 1 alone, F(p, Omega) = 0 
 where frequencies meet dF/dp = 0, too.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np
@@ -37,14 +35,10 @@ MET = 1e-8  # as exactly F vanishes, whose terms are of size 1
 def squares(Omega: Array, on: Supported) -> NDArray[np.complex128]:
     """Return p = -lambda^2 of all modes without friction, nu = 1.
 
-    With b' for the second half of the coordinates the matrices are half as large:
-    [[M, 2 Omega l], [0, M]] - p [[C_a, 0], [-2 Omega l, C_b]].
-
-    Returns
-    -------
-    complex128[trial, 2 harmonics]
-        At Omega[trial], in units of sqrt nu; in no order; real and above zero where the
-        ring is stable.
+    complex128[trial, 2 harmonics], at Omega[trial] in units of sqrt nu; in no order;
+    real and above zero where the ring is stable. With b' for the second half of the
+    coordinates the matrices are half as large: [[M, 2 Omega l], [0, M]] - p [[C_a, 0],
+    [-2 Omega l, C_b]].
     """
     k = harmonics(on.s.shape[1] + 1)
     n = len(k.j)
@@ -66,8 +60,7 @@ def squares(Omega: Array, on: Supported) -> NDArray[np.complex128]:
 def flutters(Omega: Array, on: Supported) -> Truths:
     """Return whether any motion grows, bool[trial]; Omega and growth of sqrt nu."""
     growth = np.sqrt(-squares(Omega, on)).real.max(axis=1)
-    found: Truths = growth > NOTICED
-    return found
+    return np.asarray(growth > NOTICED)
 
 
 def _meeting(p: Array, Omega: Array, on: Supported) -> tuple[Array, Array]:
@@ -140,17 +133,11 @@ def _nominal(support_angle: float, N: int) -> tuple[float, float]:
 
 
 def flutter_speed(alpha: Array, support_angle: float, N: int) -> Array:
-    """Return the lowest speed of flutter over sqrt nu, float64[trial].
+    """Return the lowest speed of flutter over sqrt nu, float64[trial], of N harmonics.
 
-    Parameters
-    ----------
-    alpha : float64[trial]
-        Half the angle between the supports, rad.
-    support_angle : float
-        The nominal angle, rad: where the search begins. A ring for which that finds no
-        onset, because others of its frequencies meet first, is searched by itself.
-    N : int
-        Number of harmonics.
+    alpha[trial], rad, is half the angle between the supports. The search begins at
+    their nominal angle, rad. A ring for which that finds no onset, because others of
+    its frequencies meet first, is searched by itself.
     """
     own, place = np.unique(alpha, return_inverse=True)
     on = supported(own, N)

@@ -7,14 +7,7 @@ theta)/j, theta in space; the supports stand at pi -+ alpha. There U = 0, so tha
 
 whatever alpha between 0 and 90 deg. The paper eliminates harmonic N instead, which is
 singular where sin 2 N alpha = 0.
-
-References
-----------
-A. I. Polunin, Mathematical simulation of dynamics of a rotating ring on supports
-exposed to cutting forces (2012, in Russian); equation numbers are the paper's.
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 LAPACK takes the matrices one by one: a trial's answer is the same in any block.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -92,10 +90,7 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
 def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
     """Return A, y' = A y with y = (a, b, a', b'), of the ring alone at Omega, rad/s.
 
-    Returns
-    -------
-    float64[trial, 4 harmonics, 4 harmonics]
-        Harmonics 2 to N.
+    float64[trial, 4 harmonics, 4 harmonics]: harmonics 2 to N.
     """
     x = terms_of(rings, Omega, hoop)
     C = harmonics(rings.on.s.shape[1] + 1).C
@@ -128,13 +123,10 @@ def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
     k_R = np.where(depth > 0.0, rings.x_R * P_R / t, 0.0)
     k_T = np.where(depth > 0.0, rings.x_T * P_T / t, 0.0)
     R, T = (k_R / rings.pi_chi)[:, None], (k_T / rings.pi_chi)[:, None]
-    push = np.concatenate(
-        [
-            (inverse(rings.on.s, C) @ (R * at.u_a + T * at.v_a)[:, :, None])[:, :, 0],
-            (inverse(rings.on.t, C) @ (R * at.u_b + T * at.v_b)[:, :, None])[:, :, 0],
-        ],
-        axis=1,
-    )
+    f_a, f_b = R * at.u_a + T * at.v_a, R * at.u_b + T * at.v_b
+    a__ = (inverse(rings.on.s, C) @ f_a[:, :, None])[:, :, 0]
+    b__ = (inverse(rings.on.t, C) @ f_b[:, :, None])[:, :, 0]
+    push = np.concatenate([a__, b__], axis=1)
     sees = np.concatenate([at.u_a, at.u_b, np.ones((len(t), 1))], axis=1)
     deepens = [*range(2 * n), 4 * n]  # a, b, X
     A[:, 2 * n : 4 * n, deepens] -= push[:, :, None] * sees[:, None, :]

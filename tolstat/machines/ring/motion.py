@@ -11,14 +11,9 @@ sum t_j b_j. Cutting forces act while the depth of cut t_R is above zero. Rows a
 harmonics; called on arrays [row, lane] the equations run in NumPy, compiled they run in
 registers.
 
-References
-----------
-A. I. Polunin, Mathematical simulation of dynamics of a rotating ring on supports
-exposed to cutting forces (2012, in Russian); equation numbers are the paper's. In (5)
-the second square is (U' - Omega V)^2; the tool's damping, printed K_T, is c_c here.
+In (5) the second square is (U' - Omega V)^2; the tool's damping, printed K_T, is c_c
+here.
 """
-
-from __future__ import annotations
 
 from collections import namedtuple
 from typing import Any
@@ -45,27 +40,18 @@ HEAD, RING = len(Tool._fields), len(Ring._fields)
 def depth_of_cut(t: Array, y: Array, e: Array, tool: Tool, ring: Ring) -> Array:
     """Return t_R = t_R0 + U(theta_R) + X and the out-of-roundness of the blank, m.
 
-    Parameters
-    ----------
-    t : float64[lanes]
-        Time, s.
-    y : float64[state, lanes]
-        a, b, a', b' of harmonics 2 to N, m, m/s; then X, X'.
-    e : float64[3 lobes, lanes]
-        Of each harmonic k of out-of-roundness: k, e_k cos(k theta_R + psi_k)
-        and e_k sin(k theta_R + psi_k), m.
-    tool, ring : Tool, Ring
-        Of the trials.
+    At t[lanes], s; y[state, lanes] are a, b, a', b' of harmonics 2 to N, m, m/s, then
+    X, X'; e[3 lobes, lanes] are, of each harmonic k of out-of-roundness, k,
+    e_k cos(k theta_R + psi_k) and e_k sin(k theta_R + psi_k), m.
     """
     n = len(ring.s)
-    t_R = tool.t_R0 + y[4 * n]
+    t_R: Array = tool.t_R0 + y[4 * n]
     for j in range(n):
         t_R = t_R + (ring.u_a[j] * y[j] + ring.u_b[j] * y[n + j])
     for i in range(len(e) // 3):
         turn = e[3 * i] * tool.Omega * t
         t_R = t_R + (e[3 * i + 1] * np.cos(turn) + e[3 * i + 2] * np.sin(turn))
-    found: Array = t_R
-    return found
+    return t_R
 
 
 def cutting_forces(t_R: Array, tool: Any) -> tuple[Array, Array]:
@@ -85,18 +71,9 @@ def cutting_forces(t_R: Array, tool: Any) -> tuple[Array, Array]:
 def derivative(
     y: Array, P_R: Array, P_T: Array, tool: Tool, ring: Ring, out: Array
 ) -> tuple[Array, Array]:
-    """Fill a', b', a'', b'', X', X''; return a_1'' and b_1''.
+    """Fill a', b', a'', b'', X', X'' in out[state, lanes]; return a_1'' and b_1''.
 
-    Parameters
-    ----------
-    y : float64[state, lanes]
-        a, b, a', b' of harmonics 2 to N, m, m/s; then X, X'.
-    P_R, P_T : float64[lanes]
-        Cutting forces, N.
-    tool, ring : Tool, Ring
-        Of the trials.
-    out : float64[state, lanes]
-        Filled.
+    y[state, lanes] as in `depth_of_cut`; cutting forces P_R, P_T, N, [lanes].
     """
     n = len(ring.s)
     p_R, p_T = P_R * tool.per_pi_chi, P_T * tool.per_pi_chi

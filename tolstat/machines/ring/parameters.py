@@ -1,7 +1,5 @@
 """Rings, from the deviations of their parts."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -55,9 +53,8 @@ def values_of(deviations: Array, settings: Asked) -> dict[str, Array]:
         nominal = settings.nominal(each.name)
         found[each.name] = nominal * (1.0 + d) if each.name in RELATIVE else nominal + d
     if settings.radius is None:
-        found["radius"] = (
-            settings.inner_radius_given + 0.5 * found["thickness"] + deviations[:, 0]
-        )
+        middle = settings.inner_radius_given + 0.5 * found["thickness"]
+        found["radius"] = middle + deviations[:, 0]
     return found
 
 
@@ -67,8 +64,7 @@ def exist(deviations: Array, settings: Asked) -> Truths:
     positive = np.all([of[name] > 0.0 for name in POSITIVE], axis=0)
     not_negative = np.all([of[name] >= 0.0 for name in NOT_NEGATIVE], axis=0)
     hole = of["radius"] > 0.5 * of["thickness"]
-    found: Truths = positive & not_negative & hole & (of["support_angle"] < np.pi)
-    return found
+    return np.asarray(positive & not_negative & hole & (of["support_angle"] < np.pi))
 
 
 def build(deviations: Array, settings: Asked) -> Rings:

@@ -1,7 +1,5 @@
 """Natural frequencies and growth of a ring over its speed, without force and tool."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 

@@ -1,13 +1,11 @@
 """Trials: rings integrated over the duration, and their responses."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.machines.ring.declarations import Asked, description_of
+from tolstat.machines.ring.declarations import NO_REST, Asked, description_of
 from tolstat.machines.ring.flutter import flutter_speed
 from tolstat.machines.ring.harmonics import harmonics, shared, total
 from tolstat.machines.ring.linear import growth_rate, static_depth, terms_of
@@ -17,19 +15,8 @@ from tolstat.model.contract import Outcome
 from tolstat.moving import Accuracy, Solution, System, integrate
 from tolstat.status import Status
 
-IMPOSSIBLE = "cannot exist"
-NO_REST = "no static depth"
-FAILURES = {
-    IMPOSSIBLE: "sizes, masses, stiffnesses, feed and speed are above 0, the thickness "
-    "below the diameter, the support angle between 0 and 180 deg, damping and force "
-    "not below 0",
-    NO_REST: "ring and tool have a static depth of cut",
-}
-
 DEPTH, TRAVEL, ROLLER_1, ROLLER_2 = range(4)  # rows with extremes
 OUT = 4  # the row timed above zero, where forces have a kink: -t_R
-
-
 G = 9.81  # m/s2
 
 

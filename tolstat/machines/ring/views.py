@@ -1,7 +1,5 @@
 """Views of a ring: its histories, and spectrum and stability over the speed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import fields, replace
 from typing import Any, NamedTuple

@@ -9,13 +9,9 @@ with the loads L on the masses. Damping is modal, as in the rest of the model, o
 link, K = C (1 + s tau + i eta): times tau_ij of viscous, factors eta_ij of constant
 loss. The rigid mode adds to angles alone.
 
-References
-----------
-P. V. Krot (2010), "Dynamic analysis": frequency functions at any place, by tension,
-rolling force, defects of gears and unbalance. The paper prints no damping.
+The paper, "Dynamic analysis": frequency functions at any place, by tension, rolling
+force, defects of gears and unbalance. It prints no damping.
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 

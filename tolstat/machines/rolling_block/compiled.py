@@ -1,7 +1,5 @@
 """The drive's equations in registers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.machines.rolling_block import motion as equations

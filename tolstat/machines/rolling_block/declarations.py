@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import accumulate
 from typing import Any
@@ -23,13 +24,11 @@ from tolstat.units.grammar import Range
 
 RPM = 2 * np.pi / 60
 
+SHAFTS = ("motor", "rolls_31", "rolls_34")
 MESH = {
     "teeth": column("number of teeth of the gear", like=1, at_least=1),
-    "shaft": column(
-        "shaft of the gear", like="motor", choices=("motor", "rolls_31", "rolls_34")
-    ),
+    "shaft": column("shaft of the gear", like="motor", choices=SHAFTS),
 }
-
 SPECTRUM = {
     "frequency": column("frequency", unit="Hz", at_least=0.0),
     "density": column("one-sided density", unit="N^2 m^2 s", at_least=0.0),
@@ -94,37 +93,27 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
+        for fault in self._faults():
+            raise ModelError(fault)
+
+    def _faults(self) -> Iterator[str]:
         for key in ("combination", "reference"):
             given = getattr(self, key)
             for stage, at, n in zip("ABCD", given, self.positions, strict=True):
                 if at >= n:
-                    raise ModelError(
-                        f"{key} = {list(given)}: stage {stage} has the positions 0 to "
-                        f"{n - 1}, not {at}"
-                    )
+                    yield f"{key} = {list(given)}: stage {stage} has the positions 0 to {n - 1}, not {at}"
         for key in ("link_damping", "loss_factors"):
             if len(getattr(self, key)) not in (0, len(structure.LINKS)):
-                raise ModelError(
-                    f"{key}: one number for each of the {len(structure.LINKS)} links "
-                    "is expected, or none"
-                )
+                yield f"{key}: one number for each of the {len(structure.LINKS)} links is expected, or none"
         if len(self.delay) == 2:
-            raise ModelError(
-                "delay: one time is expected, or three: from 31 to 32, to 33, to 34"
-            )
+            yield "delay: one time is expected, or three: from 31 to 32, to 33, to 34"
         if self.entries[-1] >= self.horizon:
-            raise ModelError(
-                f"delay: stand 34 enters after {self.entries[-1]:g} s, and the horizon "
-                f"is {self.horizon:g} s; enlarge the horizon"
-            )
+            yield f"delay: stand 34 enters after {self.entries[-1]:g} s, and the horizon is {self.horizon:g} s; enlarge the horizon"
         for load in self.response_loads:
             if load not in structure.LOADS:
-                raise ModelError(
-                    f"response_loads: no load {load}; 1 is the motor, "
-                    f"{', '.join(map(str, structure.STANDS))} are the stands"
-                )
+                yield f"response_loads: no load {load}; 1 is the motor, {', '.join(map(str, structure.STANDS))} are the stands"
         if len(set(self.response_loads)) < len(self.response_loads):
-            raise ModelError("response_loads: a load is given twice")
+            yield "response_loads: a load is given twice"
 
     @property
     def gearbox(self) -> structure.Gearbox:
@@ -166,22 +155,18 @@ class Settings:
 _C = Contributor
 _R = Response
 
-JOINED = tuple(
-    f"{structure.MASSES[i]} to {structure.MASSES[j]}" for i, j in structure.LINKS
-)
-N_MODES = len(structure.LINKS)
-
+JOINED = {ij: f"{structure.MASSES[i]} to {structure.MASSES[j]}" for ij, (i, j) in zip(structure.LINK_NAMES, structure.LINKS, strict=True)}  # fmt: skip
 CONTRIBUTORS = (
     *(_C(f"inertia_{i}", "1", f"Q{i}", f"moment of inertia: {mass}", "(1)", part="inertias") for i, mass in enumerate(structure.MASSES, start=1)),
-    *(_C(f"stiffness_{ij}", "1", f"C{ij}", f"torsional stiffness: {joined}", "(1)", part="stiffnesses") for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
+    *(_C(f"stiffness_{ij}", "1", f"C{ij}", f"torsional stiffness: {joined}", "(1)", part="stiffnesses") for ij, joined in JOINED.items()),
     _C("damping", "1", "zeta", "damping ratio of every elastic mode", "modal damping", part="damping"),
 )  # fmt: skip
 
 RESPONSES = (
-    *(_R(f"frequency_{r}", "Hz", f"f{r}", f"natural frequency {r}, ascending, without the rigid mode", "(1)", shown="Hz", range=POSITIVE) for r in range(1, N_MODES + 1)),
-    *(_R(f"amplification_{ij}", "1", f"K{ij}", f"peak moment over the static one: {joined}", "max |M_ij| / M_ij,static", shown="1", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
-    *(_R(f"moment_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, loads stepping: {joined}", "(2)", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
-    *(_R(f"pulse_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, pulse on a stand: {joined}", "(2)", shown="N m", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
+    *(_R(f"frequency_{r}", "Hz", f"f{r}", f"natural frequency {r}, ascending, without the rigid mode", "(1)", shown="Hz", range=POSITIVE) for r in range(1, len(JOINED) + 1)),
+    *(_R(f"amplification_{ij}", "1", f"K{ij}", f"peak moment over the static one: {joined}", "max |M_ij| / M_ij,static", shown="1", range=POSITIVE) for ij, joined in JOINED.items()),
+    *(_R(f"moment_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, loads stepping: {joined}", "(2)", range=POSITIVE) for ij, joined in JOINED.items()),
+    *(_R(f"pulse_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, pulse on a stand: {joined}", "(2)", shown="N m", range=POSITIVE) for ij, joined in JOINED.items()),
     _R("cancellation", "1", "|a2/a1|", "contribution of mode 2 to M12 over that of mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
     _R("leakage", "1", "|a3,4/a1|", "larger contribution of the local modes 3, 4 to M12 over that of mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
     _R("antiphase_pattern", "1", "", "1 if stands swing in antiphase where they do in the nominal drive, else 0", "Table 1", shown="count", range=SHARE),
@@ -191,3 +176,16 @@ RESPONSES = (
 )  # fmt: skip
 
 DESCRIPTION = Description(CONTRIBUTORS, RESPONSES)
+
+ASSUMPTIONS = (
+    "Nine masses on eight springs without mass, reduced to the motor shaft; upper and lower rolls of a stand are one mass, the rod between stands has no stiffness, as in the paper.",
+    "Inertias and stiffnesses are identified from the paper's Table 1, which does not determine their common scale.",
+    "Every elastic mode has the same damping ratio; the paper prints none.",
+    "The gearbox is the least one that meets the printed ranges of ratios and the printed number of combinations; teeth and stage ratios are not printed.",
+    "Amplification is the greatest elastic moment over the static one from the first load to the horizon, the loads stepping, a quarter on each stand.",
+    "The motion is linear between two steps of the load and solved exactly. Audits use a second method, Dormand-Prince 5(4), as does runge_kutta = true.",
+)  # fmt: skip
+CANNOT_EXIST = "cannot exist"
+FAILURES = {
+    CANNOT_EXIST: "each inertia and stiffness is above 0, the damping not below; their deviations are above -100 %"
+}

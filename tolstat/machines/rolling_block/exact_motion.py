@@ -4,8 +4,6 @@ The twists are counted from where they would rest in relative equilibrium under 
 loads: nothing drives them, and they jump where a load steps.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.arrays import Array

@@ -8,8 +8,6 @@ where a_r = C_ij phi_ij,r (phi_r^T L) / omega_r^2 is what mode r adds to the mom
 the link ij under a static load L. The rigid mode twists nothing.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -39,13 +37,8 @@ class PolesAndZeros(NamedTuple):
 def poles_and_zeros(omega: Array, a: Array) -> PolesAndZeros:
     """Return where an undamped response is infinite, and where it is zero.
 
-    Zeros that no real frequency meets are left out.
-
-    Parameters
-    ----------
-    omega, a : float64[mode]
-        Natural frequencies of one drive, rad/s; contributions of its modes to the
-        moment of one link, N m.
+    Of omega[mode], rad/s, of one drive, and a[mode], N m, the contributions of its
+    modes to the moment of one link. Zeros that no real frequency meets are left out.
     """
     takes_part = np.abs(a) > NO_PART * np.sum(np.abs(a))
     # x = (f/f_ref)^2 and its poles, of the order of 1
@@ -96,12 +89,9 @@ def response(deviations: Array, settings: Settings) -> Chart:
     frequency = frequencies(drive)
     name, link = settings.response_output, settings.response_link
     answer = channels.output_of(link if name == MOMENT else name, settings)
-    title = (
-        f"M{link}" if name == MOMENT else f"stretch {name}" if name in GAPS else name
-    )
-    sources = {
-        words: channels.loads(*those) for words, those in _loads(settings).items()
-    }
+    title = f"stretch {name}" if name in GAPS else name
+    title = f"M{link}" if name == MOMENT else title
+    sources = {words: channels.loads(*on) for words, on in _loads(settings).items()}
     over = "loads" if len(sources) > 1 or "motor" not in sources else "motor"
     if settings.response_input != LOADS:
         over = settings.response_input

@@ -2,13 +2,8 @@
 
 A mass may go where the highest frequency wanted is far below its partial frequency
 sqrt(K_ii/Q_i)/(2 pi), which it has with all others held. "Far" is assumed: a third.
-
-References
-----------
-P. V. Krot (2010), "Model of the block": condition number and partial frequencies.
+The paper, "Model of the block": condition number and partial frequencies.
 """
-
-from __future__ import annotations
 
 import numpy as np
 
@@ -25,9 +20,8 @@ def without(goes: Truths, drive: Drive) -> Array:
     """Return the elastic frequencies, Hz, of the first drive without some inertias."""
     K, root = stiffness_matrix(drive.C)[0], np.sqrt(drive.Q[0, ~goes])
     coupled = K[np.ix_(goes, ~goes)]
-    K = K[np.ix_(~goes, ~goes)] - coupled.T @ np.linalg.solve(
-        K[np.ix_(goes, goes)], coupled
-    )
+    taken = coupled.T @ np.linalg.solve(K[np.ix_(goes, goes)], coupled)
+    K = K[np.ix_(~goes, ~goes)] - taken
     found: Array = np.linalg.eigvalsh(K / root / root[:, None])[1:]
     return np.sqrt(found) / (2 * np.pi)
 
@@ -41,9 +35,8 @@ def masses(deviations: Array, settings: Settings) -> Listing:
     ratio = frequency[n - 1] / partial
     goes = ratio < FAR
     error = np.full(len(MASSES), np.nan)
-    error[:n] = (without(goes, drive) / frequency[: np.sum(~goes) - 1])[:n].round(
-        12
-    ) - 1.0
+    kept = without(goes, drive) / frequency[: np.sum(~goes) - 1]
+    error[:n] = kept[:n].round(12) - 1.0
     return Listing.of(
         f"a mass; it may go where modes 1 to {n} are wanted. In row r: error of mode r "
         "without the masses that go",

@@ -3,8 +3,6 @@
 LAPACK takes the matrices one by one: a drive's answer is the same in any block.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -60,39 +58,24 @@ def unit_shapes(phi: Array) -> Array:
 def mac(phi: Array, reference: Array) -> Array:
     """Return the modal assurance criterion of shapes, [..., mass, mode].
 
-    Returns
-    -------
-    float64[..., mode, reference mode]
-        1 where shapes are alike but for scale and sign, 0 where they are orthogonal
-        or zero.
+    float64[..., mode, reference mode]: 1 where shapes are alike but for scale and sign,
+    0 where they are orthogonal or zero.
     """
     product = np.einsum("...ir,...is->...rs", phi, reference)
     lengths = np.einsum("...ir,...is->...rs", phi * phi, np.ones_like(reference))
     squares = np.einsum("...is,...is->...s", reference, reference)[..., None, :]
     both = lengths * squares
-    criterion: Array = product * product / np.where(both > 0, both, 1.0)
-    return criterion
+    return np.asarray(product * product / np.where(both > 0, both, 1.0))
 
 
 def tracked(phi: Array, reference: Array) -> tuple[NDArray[np.intp], Array]:
     """Return which mode of each drive is which of a reference, where modes veer.
 
     Frequencies are always reported ascending; statistics of shapes need the modes that
-    are alike. They are paired so that the sum of their MAC is the greatest.
-
-    Parameters
-    ----------
-    phi : float64[trial, mass, mode]
-        Shapes.
-    reference : float64[mass, mode]
-        Those of the drive they are compared with.
-
-    Returns
-    -------
-    order : int64[trial, mode]
-        The mode of each trial that is the reference's first, second, ...
-    shapes : float64[trial, mass, mode]
-        In that order, of length 1, with the reference's signs.
+    are alike. Shapes phi[trial, mass, mode] are paired with reference[mass, mode] so
+    that the sum of their MAC is the greatest. The order, int64[trial, mode], is the
+    mode that is the reference's first, second, ...; the shapes in it have length 1 and
+    the reference's signs.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -106,15 +89,9 @@ def tracked(phi: Array, reference: Array) -> tuple[NDArray[np.intp], Array]:
 def antiphase(phi: Array) -> Truths:
     """Return the gaps whose stands swing in antiphase: there tension swings.
 
-    Returns
-    -------
-    bool[trial, mode, gap]
-        Of phi[trial, mass, mode]; gaps 31-32, 32-33, 33-34.
-
-    References
-    ----------
-    P. V. Krot (2010), Table 1 and the text before it: at 22.7 and 62.8 Hz stands
-    32-33, at 25.2 Hz 33-34, at 31.8 Hz 31-32, at the others none.
+    bool[trial, mode, gap] of phi[trial, mass, mode]; gaps 31-32, 32-33, 33-34. The
+    paper, Table 1 and the text before it: at 22.7 and 62.8 Hz stands 32-33, at 25.2 Hz
+    33-34, at 31.8 Hz 31-32, at the others none.
     """
     size = np.abs(phi)
     moving = size > STILL * np.max(size, axis=1, keepdims=True)
@@ -128,12 +105,8 @@ def antiphase(phi: Array) -> Truths:
 def contributions(modes: Modes, C: Array, loads: dict[int, float]) -> Array:
     """Return the static modal contributions a_r to the moments of all links.
 
-    Loads are N m by place: 1 is the motor's M1, which drives; 31 to 34, which brake.
-
-    Returns
-    -------
-    a : float64[trial, link, mode]
-        N m.
+    N m, float64[trial, link, mode]. Loads are N m by place: 1 is the motor's M1, which
+    drives; 31 to 34, which brake.
     """
     omega, phi, phi_ij = modes
     # phi^T L, mass by mass: the sum is the same in any block
@@ -147,13 +120,8 @@ def step(time: Array, omega: Array, zeta: Array) -> Array:
 
     s(t) = 1 - exp(-zeta omega t) (cos omega_d t + zeta omega/omega_d sin omega_d t),
     with omega_d = omega sqrt(1 - zeta^2); written by its two roots, so that damping may
-    be critical or more.
-
-    Returns
-    -------
-    float64[trial, mode, time]
-        Of time[time], s, before 0 nothing moves; omega[trial, mode], rad/s; damping
-        ratio zeta[trial].
+    be critical or more. float64[trial, mode, time] of time[time], s, before 0 nothing
+    moves; omega[trial, mode], rad/s; damping ratio zeta[trial].
     """
     z = zeta[:, None, None]
     w = omega[:, :, None]
@@ -163,8 +131,7 @@ def step(time: Array, omega: Array, zeta: Array) -> Array:
     # (exp(slow t) - exp(fast t))/(slow - fast), which is t exp(slow t) where they meet
     apart = np.where(j_omega_d == 0.0, 1.0, 2.0 * j_omega_d)
     parted = np.where(j_omega_d == 0.0, t, -np.expm1(-2.0 * j_omega_d * t) / apart)
-    followed: Array = (1.0 - np.exp(slow * t) * (1.0 - slow * parted)).real
-    return followed
+    return np.asarray((1.0 - np.exp(slow * t) * (1.0 - slow * parted)).real)
 
 
 def moments(
@@ -172,17 +139,9 @@ def moments(
 ) -> Array:
     """Return the elastic moments of all links after steps of the loads, from rest.
 
-    Parameters
-    ----------
-    time, omega, zeta : float64[time], float64[trial, mode], float64[trial]
-        s; natural frequencies, rad/s; damping ratio.
-    steps : list of (float, float64[trial, link, mode])
-        When, s; and the static modal contributions of what steps then, N m.
-
-    Returns
-    -------
-    float64[trial, link, time]
-        M_ij = C_ij (phi_i - phi_j), N m.
+    M_ij = C_ij (phi_i - phi_j), N m, float64[trial, link, time], of time[time], s;
+    omega[trial, mode], rad/s; damping ratio zeta[trial]. Each step: when, s; and the
+    static modal contributions of what steps then, N m, float64[trial, link, mode].
     """
     total = np.zeros((*steps[0][1].shape[:2], len(time)))
     for begin, a in steps:

@@ -3,14 +3,10 @@
 Integrated are the twists phi_ij of the eight links, equations (2): the angles of the
 masses grow without end and would drown them.
 
-References
-----------
-P. V. Krot (2010), equations (1) and (2). In the first line of (2) the left side is
+In the first line of (2) the left side is
 phi''_12 (printed: phi''_2). The paper prints no damping; here it is modal, and adds a
 moment to each link that follows the rates of all twists.
 """
-
-from __future__ import annotations
 
 from collections import namedtuple
 from typing import NamedTuple

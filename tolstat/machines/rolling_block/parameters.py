@@ -1,7 +1,5 @@
 """Inertias and stiffnesses of the drive, from nominal values and deviations."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -10,12 +8,6 @@ from tolstat.arrays import Array, Truths
 from tolstat.machines.rolling_block.declarations import CONTRIBUTORS, Settings
 from tolstat.machines.rolling_block.modes import Modes, modes_of
 from tolstat.machines.rolling_block.structure import MASSES, reduction
-
-CANNOT_EXIST = "cannot exist"
-FAILURES = {
-    CANNOT_EXIST: "each inertia and stiffness is above 0, the damping not below; their "
-    "deviations are above -100 %"
-}
 
 
 class Drive(NamedTuple):
@@ -30,8 +22,7 @@ class Drive(NamedTuple):
 def exist(deviations: Array) -> Truths:
     """Return which drives can be built."""
     factors = 1.0 + deviations
-    found: Truths = np.all(factors[:, :-1] > 0, axis=1) & (factors[:, -1] >= 0)
-    return found
+    return np.asarray(np.all(factors[:, :-1] > 0, axis=1) & (factors[:, -1] >= 0))
 
 
 def drives(deviations: Array, settings: Settings) -> Drive:

@@ -1,18 +1,13 @@
 """Stability of the drive under a speed regulator with a notch.
 
-The paper says only: the first mode lies in the regulator's range; a notch of 15 to 25
-Hz that takes at least 12 dB suppresses it; the regulator is tuned to the least inertia.
-All else is assumed, so the numbers illustrate this and are no facts about the mill:
+The paper says only, after Fig. 2: the first mode lies in the regulator's range; a notch
+of 15 to 25 Hz that takes at least 12 dB suppresses it; the regulator is tuned to the
+least inertia. All else is assumed, so the numbers illustrate this and are no facts
+about the mill:
 
     w' = (omega_1 - w)/T_f,  T_t M1' = u - M1,  u = N(s) K_p (1 + 1/(T_i s)) (ref - w),
     N = (s^2 + 2 d z w_n s + w_n^2)/(s^2 + 2 z w_n s + w_n^2).
-
-References
-----------
-P. V. Krot (2010), after Fig. 2.
 """
-
-from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Speeds of the motor with and without resonance; the paper's Fig. 5."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.arrays import Array
@@ -24,8 +22,7 @@ def rolling_speeds(settings: Settings) -> Array:
     """
     _, _, i31, i34 = settings.ratios
     per_turn = np.array([i31, i31, i34, i34])
-    speeds: Array = np.array(settings.roll_diameters) / (2.0 * per_turn)
-    return speeds
+    return np.asarray(np.array(settings.roll_diameters) / (2.0 * per_turn))
 
 
 def fastest(settings: Settings) -> float:
@@ -37,11 +34,9 @@ def named_orders(settings: Settings) -> dict[str, float]:
     """Return the excitations by name, and their number per turn of the motor."""
     _, _, i31, i34 = settings.ratios
     turns = {"motor": 1.0, "rolls_31": 1.0 / i31, "rolls_34": 1.0 / i34}
-    orders = settings.orders
-    found = {f"order {str(each).removesuffix('.0')}": each for each in orders}
+    found = {f"order {str(n).removesuffix('.0')}": n for n in settings.orders}
     if settings.rolls:
-        found["rolls 31, 32"] = turns["rolls_31"]
-        found["rolls 33, 34"] = turns["rolls_34"]
+        found |= {"rolls 31, 32": 1.0 / i31, "rolls 33, 34": 1.0 / i34}
     for mesh in settings.meshes:
         name = f"{mesh['teeth']} teeth, {mesh['shaft'].replace('_', ' ')}"
         found[name] = mesh["teeth"] * turns[mesh["shaft"]]
@@ -51,31 +46,18 @@ def named_orders(settings: Settings) -> dict[str, float]:
 def forbidden(omega: Array, orders: list[float], band: float) -> tuple[Array, Array]:
     """Return the speeds at which an excitation is within the band of a frequency.
 
-    Parameters
-    ----------
-    omega : float64[trial, mode]
-        Natural frequencies, rad/s.
-    orders : list of float
-        Excitations per turn of the motor.
-    band : float
-        Share of the natural frequency.
-
-    Returns
-    -------
-    lower, upper : float64[trial, order and mode]
-        Speeds of the motor, rad/s; ends are forbidden too.
+    Lower and upper ends, forbidden too, of the motor's speed, rad/s, float64[trial,
+    order and mode], of omega[trial, mode], rad/s; excitations per turn of the motor;
+    and a share of the natural frequency.
     """
     critical = np.concatenate([omega / order for order in orders], axis=1)
     return critical * (1.0 - band), critical * (1.0 + band)
 
 
 def free_gaps(lower: Array, upper: Array, within: Range) -> tuple[Array, Array]:
-    """Return the gaps between forbidden ranges, some of them empty.
+    """Return the gaps between forbidden ranges, begin and end, float64[trial, gap].
 
-    Returns
-    -------
-    begin, end : float64[trial, gap]
-        Ascending, rad/s; a gap whose end is below its begin is none.
+    Ascending, rad/s; a gap whose end is below its begin is none.
     """
     rank = np.argsort(lower, axis=1)
     starts = np.take_along_axis(lower, rank, axis=1)
@@ -88,15 +70,12 @@ def free_gaps(lower: Array, upper: Array, within: Range) -> tuple[Array, Array]:
 def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
     """Return the widths of speeds without resonance, of omega[trial, mode], rad/s.
 
-    Returns
-    -------
-    total, widest : float64[trial]
-        Width of all free ranges, and of the widest, rad/s; 0 where there are none.
+    Of all free ranges, and of the widest, float64[trial], rad/s; 0 where there are
+    none.
     """
     orders = list(named_orders(settings).values())
-    begin, end = free_gaps(
-        *forbidden(omega, orders, settings.band), settings.speed_range
-    )
+    near = forbidden(omega, orders, settings.band)
+    begin, end = free_gaps(*near, settings.speed_range)
     widths = np.maximum(end - begin, 0.0)
     # one by one: the sum is the same in any block
     return np.cumsum(widths, axis=1)[:, -1], np.max(widths, axis=1)
@@ -105,10 +84,7 @@ def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
 def speed_margin(omega: Array, settings: Settings) -> Array:
     """Return how far the working speed is from the nearest of omega[trial, mode].
 
-    Returns
-    -------
-    float64[trial]
-        min over orders and modes of |order n/60 - f_r| / f_r; 1: of the frequency.
+    min over orders and modes of |order n/60 - f_r| / f_r; 1: of the frequency.
     """
     nearest = np.full(len(omega), np.inf)
     for order in named_orders(settings).values():
@@ -139,7 +115,7 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
     lower, upper = forbidden(omega, list(orders.values()), settings.band)
     begin, end = free_gaps(lower[:1], upper[:1], settings.speed_range)
     free = [(b, e) for b, e in zip(begin[0], end[0], strict=True) if e > b]
-    drawn = others_or_first(omega)
+    drawn = slice(min(1, len(omega) - 1), None)  # the others, or the first alone
     hits = np.zeros(POINTS)
     for low, high in zip(lower[drawn], upper[drawn], strict=True):
         hits += np.any((n >= low[:, None]) & (n <= high[:, None]), axis=0)
@@ -173,11 +149,6 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
             Panel.of("Rolling speed", *rolling),
         ),
     )
-
-
-def others_or_first(omega: Array) -> slice:
-    """Return the drives of which a fraction is taken: the first if it is alone."""
-    return slice(min(1, len(omega) - 1), None)
 
 
 def ends_of(counts: Array, machines: int) -> tuple[Array, Array]:
@@ -216,7 +187,7 @@ def resonances(deviations: Array, settings: Settings) -> Listing:
     place = np.flatnonzero(meets)[np.argsort(lower[0, meets])]
     order, mode = np.divmod(place, n_modes)
     turns = np.array(list(orders.values()))[order]
-    work, drawn = settings.working_speed, others_or_first(omega)
+    work, drawn = settings.working_speed, slice(min(1, len(omega) - 1), None)
     hit = (lower[drawn][:, place] <= work) & (work <= upper[drawn][:, place])
     sure = ends_of(hit.sum(axis=0), len(hit))
     names = ("from, 95 %", "to, 95 %") if len(omega) > 1 else ()

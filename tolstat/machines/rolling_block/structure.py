@@ -5,15 +5,9 @@ no tooth numbers and no stage ratios. Assumed here: stage A has two positions a,
 B, C and D have four each, b, c, d; ratios grow geometrically. That is the smallest
 gearbox with both printed ranges and the number 128.
 
-References
-----------
-P. V. Krot, Dynamic model of the gear drive of variable structure of a high-speed
-wire-rod rolling block (2010, in Russian); Fig. 3 and the equations (1) are the paper's.
-"Modal analysis": motor to roll 0.1572 to 1.2173 (stands 31, 32) and 0.0778 to 0.5330
-(stands 33, 34).
+Fig. 3 and the equations (1) are the paper's. "Modal analysis": motor to roll 0.1572 to
+1.2173 (stands 31, 32) and 0.0778 to 0.5330 (stands 33, 34).
 """
-
-from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise, product
@@ -42,12 +36,9 @@ STATIC_SHARES = (1.0, 1.0, 0.5, 0.5, 0.25, 0.25, 0.25, 0.25)
 
 
 def stiffness_matrix(C: Array) -> Array:
-    """Assemble the stiffness matrix of equations (1).
+    """Assemble K[..., mass, mass], N m/rad, of equations (1) from C[..., link].
 
-    Returns
-    -------
-    K : float64[..., mass, mass]
-        N m/rad, of C, float64[..., link]; K phi is what the links take from each mass.
+    K phi is what the links take from each mass.
     """
     K = np.zeros((*C.shape[:-1], len(MASSES), len(MASSES)))
     for link, (i, j) in enumerate(LINKS):
@@ -130,14 +121,8 @@ def reduction(
     """Reduce to the motor shaft: factors on what holds at the reference combination.
 
     Q_red = Q/i^2, C_red = C/i^2, so a ratio that differs from the reference's gives a
-    factor (i_reference/i)^2.
-
-    Returns
-    -------
-    inertias : float64[mass]
-        Factors of Q1 ... Q9.
-    stiffnesses : float64[link]
-        Factors of C12 ... C59.
+    factor (i_reference/i)^2: of Q1 ... Q9, float64[mass], and of C12 ... C59,
+    float64[link].
     """
     now, then = (ratios(each, gearbox) for each in (combination, gearbox.reference))
     A, AB, i31, i34 = ((t / n) ** 2 for n, t in zip(now, then, strict=True))

@@ -1,12 +1,8 @@
 """Random rolling torques, beats of near modes, and pulses that travel with the rod.
 
-References
-----------
-P. V. Krot (2010): spectra of random loads, advantage 4 of the method; "Modelling":
+The paper: spectra of random loads, advantage 4 of the method; "Modelling":
 beats of 3 to 5 Hz, and delays of 3 to 10 ms from stand to stand.
 """
-
-from __future__ import annotations
 
 from itertools import combinations
 
@@ -56,12 +52,8 @@ def spectra(frequency: Array, drive: Drive, settings: Settings) -> tuple[Array, 
 def deviations_of(drive: Drive, settings: Settings) -> tuple[Array, Array]:
     """Return the standard deviations of the moments, N m, float64[link], as `spectra`.
 
-    The integral has panels that grow with the distance from each peak.
-
-    Raises
-    ------
-    ModelError
-        If a mode has no damping: random torques swing it without end.
+    The integral has panels that grow with the distance from each peak. Raises
+    ModelError if a mode has no damping: random torques swing it without end.
     """
     (omega, _, theta), (tau, eta) = drive.modes, settings.dampings
     peak, zeta = omega[0] / (2 * np.pi), np.broadcast_to(drive.zeta[0], omega[0].shape)
@@ -151,8 +143,7 @@ def residual(drive: Drive, settings: Settings) -> Array:
     """
     omega = drive.modes.omega[:, None, :]
     found = sum(a * np.exp(-1j * omega * t) for t, a in travelling(drive, settings))
-    size: Array = np.abs(found)  # the end of each pulse is among the steps
-    return size
+    return np.asarray(np.abs(found))  # the end of each pulse is among the steps
 
 
 def peaks(drive: Drive, settings: Settings) -> Array:

@@ -4,8 +4,6 @@ The equations are linear, so loads are those of 1 N m: in all if the stands step
 after the other, on its stand for a pulse.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -103,10 +101,7 @@ def damping_matrix(modes: Modes, C: Array, zeta: Array) -> Array:
 
         H_ef = 2 zeta sum over r of M_er M_fr / omega_r^3,   M_er = C_e phi_e,r.
 
-    Returns
-    -------
-    H : float64[trial, link, link]
-        For stiffnesses C, N m/rad, [trial, link], and zeta, [trial].
+    H[trial, link, link] of stiffnesses C, N m/rad, [trial, link], and zeta, [trial].
     """
     omega, _, phi_ij = modes
     moments = C[:, :, None] * phi_ij
@@ -125,10 +120,7 @@ def followed(
 ) -> Solution:
     """Follow drives under a loading, from rest: exactly, or by Runge-Kutta in audits.
 
-    Returns
-    -------
-    Solution
-        Peaks are those of the elastic moments; histories those of the twists first.
+    Peaks are those of the elastic moments; histories those of the twists first.
     """
     H = damping_matrix(drive.modes, drive.C, drive.zeta)
     if not settings.runge_kutta:

@@ -1,7 +1,5 @@
 """Views of the rolling block: histories, combinations, shapes, pulses."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,10 +43,7 @@ LENGTHS = (1e-3, 5e-3, 10e-3)  # s, the paper's range; and a step, which never e
 def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> Chart:
     """Return the moments, N m, [time, link]: loads stepping, and after the pulse.
 
-    Returns
-    -------
-    Chart
-        Curves have the names of the responses that are their peaks.
+    Curves have the names of the responses that are their peaks.
     """
     words = {response.name: response for response in RESPONSES}
     stands = ", ".join(map(str, STANDS))
@@ -82,10 +77,8 @@ def combinations(_: Array, settings: Settings) -> Listing:
         resonance.free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)
     ]
     total, widest = np.array(free)[:, :, 0].T
-    rolling = (
-        settings.working_speed
-        * np.array([resonance.rolling_speeds(one) for one in each]).T
-    )
+    rolling = np.array([resonance.rolling_speeds(one) for one in each]).T
+    limit = np.array([resonance.fastest(one) for one in each])
     return Listing.of(
         "positions of the stages A, B, C, D; motor speed over roll speed",
         *_named(each),
@@ -93,13 +86,11 @@ def combinations(_: Array, settings: Settings) -> Listing:
         ("free speeds", "rad/s", "rpm", total),
         ("widest", "rad/s", "rpm", widest),
         ("condition f8/f1", "1", "1", omega[:, -1] / omega[:, 0]),
-        *((f"v{s}", "m/s", "m/s", v) for s, v in zip(STANDS, rolling, strict=True)),
-        (
-            "limit of v34",
-            "rad/s",
-            "rpm",
-            np.array([resonance.fastest(one) for one in each]),
+        *(
+            (f"v{s}", "m/s", "m/s", settings.working_speed * v)
+            for s, v in zip(STANDS, rolling, strict=True)
         ),
+        ("limit of v34", "rad/s", "rpm", limit),
     )
 
 
@@ -163,17 +154,13 @@ def pulses(deviations: Array, settings: Settings) -> Chart:
     a = size * contributions(drive.modes, drive.C, {settings.pulse_stand: 1.0})[:, link]
     own = f"M{shown}"
     ends = {own: [length], **{f"{1e3 * t:g} ms": [t] for t in LENGTHS}, "step": []}
-    after = {
-        name: [(0.0, a[:1]), *((t, -a[:1]) for t in each)]
-        for name, each in ends.items()
-    }
-    after["travelling"] = [
-        (t, size * part[:1, link]) for t, part in torques.travelling(drive, settings)
-    ]
+    after = {n: [(0.0, a[:1]), *((t, -a[:1]) for t in ts)] for n, ts in ends.items()}
+    moving = torques.travelling(drive, settings)
+    after["travelling"] = [(t, size * part[:1, link]) for t, part in moving]
+    found = {n: moments(time, omega[:1], zeta[:1], steps) for n, steps in after.items()}
     curves = [
         Curve(name, "N m", own, "a pulse", moment[0, 0], shown="N m")
-        for name, steps in after.items()
-        for moment in (moments(time, omega[:1], zeta[:1], steps),)
+        for name, moment in found.items()
     ]
     steps = [(0.0, a[1:]), (length, -a[1:])]
     opened = bands_of(own, "N m", moments(time, omega[1:], zeta[1:], steps)[:, 0])

@@ -8,8 +8,6 @@ sums of their elongations and of their play along the carriage decide.
 This law is no part of the paper, which names clearances only as what permits motion.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 import numpy as np

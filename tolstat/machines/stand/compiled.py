@@ -1,7 +1,5 @@
 """The stand's equations in registers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.machines.stand import motion as equations

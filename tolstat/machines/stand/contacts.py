@@ -1,7 +1,5 @@
 """Stands with play in registers: contacts change at located crossings alone."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.machines.stand import clearance

@@ -1,7 +1,5 @@
 """Settings, contributors and responses of the stand."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from tolstat.model.description import SHARE, Contributor, Description, Gear, Response
@@ -132,3 +130,20 @@ RESPONSES = (
     _R("jam_share", "1", "tau", "share of time in contact with the side guides", "(6)", range=SHARE),
 )  # fmt: skip
 NAMES = tuple(each.name for each in description_of(Settings()).contributors)
+
+ASSUMPTIONS = (
+    "Dormand-Prince 5(4) with separate steps for each trial; the yaw rate is damped linearly within a step.",
+    "Parts are rigid, or springs without mass; peak loads are elastic forces.",
+    "Friction and the contact with the guides are smooth functions, as in the paper; the guides touch at one angle.",
+    "The rolling force does not depend on the pass; nothing wears or heats up.",
+)  # fmt: skip
+NOTHING, NO_REACH, NO_FIT = "no part left", "rod too short", "does not fit"
+OFF_CENTRE, NO_SHARE = "off its axis", "loses too much"
+FAILURES = {
+    NOTHING: "rods, cranks, hinge arms, guides, stiffnesses, inertias, masses and the gap between the feet are above 0; shaft 12, dampings, joint clearances, friction and rolling force not below",
+    NO_REACH: "each rod is longer than its crank by more than the height of its hinge",
+    NO_FIT: "the rods put the ends of the carriage less apart than their hinges are",
+    OFF_CENTRE: "run-outs and tooth positions are smaller than the wheel",
+    # parts deviate so much that the start-up releases more energy than the drive gives
+    NO_SHARE: "the guides take from 0 to 100 % of the drive's energy",
+}

@@ -1,24 +1,17 @@
 """The stand as a model: deviations of its parts in, responses of its trials out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.stand import trials
-from tolstat.machines.stand.declarations import Settings, description_of
-from tolstat.machines.stand.parameters import FAULTS, build, faults
+from tolstat.machines.stand import declarations, trials
+from tolstat.machines.stand.declarations import Settings
+from tolstat.machines.stand.parameters import build, faults
 from tolstat.machines.stand.statics import loads, loops, self_stress
 from tolstat.machines.stand.views import OFFERS, chart_of
 from tolstat.model.contract import History, Model, Outcome, Spreads, sample_times
 from tolstat.model.description import Description, StudyNumber
-
-FAILURES = {
-    **FAULTS,
-    trials.NO_SHARE: "the guides take from 0 to 100 % of the drive's energy",
-}
 
 
 class Stand(Model):
@@ -27,19 +20,12 @@ class Stand(Model):
     name = "stand"
     title = "KhPT-75 cold pilger mill: carriage driven by two parallel crank-rod chains"
     settings = Settings
-    failures = FAILURES
+    failures = declarations.FAILURES
     views = OFFERS
-    assumptions = (
-        "Dormand-Prince 5(4) with separate steps for each trial; the yaw rate is "
-        "damped linearly within a step.",
-        "Parts are rigid, or springs without mass; peak loads are elastic forces.",
-        "Friction and the contact with the guides are smooth functions, as in the "
-        "paper; the guides touch at one angle.",
-        "The rolling force does not depend on the pass; nothing wears or heats up.",
-    )
+    assumptions = declarations.ASSUMPTIONS
 
     def describe(self, settings: Settings) -> Description:
-        return description_of(settings)
+        return declarations.description_of(settings)
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
         return faults(deviations, settings)

@@ -2,18 +2,11 @@
 
 Called on arrays [lanes] they run in NumPy, compiled they run in registers.
 
-References
-----------
-E. Ya. Antonyuk, A. G. Zabuga, On the dynamic loading of machines with parallel
-statically indeterminate kinematic chains (2012); equation numbers are the paper's.
-
 Three departures from the print: the rods' elongations are exact distances (the
 printed (4), (5) project on the undeformed rod, which does not conserve energy); the
 couple and the yaw in (7) carry a modulus, without which friction would drive a
 carriage that yaws to the left; run-out and tooth position enter the meshes.
 """
-
-from __future__ import annotations
 
 from collections import namedtuple
 from typing import NamedTuple

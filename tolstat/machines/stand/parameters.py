@@ -1,12 +1,4 @@
-"""Parts of a stand from its deviations, and the parameters of the equations.
-
-References
-----------
-E. Ya. Antonyuk, A. G. Zabuga, On the dynamic loading of machines with parallel
-statically indeterminate kinematic chains (2012); equation numbers are the paper's.
-"""
-
-from __future__ import annotations
+"""Parts of a stand from its deviations, and the parameters of the equations."""
 
 from collections import namedtuple
 from collections.abc import Mapping
@@ -16,20 +8,8 @@ from math import asinh, hypot
 import numpy as np
 
 from tolstat.arrays import Array, Truths
+from tolstat.machines.stand import declarations
 from tolstat.machines.stand.declarations import NAMES, Settings
-
-NOTHING = "no part left"
-NO_REACH = "rod too short"
-NO_FIT = "does not fit"
-OFF_CENTRE = "off its axis"
-FAULTS = {
-    NOTHING: "rods, cranks, hinge arms, guides, stiffnesses, inertias, masses and the "
-    "gap between the feet are above 0; shaft 12, dampings, joint clearances, friction "
-    "and rolling force not below",
-    NO_REACH: "each rod is longer than its crank by more than the height of its hinge",
-    NO_FIT: "the rods put the ends of the carriage less apart than their hinges are",
-    OFF_CENTRE: "run-outs and tooth positions are smaller than the wheel",
-}
 
 # the parts with their deviations, float64[n] each, SI
 Parts = namedtuple(
@@ -37,93 +17,6 @@ Parts = namedtuple(
     "l1 l2 r_1 r_2 h_1 h_2 a_1 a_2 dl_s dh k30 k31 k32 k1 k2 H1 H2 half_c1 half_c2 "
     "I1 I2 I_s m mu c2 c3 c_s Hk3 Hc2 Hc3 H_s delta F0",
 )
-
-
-def named(deviations: Array) -> dict[str, Array]:
-    """Return deviations[trial, contributor] by name."""
-    return dict(zip(NAMES, deviations.T, strict=True))
-
-
-def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
-    """Return the parts of trials, from deviations d by name."""
-    N = settings
-    dl, dr = d["rod_difference"], d["crank_difference"]
-    k30, k31, k32 = (N.k3 * (1 + d[f"mesh_stiffness_{i}"]) for i in range(3))
-    k1, k2 = (N.k * (1 + d[f"rod_stiffness_{i}"]) for i in (1, 2))
-    H1, H2 = (
-        N.H * k / N.k * (1 + d[f"rod_damping_{i}"]) for i, k in ((1, k1), (2, k2))
-    )
-    I1, I2 = (N.I * (1 + d[f"wheel_inertia_{i}"]) for i in (1, 2))
-    m = N.m * (1 + d["carriage_mass"])
-    a_1, a_2 = (N.dl_s / 2 + d[f"hinge_arm_{i}"] for i in (1, 2))
-    dh = N.dh + d["guide_length"]
-    shaft_12 = 0.0 if settings.drive == "balanced" else 1.0
-    delta = (N.dL + d["guide_clearance"]) / dh
-    if settings.contact_yaw is not None:
-        delta = np.full_like(m, settings.contact_yaw)
-    return Parts(
-        l1=N.l + dl + d["rod_length_1"],
-        l2=N.l - dl + d["rod_length_2"],
-        r_1=N.r - dr / 2 + d["crank_radius_1"],
-        r_2=N.r + dr / 2 + d["crank_radius_2"],
-        h_1=N.h + d["hinge_height_1"], h_2=N.h + d["hinge_height_2"],
-        a_1=a_1, a_2=a_2, dl_s=a_1 + a_2, dh=dh, delta=delta,
-        k30=k30, k31=k31, k32=k32, k1=k1, k2=k2, H1=H1, H2=H2,
-        half_c1=d["joint_clearance_1"] / 2, half_c2=d["joint_clearance_2"] / 2,
-        I1=I1, I2=I2, I_s=N.I_s * (1 + d["carriage_inertia"]), m=m,
-        mu=N.mu * (1 + d["friction"]),
-        c2=shaft_12 * N.c2 * (1 + d["shaft_12_stiffness"]),
-        c3=N.c3 * (1 + d["shaft_9_stiffness"]),
-        c_s=N.c_s * (1 + d["guide_stiffness"]),
-        Hk3=N.Hk3 * (1 + d["mesh_damping"]),
-        Hc2=shaft_12 * N.Hc2 * (1 + d["shaft_12_damping"]),
-        Hc3=N.Hc3 * (1 + d["shaft_9_damping"]),
-        H_s=N.H_s * (1 + d["guide_damping"]),
-        F0=N.F0 * (1 + d["rolling_force"]),
-    )  # fmt: skip
-
-
-def initial_position(p: Parts | Parameters) -> tuple[Array, Array, Array]:
-    """Return the leftmost position of the carriage, (10), (11).
-
-    Returns
-    -------
-    tuple of float64[n]
-        phi31 = phi32 (rad), x (m), sin alpha; NaN where the parts cannot be mounted.
-    """
-    reach1, reach2 = p.l1 - p.r_1, p.l2 - p.r_2
-    with np.errstate(invalid="ignore", divide="ignore"):
-        phi = -(np.arcsin(p.h_1 / reach1) + np.arcsin(p.h_2 / reach2)) / 2
-        xa = np.sqrt(reach1**2 - p.h_1**2)
-        xb = np.sqrt(reach2**2 - p.h_2**2)
-        return phi, (xa + xb) / 2, (xa - xb) / p.dl_s
-
-
-def faults(deviations: Array, settings: Settings) -> dict[str, Truths]:
-    """Return which trials cannot be built, by the words of `FAULTS`."""
-    d, N = named(deviations), settings
-    p = parts_of(d, settings)
-    # c2 may be zero by a sum of deviations or by the balanced drive, never negative
-    positive = np.minimum.reduce(
-        [p.l1, p.l2, p.r_1, p.r_2, p.a_1, p.a_2, p.dh, p.dl_s - 2 * N.foot, p.k30,
-         p.k31, p.k32, p.k1, p.k2, p.I1, p.I2, p.I_s, p.m, p.c3, p.c_s, p.delta]
-    )  # fmt: skip
-    not_negative = np.minimum.reduce(
-        [p.c2, p.mu, p.F0, p.H1, p.H2, p.Hk3, p.Hc2, p.Hc3, p.H_s, p.half_c1, p.half_c2]
-    )
-    reach = np.minimum(p.l1 - p.r_1 - np.abs(p.h_1), p.l2 - p.r_2 - np.abs(p.h_2))
-    _, _, sin_alpha = initial_position(p)
-    radii = {7: N.r3, 8: N.r3, 10: N.r2, 11: N.r2}
-    off = [np.abs(d[f"runout_{i}"]) / r for i, r in radii.items()]
-    off += [np.abs(d[f"tooth_position_{i}"]) / N.r3 for i in (1, 2)]
-    return {
-        NOTHING: ~((positive > 0) & (not_negative >= 0)),
-        NO_REACH: ~(reach > 0),
-        NO_FIT: ~(np.abs(sin_alpha) < 1),
-        OFF_CENTRE: ~(np.maximum.reduce(off) < 1),
-    }
-
-
 # numbers of one trial, SI, as the equations name them, each float64[n]. Reciprocals
 # are hoisted out of the equations: a division costs as much as ten multiplications
 # there. B maps (phi1, a_1, a_2) to the deformations of meshes 0, 1, 2 and shaft 12;
@@ -139,19 +32,93 @@ Parameters = namedtuple(
     "m per_m I_s per_I_s h_1 h_2 dl_s off skew dh "  # carriage
     "mu mu_rot g c_s H_s delta F0 x_roll beta1 beta2 beta3 beta4 beta5",
 )
+WHEELS = {7: "r3", 8: "r3", 10: "r2", 11: "r2"}  # with run-out, and their radius
+# nominal values by what deviates relative to them
+RELATIVE = {
+    "m": "carriage_mass", "I_s": "carriage_inertia", "mu": "friction",
+    "c3": "shaft_9_stiffness", "c_s": "guide_stiffness", "Hk3": "mesh_damping",
+    "Hc3": "shaft_9_damping", "H_s": "guide_damping", "F0": "rolling_force",
+}  # fmt: skip
+
+
+def named(deviations: Array) -> dict[str, Array]:
+    """Return deviations[trial, contributor] by name."""
+    return dict(zip(NAMES, deviations.T, strict=True))
+
+
+def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
+    """Return the parts of trials, from deviations d by name."""
+    N = settings
+    dl, dr = d["rod_difference"], d["crank_difference"]
+    k1, k2 = (N.k * (1 + d[f"rod_stiffness_{i}"]) for i in (1, 2))
+    a_1, a_2 = (N.dl_s / 2 + d[f"hinge_arm_{i}"] for i in (1, 2))
+    dh = N.dh + d["guide_length"]
+    shaft_12 = 0.0 if settings.drive == "balanced" else 1.0
+    delta = (N.dL + d["guide_clearance"]) / dh
+    if settings.contact_yaw is not None:
+        delta = np.full_like(dh, settings.contact_yaw)
+    return Parts(
+        l1=N.l + dl + d["rod_length_1"],
+        l2=N.l - dl + d["rod_length_2"],
+        r_1=N.r - dr / 2 + d["crank_radius_1"],
+        r_2=N.r + dr / 2 + d["crank_radius_2"],
+        h_1=N.h + d["hinge_height_1"], h_2=N.h + d["hinge_height_2"],
+        a_1=a_1, a_2=a_2, dl_s=a_1 + a_2, dh=dh, delta=delta,
+        **{f"k3{i}": N.k3 * (1 + d[f"mesh_stiffness_{i}"]) for i in range(3)},
+        k1=k1, k2=k2,
+        H1=N.H * k1 / N.k * (1 + d["rod_damping_1"]),
+        H2=N.H * k2 / N.k * (1 + d["rod_damping_2"]),
+        half_c1=d["joint_clearance_1"] / 2, half_c2=d["joint_clearance_2"] / 2,
+        **{f"I{i}": N.I * (1 + d[f"wheel_inertia_{i}"]) for i in (1, 2)},
+        c2=shaft_12 * N.c2 * (1 + d["shaft_12_stiffness"]),
+        Hc2=shaft_12 * N.Hc2 * (1 + d["shaft_12_damping"]),
+        **{name: getattr(N, name) * (1 + d[of]) for name, of in RELATIVE.items()},
+    )  # fmt: skip
+
+
+def initial_position(p: Parts | Parameters) -> tuple[Array, Array, Array]:
+    """Return the leftmost position of the carriage, (10), (11), each float64[n].
+
+    phi31 = phi32 (rad), x (m), sin alpha; NaN where the parts cannot be mounted.
+    """
+    reach1, reach2 = p.l1 - p.r_1, p.l2 - p.r_2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        phi = -(np.arcsin(p.h_1 / reach1) + np.arcsin(p.h_2 / reach2)) / 2
+        xa = np.sqrt(reach1**2 - p.h_1**2)
+        xb = np.sqrt(reach2**2 - p.h_2**2)
+        return phi, (xa + xb) / 2, (xa - xb) / p.dl_s
+
+
+def faults(deviations: Array, settings: Settings) -> dict[str, Truths]:
+    """Return which trials cannot be built, by the words of `FAILURES`."""
+    d, N = named(deviations), settings
+    p = parts_of(d, settings)
+    # c2 may be zero by a sum of deviations or by the balanced drive, never negative
+    positive = np.minimum.reduce(
+        [p.l1, p.l2, p.r_1, p.r_2, p.a_1, p.a_2, p.dh, p.dl_s - 2 * N.foot, p.k30,
+         p.k31, p.k32, p.k1, p.k2, p.I1, p.I2, p.I_s, p.m, p.c3, p.c_s, p.delta]
+    )  # fmt: skip
+    not_negative = np.minimum.reduce(
+        [p.c2, p.mu, p.F0, p.H1, p.H2, p.Hk3, p.Hc2, p.Hc3, p.H_s, p.half_c1, p.half_c2]
+    )
+    reach = np.minimum(p.l1 - p.r_1 - np.abs(p.h_1), p.l2 - p.r_2 - np.abs(p.h_2))
+    _, _, sin_alpha = initial_position(p)
+    off = [np.abs(d[f"runout_{i}"]) / getattr(N, r) for i, r in WHEELS.items()]
+    off += [np.abs(d[f"tooth_position_{i}"]) / N.r3 for i in (1, 2)]
+    return {
+        declarations.NOTHING: ~((positive > 0) & (not_negative >= 0)),
+        declarations.NO_REACH: ~(reach > 0),
+        declarations.NO_FIT: ~(np.abs(sin_alpha) < 1),
+        declarations.OFF_CENTRE: ~(np.maximum.reduce(off) < 1),
+    }
 
 
 def gear_deformations(parts: Parts, settings: Settings) -> Array:
     """Condense the massless pinions 10, 11 out of the second loop.
 
     phi21, phi22 minimise the elastic energy of meshes 0, 1, 2 and shaft 12 for given
-    (phi1, a_1, a_2).
-
-    Returns
-    -------
-    float64[n, 4, 3]
-        B: deformations of meshes 0, 1, 2 (m) and of shaft 12 (rad) for
-        (phi1, a_1, a_2), rad.
+    (phi1, a_1, a_2), rad: float64[n, 4, 3], B, the deformations of the meshes (m) and
+    of the shaft (rad).
     """
     r1, r2, r3 = settings.r1, settings.r2, settings.r3
     # mesh 0 feels pinion 10, or with the differential the mean of both pinions
@@ -160,8 +127,7 @@ def gear_deformations(parts: Parts, settings: Settings) -> Array:
     pinions = np.array([[on_10, on_11], [r2, 0], [0, r2], [-1, 1]])
     K = np.stack([parts.k30, parts.k31, parts.k32, parts.c2], axis=-1)[:, :, None]
     T = -np.linalg.solve(pinions.T @ (K * pinions), pinions.T @ (K * driven))
-    B: Array = driven + pinions @ T
-    return B
+    return np.asarray(driven + pinions @ T)
 
 
 @lru_cache
@@ -180,18 +146,9 @@ def friction_arm(dh: float, dl_s: float, foot: float) -> float:
 
 
 def build(deviations: Array, settings: Settings) -> Parameters:
-    """Return the parameters of deviations[trial, contributor].
-
-    Returns
-    -------
-    p : Parameters
-        Each float64[n].
-    """
+    """Return the parameters of deviations[trial, contributor], each float64[n]."""
     d, N = named(deviations), settings
     parts = parts_of(d, settings)
-    psi1, psi2 = (d[f"crank_angle_{i}"] for i in (1, 2))
-    E7, E8, E10, E11 = (d[f"runout_{i}"] for i in (7, 8, 10, 11))
-    th7, th8, th10, th11 = (d[f"runout_phase_{i}"] for i in (7, 8, 10, 11))
     phi31_0, _, _ = initial_position(parts)
     B = gear_deformations(parts, settings)
     one = np.ones_like(parts.m)
@@ -216,14 +173,12 @@ def build(deviations: Array, settings: Settings) -> Parameters:
         i3=N.r3 / N.r2 * one, per_r3=1 / N.r3 * one,
         s1=d["tooth_position_1"], s2=d["tooth_position_2"],
         # run-out
-        E7c=E7 * np.cos(th7), E7s=E7 * np.sin(th7),
-        E8c=E8 * np.cos(th8), E8s=E8 * np.sin(th8),
-        E10c=E10 * np.cos(th10), E10s=E10 * np.sin(th10),
-        E11c=E11 * np.cos(th11), E11s=E11 * np.sin(th11),
+        **{f"E{i}c": d[f"runout_{i}"] * np.cos(d[f"runout_phase_{i}"]) for i in WHEELS},
+        **{f"E{i}s": d[f"runout_{i}"] * np.sin(d[f"runout_phase_{i}"]) for i in WHEELS},
         # wheels
         per_I1=per_I1, per_I2=per_I2,
-        cos_psi1=np.cos(psi1), sin_psi1=np.sin(psi1),
-        cos_psi2=np.cos(psi2), sin_psi2=np.sin(psi2),
+        **{f"cos_psi{i}": np.cos(d[f"crank_angle_{i}"]) for i in (1, 2)},
+        **{f"sin_psi{i}": np.sin(d[f"crank_angle_{i}"]) for i in (1, 2)},
         # rods
         link=one * (settings.variant == "equalized"),
         # carriage

@@ -3,14 +3,7 @@
 Members deform by F(x): meshes, shafts, rods, and the guides where they hold the yaw; x
 are the positions, gear 13 is held. J = dF/dx, det J on the paper's page 2. Members in
 excess of rank J can be loaded from within: degree of indeterminacy and self-stress.
-
-References
-----------
-E. Ya. Antonyuk, A. G. Zabuga, On the dynamic loading of machines with parallel
-statically indeterminate kinematic chains (2012).
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 
@@ -89,8 +82,7 @@ def closed(at: Loops) -> Array:
     scaled = scale[:, None] * at.J
     U, sizes, _ = np.linalg.svd(scaled / np.linalg.norm(scaled, axis=0))
     null = U[:, np.count_nonzero(sizes > ZERO * sizes[0]) :].T
-    found: Array = null * (np.abs(null) > ZERO) * scale
-    return found
+    return np.asarray(null * (np.abs(null) > ZERO) * scale)
 
 
 def self_stress(at: Loops) -> Array:

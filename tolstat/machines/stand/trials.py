@@ -1,18 +1,11 @@
 """Trials: stands integrated over the whole run, and their responses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.stand.clearance import (
-    Contacts,
-    excess_of,
-    joints_of,
-    met,
-    play_of,
-)
-from tolstat.machines.stand.declarations import RESPONSES, Settings
+from tolstat.machines.stand import clearance
+from tolstat.machines.stand.clearance import Contacts
+from tolstat.machines.stand.declarations import NO_SHARE, RESPONSES, Settings
 from tolstat.machines.stand.motion import Loads, Motion, Powers, State, motion
 from tolstat.machines.stand.parameters import Parameters, initial_position
 from tolstat.model.contract import Outcome
@@ -22,9 +15,6 @@ from tolstat.status import Status
 
 # marks of a trial
 START, STEADY, WINDOW, END = range(4)
-
-# parts deviate so much that the start-up releases more energy than the drive gives
-NO_SHARE = "loses too much"
 
 
 def simulated(
@@ -49,10 +39,8 @@ def simulated(
 
     loose = (p.half_c1 > 0) | (p.half_c2 > 0)
     found = solved(SYSTEM, start[~loose], ~loose)
-    states, history = (
-        np.pad(each, ((0, 0), (0, 0), (0, len(Contacts._fields))))
-        for each in (found.states, found.history)
-    )
+    wider = (0, 0), (0, 0), (0, len(Contacts._fields))
+    states, history = (np.pad(y, wider) for y in (found.states, found.history))
     above = np.pad(found.above, ((0, 0), (0, 2)))
     found = found._replace(states=states, history=history, above=above)
     if not loose.any():
@@ -73,15 +61,16 @@ def moved(t: Array, phase: Array, states: Array, p: Parameters) -> Motion:
     """Return the motion at float64[trial or moment, state], `Contacts` last."""
     n = len(State._fields)
     y, contacts = State(*states.T[:n]), Contacts(*states.T[n:])
-    return motion(Moment(t, phase), y, p, joints_of(contacts, p))
+    return motion(Moment(t, phase), y, p, clearance.joints_of(contacts, p))
 
 
 def contacts_at_start(start: Array, p: Parameters) -> Contacts:
     """Return the contacts of trials at rest: those that start loaded touch."""
     still = np.zeros(len(start))
     at = motion(Moment(still, still), State(*start.T), p)
-    play = play_of(at.rods, p)
-    return met(Contacts(*[still] * 6), excess_of(play), play, False)
+    play = clearance.play_of(at.rods, p)
+    sides = clearance.excess_of(play)
+    return clearance.met(Contacts(*[still] * 6), sides, play, False)
 
 
 def outcome_of(solution: Solution, p: Parameters, settings: Settings) -> Outcome:
@@ -127,7 +116,7 @@ def responses_of(
 
     run = Powers(*solution.quadratures[:, END].T)
     energy = Powers(*(solution.quadratures[:, END] - solution.quadratures[:, WINDOW]).T)
-    greatest, least = Loads(*solution.greatest.T), Loads(*solution.least.T)
+    greatest, least = solution.greatest.T, solution.least.T  # rod forces first
     lost = sum(energy[1:])
     residual = energy.drive - (stored(END) - stored(WINDOW)) - lost
     # a time that is summed step by step may exceed the window by some ulps
@@ -139,10 +128,8 @@ def responses_of(
         **{f"{name}_energy": values for name, values in energy._asdict().items()},
         "energy_residual": residual / energy.drive,
         **Loads(*solution.peak.T)._asdict(),
-        "rod_tension_1": np.maximum(greatest.rod_force_1, 0.0),
-        "rod_tension_2": np.maximum(greatest.rod_force_2, 0.0),
-        "rod_compression_1": np.maximum(-least.rod_force_1, 0.0),
-        "rod_compression_2": np.maximum(-least.rod_force_2, 0.0),
+        **{f"rod_tension_{i}": np.maximum(greatest[i - 1], 0.0) for i in (1, 2)},
+        **{f"rod_compression_{i}": np.maximum(-least[i - 1], 0.0) for i in (1, 2)},
         **dict(zip(("jam_share", "free_share_1", "free_share_2"), shares, strict=True)),
         **{name: each for name, each in contacts._asdict().items() if name[0] != "s"},
     }

@@ -1,7 +1,5 @@
 """Views of a stand: curves over time; what deviations alone load it with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.arrays import Array
