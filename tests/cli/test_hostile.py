@@ -172,3 +172,13 @@ def test_a_full_disk_during_output_is_reported(folder):
     assert ended.returncode == 1
     assert ended.stderr.startswith("tolstat: the disk of standard output is full")
     assert len(ended.stderr.splitlines()) == 1
+
+
+def test_a_working_directory_that_was_removed(folder, tmp_path):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    with contextlib.chdir(gone):
+        gone.rmdir()
+        done = CliRunner().invoke(main, ["run", str(folder / "stack.toml")])
+    assert done.exit_code == 2
+    assert "the working directory cannot be used: No such file" in done.stderr

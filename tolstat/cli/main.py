@@ -62,6 +62,7 @@ class Group(click.Group):
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; an error ends it with a sentence."""
         try:
+            _check_folder()
             return super().invoke(ctx)
         except TolstatError as error:
             from tolstat.answers.next_steps import worded
@@ -86,6 +87,16 @@ class Group(click.Group):
                 err=True,
             )
             sys.exit(1)
+
+
+def _check_folder() -> None:
+    """Refuse a working directory that was removed: models are called there."""
+    try:
+        os.getcwd()
+    except OSError as error:
+        raise TolstatError(
+            f"the working directory cannot be used: {error.strerror}; change to another"
+        ) from None
 
 
 def _sentence(command: str) -> str:
