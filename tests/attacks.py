@@ -133,8 +133,8 @@ def finished(folder, what):
             if what == "extend" and tolstat.open(path).trials < 6000:
                 DONE[what][1]()
         elif (
-            what == "extend"
-            or not path.exists()
+            not path.exists()
+            or (what == "extend" and tolstat.open(path).trials < 6000)
             or (what == "force" and tolstat.open(path).sampled.seed == 4)
         ):
             DONE[what][1]()

@@ -3,8 +3,10 @@
 import difflib
 from collections.abc import Iterable
 from pathlib import Path
-from traceback import format_exception_only
+from traceback import TracebackException
 from typing import Any, NamedTuple
+
+LONGEST = 1000  # characters of the message of another's error
 
 
 class Advice(NamedTuple):
@@ -105,8 +107,11 @@ class StoppedError(TolstatError):
 
 
 def told(error: BaseException) -> str:
-    """Return kind and message of an error in code of others."""
-    return format_exception_only(error)[-1].strip()
+    """Return kind and message of an error in code of others, cut where it is long."""
+    found = TracebackException(type(error), error, None)
+    found.__notes__ = []  # they would come last
+    words = [*found.format_exception_only()][-1].strip()
+    return words if len(words) <= LONGEST else f"{words[:LONGEST]} ..."
 
 
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:

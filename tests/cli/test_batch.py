@@ -264,3 +264,9 @@ def test_an_index_fits_its_window(tmp_path):
     over = "(e => e.scrollWidth - e.clientWidth)(document.querySelector('.table'))"
     assert asked(path, tmp_path, 1100, over) == 0
     assert asked(path, tmp_path, 390, "document.documentElement.scrollWidth") <= 390
+
+
+def test_a_link_in_a_circle_is_a_sentence(tmp_path):
+    (tmp_path / "loop.toml").symlink_to("loop.toml")
+    done = call("batch", tmp_path / "loop.toml")
+    assert done.exit_code == 2 and "loop.toml" in done.output, done.output

@@ -20,7 +20,7 @@ from tests.render.made_tables import table
 from tolstat.answers.sweep.extremes_document import table_rows
 from tolstat.cli.main import FILES, main
 from tolstat.document.blocks import Column
-from tolstat.render.screen import as_text, show_table
+from tolstat.render.screen import UNBOUNDED, Screen, as_text, show_table
 
 TOLSTAT = Path(sys.executable).with_name("tolstat")
 
@@ -255,6 +255,11 @@ def test_a_narrow_terminal_loses_no_digit(small_as_run, monkeypatch, columns):
         assert "\n  verdict: " in shown and "on a wider" not in shown
     else:
         assert "on a wider screen also: equivalent Ppk\n" in shown
+
+
+def test_a_terminal_of_any_width_takes_no_memory(monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(10**9))
+    assert Screen().width == UNBOUNDED
 
 
 def test_a_title_uses_the_width_of_the_screen(capsys):

@@ -172,3 +172,23 @@ def test_a_full_disk_during_output_is_reported(folder):
     assert ended.returncode == 1
     assert ended.stderr.startswith("tolstat: the disk of standard output is full")
     assert len(ended.stderr.splitlines()) == 1
+
+
+def test_a_working_directory_that_was_removed(folder, tmp_path):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    with contextlib.chdir(gone):
+        gone.rmdir()
+        done = CliRunner().invoke(main, ["run", str(folder / "stack.toml")])
+    assert done.exit_code == 2
+    assert "the working directory cannot be used: No such file" in done.stderr
+
+
+def test_a_file_that_cannot_be(folder):
+    long = "x" * 300
+    for words in (
+        ["new", "--model", f"{long}.py"], ["new", "stand", "-o", long], ["show", long],
+        ["resume", long], ["batch", "stack.toml/x.toml"],
+    ):  # fmt: skip
+        said = call(folder, *words, code=1)
+        assert ": File name too long" in said or ": File exists" in said, said

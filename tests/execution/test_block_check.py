@@ -12,6 +12,7 @@ from tolstat.answers.checks import verified_document
 from tolstat.errors import ModelError, TolstatError
 from tolstat.execution import run_loop
 from tolstat.render.screen import show
+from tolstat.study.study import load
 
 
 class Lying(Toy):
@@ -83,12 +84,24 @@ def test_the_status_counts_too(toy_study):
                 status=np.full(len(deviations), 1 + 3 * (len(deviations) > 1))
             )
 
-    with pytest.raises(ModelError, match=r"trial 1 depends on the other trials of"):
+    with pytest.raises(ModelError, match=r"trial \d+ depends on the other trials of"):
         tolstat.run(toy_study, model=Picky())
 
 
+def test_a_trial_that_is_done_is_checked(toy, toy_study):
+    last = load(toy_study, model=toy).deviations()[31, 0]  # of the first block
+
+    class LastFails(OfMean):
+        def evaluate(self, deviations, settings):
+            found = super().evaluate(deviations, settings)
+            return found._replace(status=1 + 3 * (deviations[:, 0] == last))
+
+    with pytest.raises(ModelError, match=r"trial 30 depends on the other trials of"):
+        tolstat.run(toy_study, model=LastFails())
+
+
 def test_other_rounding_is_a_warning(toy_study):
-    with pytest.warns(RuntimeWarning, match=r"trial 1 depends .*\(in its last bits"):
+    with pytest.warns(RuntimeWarning, match=r"trial \d+ depends .*\(in its last bits"):
         assert tolstat.run(toy_study, model=Rounded()).complete
 
 
@@ -109,7 +122,7 @@ def test_a_run_checks_its_own_blocks(toy_study, model):
 
 def test_verify_evaluates_some_trials_alone(toy_study, capsys):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_loop, "LONGER", 10**9)
+        patch.setattr(run_loop, "check_block", lambda *_: True)
         run = tolstat.run(toy_study, model=Late())
     found = tolstat.verify(run.path, model=Late(), every=True)
     assert not found.whole and len(found.dependent) and len(found.different)

@@ -250,3 +250,28 @@ def test_a_run_without_any_trial_says_so(sampling, toy, tmp_path, capsys):
     ):
         with pytest.raises(PictureError, match="no trial has run"):
             question()
+
+
+@pytest.mark.parametrize("first", [0, 5])  # missing, failed
+@pytest.mark.parametrize("trials", [slice(0, 32), slice(0, 255), slice(1, 256)])
+def test_any_part_of_a_run_has_answers(toy, tmp_path, first, trials):
+    """Also where its first block is slow, or fails, and where one trial is left."""
+    study = load(
+        {"model": "toy", "trials": 256, "seed": 1,
+         "deviations": {"part": "+-0.2 mm"}, "limits": {"gap": "<= 0.5 mm"}},
+        model=toy,
+    )  # fmt: skip
+    run = execute(study, tmp_path / "r.h5", Workers(1))
+    status, gaps = (
+        run.status.copy(),
+        {each.name: run.column(each.name).copy() for each in run.responses},
+    )
+    status[trials] = first
+    for values in gaps.values():
+        values[trials] = np.nan
+    columns = {**run.columns, **gaps, "status": status}
+    part = replace(run, columns=columns, complete=False, audited=None)
+    over = 256 if first else int(np.count_nonzero(status))
+    report = tolstat.report(part)
+    assert json.loads(report.json())["trials"]["counted"] == over == part.ended
+    assert f"{part.ended}" in report.html() and report.csv()

@@ -22,11 +22,18 @@ class Unprintable(Exception):
         raise ValueError("no words")
 
 
+def noted(error):
+    error.add_note("said later")
+    return error
+
+
 FAULTS = [
     (SystemExit(0), "SystemExit: 0"),
     (GeneratorExit(), "GeneratorExit"),
     (BaseException("odd"), "BaseException: odd"),
     (Unprintable(), r"Unprintable: <exception str\(\) failed>"),
+    (noted(ValueError("odd")), "ValueError: odd"),
+    (ValueError("x" * 10**6), r"ValueError: x{980,990} \.\.\."),
 ]
 
 
@@ -51,6 +58,24 @@ def test_a_model_that_cannot_be_made(toy_study, monkeypatch, error, words):
     monkeypatch.setattr(Toy, "__init__", raising)
     with pytest.raises(TolstatError, match=words):
         tolstat.run(toy_study, model=Toy)
+
+
+@pytest.mark.parametrize("name", ["name", "failures", "views", "integrates"])
+def test_a_declaration_that_fails(toy_study, monkeypatch, name):
+    monkeypatch.setattr(Toy, name, property(lambda self: 1 / 0))
+    with pytest.raises(TolstatError, match=r"Toy: ZeroDivisionError: division by zero"):
+        tolstat.run(toy_study, model=Toy())
+
+
+def test_an_outcome_that_fails(toy_study, monkeypatch):
+    class Late(Outcome):
+        failed = property(lambda self: 1 / 0)
+
+    answer = Late(np.zeros((1, 2)))
+    monkeypatch.setattr(Toy, "evaluate", lambda *_: answer)
+    said = r"evaluate fails: ZeroDivisionError: .* \(test_lying_models.py, line"
+    with pytest.raises(TolstatError, match=said):
+        tolstat.run(toy_study, model=Toy())
 
 
 @pytest.mark.parametrize("raised", ["SystemExit(0)", "GeneratorExit", "BaseException"])

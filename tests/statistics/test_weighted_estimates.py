@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from tolstat.statistics.intervals import weighted_estimates
 from tolstat.statistics.intervals.betting import log_gain, mean_between
 from tolstat.statistics.intervals.moments import order_of
 from tolstat.statistics.intervals.weighted_estimates import (
@@ -153,3 +154,15 @@ def test_ends_of_a_quantile_are_those_of_every_trial_tried():
                 less = [log_gain(mixed > x, 1 - share, 0.025, part) > 0 for x in at]
                 assert more == (at >= found.upper).tolist()
                 assert less == (at < found.lower).tolist()
+
+
+def test_ends_of_quantiles_take_few_passes(monkeypatch):
+    """A pass reads all trials; a search by halves takes 11 for each end."""
+    passes = []
+    monkeypatch.setattr(
+        weighted_estimates,
+        "log_gain",
+        lambda *given: (passes.append(0), log_gain(*given))[1],
+    )
+    weighted_quantiles(Z, HALVED, SHARES)
+    assert len(passes) <= 4 * 2 * len(SHARES)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import tracemalloc
+
 import pytest
 
 import tolstat
@@ -59,3 +62,18 @@ def test_version_and_names():
         assert getattr(tolstat, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'runs'"):
         _ = tolstat.runs
+
+
+def test_reading_runs_keeps_no_memory(toy, toy_study):
+    path = tolstat.run(toy_study, model=toy).path
+    kept = []
+    tracemalloc.start()
+    try:
+        for _ in range(2):
+            for _ in range(20):
+                tolstat.open(path)
+            gc.collect()
+            kept.append(tracemalloc.get_traced_memory()[0])
+    finally:
+        tracemalloc.stop()
+    assert kept[1] - kept[0] < 20_000  # one run has 70 000 bytes

@@ -55,7 +55,7 @@ def batch(
     that applies: 1 something broke, 2 a study was refused or, with --check, has no
     limit, then 3 and 4 of --check.
     """
-    files = list({path.resolve(): path for path in studies}.values())
+    files = list({os.path.realpath(path): path for path in studies}.values())
     page = _index_in(output, files)
     console = Screen(stderr=True)
     waiting = {each: Entry(each.stem, state=WAITING) for each in files}

@@ -6,6 +6,7 @@ import importlib
 import os
 import sys
 from importlib.resources import files
+from typing import NoReturn
 
 import click
 
@@ -60,19 +61,19 @@ class Group(click.Group):
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; an error ends it with a sentence."""
         try:
+            _check_folder()
             return super().invoke(ctx)
         except TolstatError as error:
             from tolstat.answers.next_steps import worded
-            from tolstat.render.screen import Screen
 
-            Screen(stderr=True).say(f"tolstat: {worded(error)}")
-            sys.exit(error.exit_code)
+            _end(worded(error), error.exit_code)
         except MemoryError:
             click.echo("tolstat: not enough memory", err=True)
             sys.exit(1)
         except OSError as error:
-            cut = error.errno in (errno.ENOSPC, errno.EPIPE)
-            if not cut or error.filename is not None:
+            if error.filename is not None:  # too long a name, or nothing may be there
+                _end(f"{error.filename}: {error.strerror}", 1)
+            if error.errno not in (errno.ENOSPC, errno.EPIPE):
                 raise
             # at exit Python would write its buffer, and fail again
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -84,6 +85,24 @@ class Group(click.Group):
                 err=True,
             )
             sys.exit(1)
+
+
+def _end(words: str, code: int) -> NoReturn:
+    """End with a sentence, in which every character is visible."""
+    from tolstat.render.screen import Screen
+
+    Screen(stderr=True).say(f"tolstat: {words}")
+    sys.exit(code)
+
+
+def _check_folder() -> None:
+    """Refuse a working directory that was removed: models are called there."""
+    try:
+        os.getcwd()
+    except OSError as error:
+        raise TolstatError(
+            f"the working directory cannot be used: {error.strerror}; change to another"
+        ) from None
 
 
 def _sentence(command: str) -> str:

@@ -14,7 +14,7 @@ from tolstat.errors import LostError, ModelError
 from tolstat.execution.diagnostics.after_run import gather
 from tolstat.execution.diagnostics.audit import Choice, audit, evaluated_again
 from tolstat.execution.trial_table import Stages, Trials
-from tolstat.execution.verification import check_last
+from tolstat.execution.verification import check_block
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.statistics.intervals.convergence import FIRST, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
@@ -25,8 +25,7 @@ from tolstat.store.stored_run import Run
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study
 
-HANDFUL = 2  # trials whose block is checked before a run
-LONGER = 4  # times as long as every checked block is the next one
+LONGER = 10  # times as long as every checked block is the next one
 
 
 class Progress(NamedTuple):
@@ -72,12 +71,7 @@ def carry_out(
                     alone = np.zeros((1, len(study.description.contributors)))
                     found = workers.simulate(study.model, alone, study.settings)
                     file.write_nominal(found)
-                exact, rows = True, stages.trials.deviations
-                for case in _missing(study.cases, stages.trials.status)[:1]:
-                    some = rows[case.first : min(case.stop, case.first + HANDFUL)]
-                    block = workers.simulate(study.model, some, case.settings)
-                    exact = check_last(study, case.first, block, rows, workers)
-                looks = _evaluate(study, stages, file, workers, tell, exact)
+                looks = _evaluate(study, stages, file, workers, tell)
             except ModelError as error:
                 if (broken := file.failed(error)) is error:
                     raise
@@ -100,23 +94,22 @@ def _evaluate(
     file: RunWriter,
     workers: Workers,
     tell: Telling,
-    exact: bool,
 ) -> list[int]:
     """Evaluate the missing trials, stage by stage.
 
-    While trials alone are `exact`, each block far longer than all before is checked.
+    While trials alone are exact, the first block and each far longer one is checked.
     Return the number of finished trials at each look of the stopping rule.
     """
-    trials, looks, longest = stages.trials, list[int](), HANDFUL
+    trials, looks, checked, exact = stages.trials, list[int](), 1 / LONGER, True
     while True:
         for stop in _looks(study, stages, workers, tell):
             cases = _missing(study.cases, trials.status[:stop])
             for blocks in workers.blocks(study.model, cases, trials.deviations):
                 first, block = max(blocks, key=lambda each: len(each[1].status))
-                if exact and len(block.status) > LONGER * longest:
-                    longest = len(block.status)
+                if exact and len(block.status) > LONGER * checked:
+                    checked = len(block.status)
                     with suppress(Interrupted):  # finished blocks are written
-                        exact = check_last(
+                        exact = check_block(
                             study, first, block, trials.deviations, workers
                         )
                 file.write_blocks(blocks)

@@ -164,29 +164,30 @@ def other_answers(one: Answers, other: Answers) -> Truths:
     return np.asarray(found)
 
 
-def check_last(
+def check_block(
     study: Study, first: int, block: Answers, deviations: Array, workers: Workers
 ) -> bool:
-    """Return whether the last trial of a block answers alone as it did in the block.
+    """Return whether a trial of a block answers alone as it did in the block.
 
-    `first` is the number of the first trial of the block. Other rounding is a warning.
+    `first` is the number of the first trial of the block. Its last trial that is done
+    is checked, or the last. Other rounding is a warning.
 
     Raises
     ------
     ModelError
         If it answers differently.
     """
-    last = first + len(block.status) - 1
-    (case,) = cases_among(study.cases, np.array([last]))
-    alone = workers.simulate(
-        study.model, deviations[last : last + 1], settings=case.settings
-    )
-    steps = None if block.steps is None else block.steps[-1:]
-    among = Answers(block.responses[-1:], block.status[-1:], steps)
+    done = np.flatnonzero(block.status == Status.DONE)
+    row = int(done[-1]) if len(done) else len(block.status) - 1
+    trial = first + row
+    (case,) = cases_among(study.cases, np.array([trial]))
+    alone = workers.simulate(study.model, deviations[[trial]], settings=case.settings)
+    steps = None if block.steps is None else block.steps[[row]]
+    among = Answers(block.responses[[row]], block.status[[row]], steps)
     if not other_answers(among, alone).any():
         return True
     said = (
-        f"the answer of trial {last} depends on the other trials of "
+        f"the answer of trial {trial} depends on the other trials of "
         "its block; evaluate must compute each row of deviations by itself"
     )
     one, two = (np.nan_to_num(each.responses) for each in (among, alone))

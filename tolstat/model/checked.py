@@ -28,6 +28,7 @@ RESERVED = (
     "numbers", "diagnostics", "checks", "provenance",
 )  # fmt: skip
 DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "number"}
+DECLARATIONS = "name", "failures", "assumptions", "views", "moves", "integrates"
 STREAMS = {"stdout": 1, "stderr": 2}  # of the process, with their descriptors
 Whole = NDArray[np.int64]
 TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
@@ -38,11 +39,14 @@ def check_model(model: object) -> Model:
 
     Raises ModelError if it is something else, or lacks a part that every model has.
     """
-    if isinstance(model, type) and issubclass(model, Model):
-        try:
+    try:
+        if isinstance(model, type) and issubclass(model, Model):
             model = model()
-        except (Exception, SystemExit, GeneratorExit) as error:
-            raise ModelError(told(error)) from error
+        for name in DECLARATIONS:  # properties may fail
+            getattr(model, name, None)
+    except (Exception, SystemExit, GeneratorExit) as error:
+        kind = model if isinstance(model, type) else type(model)
+        raise ModelError(f"{kind.__name__}: {told(error)}") from error
     if not isinstance(model, Model):
         raise ModelError(
             f"{model!r} is not a model; a class that inherits from tolstat.Model, or "
@@ -215,7 +219,8 @@ def _evaluated(model: Model, rows: Array, settings: Any) -> Answers:
     """Return the outcome of trials that can be built."""
     with _asking(model, "evaluate"):
         outcome = model.evaluate(rows, settings)
-    return complete(model, outcome, len(rows), settings)
+    with _asking(model, "evaluate"):  # an outcome may have properties of its own
+        return complete(model, outcome, len(rows), settings)
 
 
 def impossible(model: Model, deviations: Array, settings: Any) -> Whole:

@@ -48,7 +48,7 @@ class Screen(Console):
         known = self.is_terminal or os.environ.get("COLUMNS", "").strip("0").isdigit()
         if not known and "width" not in options:  # messages in a log: one line each
             self.width = UNBOUNDED if self.stderr else PIPED_WIDTH
-        self.width = max(self.width, NARROWEST)
+        self.width = min(max(self.width, NARROWEST), UNBOUNDED)
 
     def render_str(self, text: str, **options: Any) -> Text:
         """Return a text in which every character is visible."""

@@ -32,6 +32,7 @@ def processor() -> str:
     return f"{platform.machine()} {binding.get_host_cpu_name()} {' '.join(vectors[:1])}"
 
 
+@cache
 def provenance() -> dict[str, str]:
     """Return the versions of everything that decides the numbers."""
     return {

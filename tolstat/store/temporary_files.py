@@ -140,12 +140,12 @@ def check_room(path: Path, size: int) -> None:
         most = math.inf if limit == resource.RLIM_INFINITY else limit
     if size > most:
         raise BrokenError(
-            f"{path}: the run needs a file of {size / 1e6:.1f} MB, and "
-            f"{most / 1e6:.1f} MB are allowed (ulimit -f)"
+            f"{path}: the run needs a file of {size / 1e6:.3f} MB, and "
+            f"{most / 1e6:.3f} MB are allowed (ulimit -f)"
         )
     if 2 * size > free:
         raise BrokenError(
-            f"{path}: the run needs {2 * size / 1e6:.1f} MB for its file and a copy "
-            f"at its end, and {free / 1e6:.1f} MB are free; make room, "
+            f"{path}: the run needs {2 * size / 1e6:.3f} MB for its file and a copy "
+            f"at its end, and {free / 1e6:.3f} MB are free; make room, "
             "or write it to another disk"
         )
