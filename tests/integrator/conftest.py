@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tolstat.integrator.problem import System
+from tolstat.integrator.problem import Step, System
 from tolstat.integrator.signatures import rates_signature
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows, write
+from tolstat.lanes.vector import WIDTH
 
 
 def pendulum_rates(t, y, p):
@@ -23,6 +24,13 @@ pendulum_on_lanes = compiled()(pendulum_rates)
 @compiled(rates_signature)
 def pendulum(moment, y, p, out):
     write(out, 0, pendulum_on_lanes(rows(moment)[0], rows(y), rows(p)))
+
+
+def step_of(**given):
+    """Return the arrays of a step: those given, and nothing else."""
+    empty = {name: np.zeros((0, WIDTH)) for name in Step._fields}
+    empty |= dict.fromkeys(("crossings", "damped", "sloped"), np.zeros(0, np.int64))
+    return Step(**(empty | given))
 
 
 @compiled(rates_signature)

@@ -11,11 +11,11 @@ import pytest
 from numba import types
 from scipy.integrate import solve_ivp
 
-from tests.integrator.conftest import rubbing, rubbing_rates
+from tests.integrator.conftest import rubbing, rubbing_rates, step_of
 from tolstat.errors import ModelError
 from tolstat.integrator import tableau
 from tolstat.integrator.integrate import integrate
-from tolstat.integrator.problem import Accuracy, Step, System
+from tolstat.integrator.problem import Accuracy, System
 from tolstat.integrator.signatures import rates_signature, rates_type, step_type, table
 from tolstat.integrator.step import advance, error_of
 from tolstat.lanes.compiled import compiled
@@ -83,8 +83,9 @@ def test_the_step_shrinks_on_rays(degrees):
 
 @compiled(types.void(rates_type, table, table, table, step_type, table))
 def one_step(rates, h, y, p, step, error):
-    advance(rates, rows(step.moment)[0], rows(h)[0], rows(h)[0], y, p, step)
-    rows(error)[0] = error_of(rows(h)[0], step.k, 0)
+    step, h = rows(step), rows(h)[0]
+    advance(rates, step.moment[0], h, h, rows(y), rows(p), step)
+    rows(error)[0] = error_of(h, step.k, 0)
 
 
 @compiled(rates_signature)
@@ -98,14 +99,14 @@ def decay(moment, y, p, out):
 def test_the_compiled_step_is_that_of_the_constants():
     """U' = -lambda u from 1: every stage, the end, the error estimate."""
     z = np.array([0.0, 0.01, 0.3, 1.0, 3.0, 10.0, 1e3, 1e6])
-    one, none = np.ones((1, WIDTH)), np.zeros((0, WIDTH))
+    one = np.ones((1, WIDTH))
     k = np.zeros((7, 3, WIDTH))
     k[0] = -z, z, -z
-    now, end, damped = np.zeros((2, WIDTH)), np.zeros((1, WIDTH)), np.array([0])
-    lambda_h, share = np.zeros((1, WIDTH)), np.zeros((1, WIDTH))
-    search = *(none,) * 4, damped[:0], none, none
-    step = Step(now, k, none, end, *search, damped, damped[:0], none, lambda_h, share)
-    error = np.zeros((1, WIDTH))
+    end, lambda_h, share, error = np.zeros((4, 1, WIDTH))
+    step = step_of(
+        moment=np.zeros((2, WIDTH)), k=k, end=end, lambda_h=lambda_h, share=share,
+        damped=np.array([0]),
+    )  # fmt: skip
     one_step(decay, one, one.copy(), np.stack([z, 0 * z]), step, error)
     stages, expected = stages_of(-z)
     np.testing.assert_allclose(k[:, 0], expected, atol=1e-13, rtol=1e-11)

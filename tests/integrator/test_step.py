@@ -7,49 +7,28 @@ from numba import types
 from scipy.integrate import RK45
 from scipy.integrate._ivp.rk import RkDenseOutput, rk_step
 
-from tests.integrator.conftest import pendulum, pendulum_rates
-from tolstat.integrator.problem import Step
-from tolstat.integrator.signatures import rates_type, table, tables
+from tests.integrator.conftest import pendulum, pendulum_rates, step_of
+from tolstat.integrator.signatures import rates_type, step_type, table, tables
 from tolstat.integrator.step import advance, error_of, halfway, interpolate
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH
 
 
-@compiled(
-    types.void(
-        rates_type, table, table, table, table, table, tables, table, table, table,
-    )
-)  # fmt: skip
-def one_step(rates, moment, h, t_new, y, p, k, y_new, error, middle):
-    none = np.zeros((0, WIDTH))
-    nothing = np.zeros(0, np.int64)
-    t, h, t_new = rows(moment)[0], rows(h)[0], rows(t_new)[0]
-    watched = none, none, none, none
-    found = none, none
-    step = Step(
-        moment,
-        k,
-        middle,
-        y_new,
-        *watched,
-        nothing,
-        *found,
-        *(nothing, nothing, none),
-        none,
-        none,
-    )
-    advance(rates, t, h, t_new, y, p, step)
+@compiled(types.void(rates_type, table, table, table, table, step_type, table))
+def one_step(rates, h, t_new, y, p, step, error):
+    y, step, h, t_new = rows(y), rows(step), rows(h)[0], rows(t_new)[0]
+    advance(rates, step.moment[0], h, t_new, y, rows(p), step)
     for i in range(len(y)):
-        rows(error)[i] = error_of(h, k, i)
-    halfway(h, y, k, middle)
+        rows(error)[i] = error_of(h, step.k, i)
+    halfway(h, y, step.k, step.middle)
 
 
 @compiled(
     types.float64(types.float64, types.float64, table, tables, types.int64, types.int64)
 )
 def inside(h, theta, y, k, lane, i):
-    return interpolate(h, theta, y, k, lane, i)
+    return interpolate(h, theta, rows(y), rows(k), lane, i)
 
 
 def test_each_step_matches_scipy():
@@ -64,9 +43,8 @@ def test_each_step_matches_scipy():
         k = np.zeros((7, 2, WIDTH))
         pendulum(moment, y, p, k[0])
         y_new, error, middle = (np.zeros((2, WIDTH)) for _ in range(3))
-        one_step(
-            pendulum, moment, h[None], (t + h)[None], y, p, k, y_new, error, middle
-        )
+        step = step_of(moment=moment, k=k, middle=middle, end=y_new)
+        one_step(pendulum, h[None], (t + h)[None], y, p, step, error)
         for lane in range(WIDTH):
 
             def rates(t, y, lane=lane):

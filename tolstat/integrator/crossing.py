@@ -23,6 +23,7 @@ from tolstat.integrator.peaks import look, vertex_of
 from tolstat.integrator.problem import (
     AFTER,
     EVENT,
+    JUMP,
     MARK_REACHED,
     SIDES,
     SMALLEST,
@@ -31,7 +32,6 @@ from tolstat.integrator.problem import (
     TIME,
 )
 from tolstat.lanes.compiled import compiled
-from tolstat.lanes.rows import rows
 
 ROUNDING = 1e-12  # of the largest size in the trial: smaller values are zero
 NEAR_ZERO = 1e-3  # of that: the search for a crossing ends
@@ -57,10 +57,10 @@ def _values(i, lanes, step):
     """Return a quantity at the start, middle and end of the step, and what is zero."""
     number = step.crossings[i]
     row = len(lanes.y) + len(lanes.quadratures) + number
-    a, b = rows(step.k[0])[row], rows(step.k[6])[row]
-    m = rows(step.watched_middle)[number]
+    a, b = step.k[0][row], step.k[6][row]
+    m = step.watched_middle[number]
     largest = np.maximum(np.abs(a), np.maximum(np.abs(m), np.abs(b)))
-    return a, m, b, ROUNDING * np.maximum(rows(lanes.size)[i], largest)
+    return a, m, b, ROUNDING * np.maximum(lanes.size[i], largest)
 
 
 @compiled()
@@ -87,9 +87,9 @@ def _first_of(watch, t, h, permitted, i, lanes, step):
     """
     number = step.crossings[i]
     a, m, b, zero = _values(i, lanes, step)
-    side = rows(lanes.side)[i]
+    side = lanes.side[i]
     permitted = permitted & (side != 0.0)
-    starts_at_zero = rows(lanes.returned)[i] > LEFT
+    starts_at_zero = lanes.returned[i] > LEFT
     a, m, b = side * a, side * m, side * b  # above 0: on its side
 
     # a visit to the other side and back; from zero, one to its own side
@@ -162,7 +162,7 @@ def first_crossing(watch, t, h, permitted, lanes, step):
 
     That of each quantity is stored in `step.found`. Other arguments as of `_first_of`.
     """
-    smallest = rows(lanes.clock)[SMALLEST]
+    smallest = lanes.clock[SMALLEST]
     # a step of the least length ends at the crossing
     looked_at = permitted & (h > 2.0 * smallest)
     first = 2.0 + 0.0 * h
@@ -170,7 +170,7 @@ def first_crossing(watch, t, h, permitted, lanes, step):
         found = _first_of(watch, t, h, looked_at, i, lanes, step)
         # so does a step that ends less than that behind it
         found = np.where(h - h * found > smallest, found, 2.0)
-        rows(step.found)[i] = found
+        step.found[i] = found
         first = np.minimum(first, found)
     return first
 
@@ -181,16 +181,40 @@ def choose_sides(lanes, step):
 
     The watched quantities there stand in `step.watched_middle`.
     """
-    sides, sizes, returned = rows(lanes.side), rows(lanes.size), rows(lanes.returned)
-    begins = rows(lanes.clock)[EVENT] == MARK_REACHED
+    sides, sizes, returned = lanes.side, lanes.size, lanes.returned
+    begins = lanes.clock[EVENT] == MARK_REACHED
     for i in range(len(step.crossings)):
-        value = rows(step.watched_middle)[step.crossings[i]]
+        value = step.watched_middle[step.crossings[i]]
         sizes[i] = np.where(begins, np.maximum(sizes[i], np.abs(value)), sizes[i])
         clear = np.abs(value) > ROUNDING * sizes[i]
         chosen = begins & (clear | (sizes[i] == 0.0))
         sides[i] = np.where(chosen, np.copysign(1.0, value), sides[i])
         returned[i] = np.where(chosen, np.where(clear, LEFT, AT_ZERO), returned[i])
-        rows(step.moment)[SIDES + i] = sides[i]
+        step.moment[SIDES + i] = sides[i]
+
+
+@compiled(within=True)
+def _hold(held, value, i, lanes):
+    """Raise the size of a quantity that is held at a value: it stays zero there."""
+    grown = np.maximum(lanes.size[i], 2.0 / ROUNDING * np.abs(value))
+    lanes.size[i] = np.where(held, grown, lanes.size[i])
+
+
+@compiled()
+def take_jump(lanes, step):
+    """Take over states and sides in `step.jumped`, where the state jumps."""
+    clock, y, n = lanes.clock, lanes.y, len(lanes.y)
+    jumps = clock[JUMP] > 0.0
+    for i in range(n):
+        y[i] = np.where(jumps, step.jumped[i], y[i])
+    sides, returned = lanes.side, lanes.returned
+    for i in range(len(step.crossings)):
+        side = np.where(jumps, step.jumped[n + i], sides[i])
+        returned[i] = np.where(side != sides[i], RETURNED, returned[i])
+        value = step.watched_middle[step.crossings[i]]
+        _hold(jumps & (side == 0.0), value, i, lanes)
+        sides[i] = step.moment[SIDES + i] = side
+    clock[JUMP] = 0.0
 
 
 @compiled()
@@ -215,7 +239,7 @@ def change_sides(accepted, aimed, first, lanes, step):
         Lanes with another side, and those of them at which the state may jump.
     """
     changed, arrived = accepted & (first < 0.0), accepted & (first < 0.0)
-    sides, sizes, returned = rows(lanes.side), rows(lanes.size), rows(lanes.returned)
+    sides, sizes, returned = lanes.side, lanes.size, lanes.returned
     for i in range(len(step.crossings)):
         a, m, b, zero = _values(i, lanes, step)
         side, was = sides[i], returned[i]
@@ -225,15 +249,13 @@ def change_sides(accepted, aimed, first, lanes, step):
         behind = (side * b < -zero) | (aimed & (side * b <= zero))
         crosses = accepted & ~held & left & behind
         released = accepted & held & (np.abs(b) > zero)
-        back = (first == 0.0) & (rows(step.found)[i] == 0.0)
+        back = (first == 0.0) & (step.found[i] == 0.0)
         stays = back & (was == RETURNED)
 
         new = np.where(crosses | back, -side, side)
         new = np.where(released, np.copysign(1.0, b), new)
         sides[i] = np.where(stays, 0.0, new)
-        # what is held there stays zero
-        grown = 2.0 / ROUNDING * np.abs(a)
-        sizes[i] = np.where(stays, np.maximum(sizes[i], grown), sizes[i])
+        _hold(stays, a, i, lanes)
         was = np.where(accepted & left | released, LEFT, was)
         was = np.where(crosses, AT_ZERO, was)
         returned[i] = np.where(back, RETURNED, was)

@@ -41,7 +41,6 @@ import numpy as np
 
 from tolstat.integrator import tableau
 from tolstat.lanes.compiled import compiled
-from tolstat.lanes.rows import rows
 
 DIAGONAL = float(tableau.G_DIAGONAL)
 B = np.array([float(b) for b in tableau.B])
@@ -51,8 +50,8 @@ G = np.array([[*map(float, row), *[0.0] * (7 - len(row))] for row in tableau.G])
 @compiled(within=True)
 def begin_damping(h, step):
     """Store lambda at the start of the step; damp K1 from its undamped rates."""
-    n, K1 = len(step.damped), rows(step.k[0])
-    lambda_h, share = rows(step.lambda_h), rows(step.share)
+    n, K1 = len(step.damped), step.k[0]
+    lambda_h, share = step.lambda_h, step.share
     undamped = len(K1) - n
     first = undamped - n * (1 + len(step.sloped))
     for j in range(n):
@@ -61,23 +60,21 @@ def begin_damping(h, step):
         lambda_h[j] = np.where((given > 0.0) & np.isfinite(given), given, 0.0)
         share[j] = 1.0 / (1.0 + DIAGONAL * lambda_h[j])
         K1[step.damped[j]] = K1[undamped + j] * share[j]
-    slope = rows(step.slope)
+    slope = step.slope
     for row in range(len(slope)):
         slope[row] = K1[first + n + row]
 
 
 @compiled(within=True)
-def damp(stage, step):
+def damp(stage, k, damped, lambda_h, share):
     """Damp the rates of a stage, counted from 0; undamped rates follow in its rows."""
-    n, K = len(step.damped), rows(step.k[stage])
-    lambda_h, share = rows(step.lambda_h), rows(step.share)
-    undamped = len(K) - n
+    n, K = len(damped), k[stage]
     for j in range(n):
-        i = step.damped[j]
-        before = G[stage, 0] * rows(step.k[0])[i]
+        i = damped[j]
+        before = G[stage, 0] * k[0][i]
         for earlier in range(1, stage):
-            before = before + G[stage, earlier] * rows(step.k[earlier])[i]
-        K[undamped + j] = K[i]
+            before = before + G[stage, earlier] * k[earlier][i]
+        K[len(K) - n + j] = K[i]
         K[i] = (K[i] - lambda_h[j] * before) * share[j]
 
 
@@ -85,16 +82,16 @@ def damp(stage, step):
 def damped_part(i, h, step):
     """Return what damping adds to the integral of the i-th quadrature over the step."""
     n, n_sloped, total = len(step.damped), len(step.sloped), 0.0 * h
-    undamped = len(rows(step.k[0])) - n
+    undamped = len(step.k[0]) - n
     for s in range(n_sloped):
         if step.sloped[s] == i:
             for j in range(n):
                 lag = 0.0 * h
                 for stage in range(6):
-                    K = rows(step.k[stage])
+                    K = step.k[stage]
                     lag = lag + B[stage] * (K[undamped + j] - K[step.damped[j]])
-                lambda_h = rows(step.lambda_h)[j]
-                slope = rows(step.slope)[j * n_sloped + s]
+                lambda_h = step.lambda_h[j]
+                slope = step.slope[j * n_sloped + s]
                 per_lambda = np.where(lambda_h > 0.0, h, 0.0) / np.where(
                     lambda_h > 0.0, lambda_h, 1.0
                 )

@@ -16,9 +16,11 @@ from tolstat.integrator.problem import (
     CLOCK_ROWS,
     MOMENT_ROWS,
     PHASE,
+    TRIAL,
     Accuracy,
     Block,
     Lanes,
+    Results,
     Solution,
     Step,
     System,
@@ -117,15 +119,19 @@ def integrate(
         accuracy=Accuracy(float(rtol), float(max_step), int(max_steps)),
     )
     check_block(system, block)
-    solution = unsolved(system, block)
-    lanes = idle_lanes(block, solution, len(system.crossings))
-    step = room_for_steps(system, lanes)
     check_equations(system, block)
-    per_scale = 1.0 / np.ascontiguousarray(system.scale, float)
-    watch = system.watch or system.rates
-    jump = system.jump or system.rates
-    jumps = system.jump is not None
-    march(system.rates, watch, jump, jumps, per_scale, lanes, step, block, solution)
+    results, lanes = _unsolved(system, block), _idle_lanes(system, block)
+    march(
+        system.rates,
+        system.watch or system.rates,
+        system.jump or system.rates,
+        1.0 / np.ascontiguousarray(system.scale, float),
+        lanes,
+        _room_for_steps(system, lanes),
+        block,
+        results,
+    )
+    solution = _solution(system, block, results)
     if (seen := _seen.get()) is not None:
         seen.append(Integration(system, block, solution))
     return solution
@@ -136,46 +142,51 @@ def _writeable(numbers: ArrayLike) -> Array:
     return np.require(numbers, float, ["C", "W"])
 
 
-def unsolved(system: System, block: Block) -> Solution:
-    """Return an empty solution of a block."""
+def _unsolved(system: System, block: Block) -> Results:
     n, n_states = block.start.shape
-    n_marks, n_samples = block.marks.shape[1], len(block.samples)
+
+    def room(*shape: int) -> Array:
+        return np.full((n, *shape), np.nan)
+
+    return Results(
+        arrived=room(block.marks.shape[1], n_states + system.n_quadratures),
+        watched=room(2 * system.n_extremes + system.n_above),
+        history=room(len(block.samples), n_states),
+        ends=room(4),
+    )
+
+
+def _solution(system: System, block: Block, results: Results) -> Solution:
+    arrived, watched, history, ends = results
+    n_states, n = block.start.shape[1], system.n_extremes
+    status, steps = ends[:, :2].T.astype(np.int64)
     return Solution(
-        states=np.full((n, n_marks, n_states), np.nan),
-        quadratures=np.full((n, n_marks, system.n_quadratures), np.nan),
-        greatest=np.full((n, system.n_extremes), np.nan),
-        least=np.full((n, system.n_extremes), np.nan),
-        above=np.full((n, system.n_above), np.nan),
-        history=np.full((n, n_samples, n_states), np.nan),
-        status=np.zeros(n, dtype=np.int64),
-        steps=np.zeros(n, dtype=np.int64),
-        ended=np.full((n, 2), np.nan),
+        states=arrived[..., :n_states],
+        quadratures=arrived[..., n_states:],
+        greatest=watched[:, :n],
+        least=watched[:, n : 2 * n],
+        above=watched[:, 2 * n :],
+        history=history,
+        status=status,
+        steps=steps,
+        ended=ends[:, 2:],
     )
 
 
-def idle_lanes(block: Block, solution: Solution, n_crossings: int = 0) -> Lanes:
-    """Return lanes without trials."""
-    n_extremes = solution.greatest.shape[1]
-    clock = _lanes(CLOCK_ROWS)
-    clock[PHASE] = -1.0  # otherwise lanes that never get a trial would run
-    return Lanes(
-        clock=clock,
-        y=_lanes(block.start.shape[1]),
-        p=_lanes(block.parameters.shape[1]),
-        quadratures=_lanes(solution.quadratures.shape[2]),
-        greatest=_lanes(n_extremes),
-        least=_lanes(n_extremes),
-        above=_lanes(solution.above.shape[1]),
-        side=_lanes(n_crossings),
-        size=_lanes(n_crossings),
-        returned=_lanes(n_crossings),
-        trial=np.full(clock.shape[1], -1),
-        sample=np.zeros(clock.shape[1], np.int64),
-    )
+def _idle_lanes(system: System, block: Block) -> Lanes:
+    n_states, n_quadratures = block.start.shape[1], system.n_quadratures
+    watched = system.n_extremes, system.n_extremes, system.n_above
+    sides = [len(system.crossings)] * 3
+    counts = [CLOCK_ROWS, n_states, n_quadratures, *watched, *sides]
+    ends = np.cumsum(counts)
+    whole = _lanes(ends[-1])
+    whole[[PHASE, TRIAL]] = -1.0
+    parts = [*np.split(whole, ends[:-1]), _lanes(block.parameters.shape[1])]
+    parts += [whole, whole[ends[0] : ends[2]], whole[ends[2] : ends[5]]]
+    return Lanes._make(parts)
 
 
-def room_for_steps(system: System, lanes: Lanes) -> Step:
-    """Return empty arrays for the steps of lanes."""
+def _room_for_steps(system: System, lanes: Lanes) -> Step:
     n_states, n_damped = len(lanes.y), len(system.damped)
     n_slopes = n_damped * len(system.sloped)
     n_rates = n_states + system.n_quadratures
@@ -193,14 +204,14 @@ def room_for_steps(system: System, lanes: Lanes) -> Step:
         filled_inside=inside,
         watched_middle=middle[watched],
         watched_inside=inside[watched],
-        crossings=np.array(system.crossings, np.int64),
         found=_lanes(len(system.crossings)),
-        jumped=_lanes(n_states + len(system.crossings)),
-        damped=np.array(system.damped, np.int64),
-        sloped=np.array(system.sloped, np.int64),
+        jumped=_lanes(n_states + len(system.crossings) if system.jump else 0),
         slope=_lanes(n_slopes),
         lambda_h=_lanes(n_damped),
         share=_lanes(n_damped),
+        crossings=np.array(system.crossings, np.int64),
+        damped=np.array(system.damped, np.int64),
+        sloped=np.array(system.sloped, np.int64),
     )
 
 

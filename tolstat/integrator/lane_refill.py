@@ -8,8 +8,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.integrator import problem
 from tolstat.integrator.control import FIRST_STEP
+from tolstat.integrator.problem import (
+    AFTER,
+    COUNT,
+    ERROR,
+    EVENT,
+    FAILED,
+    MARK_REACHED,
+    NOTHING,
+    PHASE,
+    ROOT,
+    SMALLEST,
+    STEP,
+    TARGET,
+    TIME,
+    TRIAL,
+    WORST,
+)
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.vector import WIDTH
 from tolstat.status import Status
@@ -18,50 +34,24 @@ SMALLEST_STEP = 1e-14  # of the duration of the trial
 
 
 @compiled()
-def _copy(numbers, to):
-    """Copy a row of a table into a lane, or a lane into a row."""
-    for i in range(len(to)):
-        to[i] = numbers[i]
-
-
-@compiled()
-def _fill(lane, number):
-    """Set all of a lane to a number."""
-    for i in range(len(lane)):
-        lane[i] = number
-
-
-@compiled()
-def _finite(row):
-    """Return whether all numbers of a row of a table are finite."""
-    total = 0.0
-    for i in range(len(row)):
-        total += row[i]
-    return np.isfinite(total)
-
-
-@compiled()
 def _begin(lane, trial, lanes, block):
     """Put a trial into a lane, at its first mark."""
-    lanes.trial[lane] = trial
-    lanes.sample[lane] = 0
-    _copy(block.start[trial], lanes.y[:, lane])
-    _copy(block.parameters[trial], lanes.p[:, lane])
-    _fill(lanes.quadratures[:, lane], 0.0)
-    clock = lanes.clock[:, lane]
-    clock[problem.TIME] = clock[problem.TARGET] = block.marks[trial, 0]
-    clock[problem.PHASE] = -1.0
-    duration = block.marks[trial, -1] - block.marks[trial, 0]
-    clock[problem.SMALLEST] = SMALLEST_STEP * duration
-    clock[problem.COUNT] = 0.0
-    clock[problem.EVENT] = problem.MARK_REACHED
-    clock[problem.JUMP] = 0.0
-    _fill(lanes.side[:, lane], 0.0)
-    _fill(lanes.size[:, lane], 0.0)
+    for i in range(len(lanes.whole)):
+        lanes.whole[i, lane] = 0.0
+    for i in range(len(lanes.y)):
+        lanes.y[i, lane] = block.start[trial, i]
+    for i in range(len(lanes.p)):
+        lanes.p[i, lane] = block.parameters[trial, i]
+    clock, begin, end = lanes.clock, block.marks[trial, 0], block.marks[trial, -1]
+    clock[TRIAL, lane] = trial
+    clock[TIME, lane] = clock[TARGET, lane] = begin
+    clock[PHASE, lane] = -1.0
+    clock[SMALLEST, lane] = SMALLEST_STEP * (end - begin)
+    clock[EVENT, lane] = MARK_REACHED
 
 
 @compiled()
-def _pass_marks(lane, lanes, block, solution):
+def _pass_marks(lane, lanes, block, results):
     """Store the state at the mark reached and enter the next phase that lasts.
 
     Returns
@@ -69,73 +59,73 @@ def _pass_marks(lane, lanes, block, solution):
     bool
         Whether the trial is over.
     """
-    clock, trial = lanes.clock[:, lane], lanes.trial[lane]
+    clock, trial = lanes.clock, int(lanes.clock[TRIAL, lane])
     last = block.marks.shape[1] - 1
-    while clock[problem.PHASE] < last and clock[problem.TARGET] <= clock[problem.TIME]:
-        mark = int(clock[problem.PHASE]) + 1
-        clock[problem.PHASE] = mark
-        _copy(lanes.y[:, lane], solution.states[trial, mark])
-        _copy(lanes.quadratures[:, lane], solution.quadratures[trial, mark])
+    mark = int(clock[PHASE, lane])
+    while mark < last and clock[TARGET, lane] <= clock[TIME, lane]:
+        mark += 1
+        for i in range(len(lanes.arrived)):
+            results.arrived[trial, mark, i] = lanes.arrived[i, lane]
         if mark == block.watch_from:
-            _fill(lanes.greatest[:, lane], -np.inf)
-            _fill(lanes.least[:, lane], np.inf)
-            _fill(lanes.above[:, lane], 0.0)
+            for i in range(len(lanes.greatest)):
+                lanes.greatest[i, lane], lanes.least[i, lane] = -np.inf, np.inf
+            for i in range(len(lanes.above)):
+                lanes.above[i, lane] = 0.0
         if mark < last:
-            clock[problem.TARGET] = block.marks[trial, mark + 1]
-    length = clock[problem.TARGET] - clock[problem.TIME]
+            clock[TARGET, lane] = block.marks[trial, mark + 1]
+    clock[PHASE, lane] = mark
+    length = clock[TARGET, lane] - clock[TIME, lane]
     first = FIRST_STEP * min(block.accuracy.max_step, length)
-    clock[problem.STEP] = max(first, 2.0 * clock[problem.SMALLEST])
-    clock[problem.ROOT] = 1.0
-    clock[problem.AFTER] = 0.0
-    return clock[problem.PHASE] >= last
+    clock[STEP, lane] = max(first, 2.0 * clock[SMALLEST, lane])
+    clock[ROOT, lane] = 1.0
+    clock[AFTER, lane] = 0.0
+    return mark >= last
 
 
 @compiled()
-def _end(lane, status, lanes, solution):
+def _end(lane, status, lanes, results):
     """Take a trial out of its lane; its unfinished results stay NaN."""
-    clock, trial = lanes.clock[:, lane], lanes.trial[lane]
+    clock, trial = lanes.clock, int(lanes.clock[TRIAL, lane])
     if status == Status.DONE:
-        _copy(lanes.greatest[:, lane], solution.greatest[trial])
-        _copy(lanes.least[:, lane], solution.least[trial])
-        _copy(lanes.above[:, lane], solution.above[trial])
         # quantities without error control may have diverged
-        if not (
-            _finite(solution.quadratures[trial, -1])
-            and _finite(solution.greatest[trial])
-            and _finite(solution.least[trial])
-            and _finite(solution.above[trial])
-        ):
+        total = 0.0
+        for i in range(len(lanes.watched)):
+            results.watched[trial, i] = lanes.watched[i, lane]
+            total += lanes.watched[i, lane]
+        for i in range(len(lanes.quadratures)):
+            total += lanes.quadratures[i, lane]
+        if not np.isfinite(total):
             status = Status.NOT_FINITE
+    results.ends[trial, 0] = status.value
+    results.ends[trial, 1] = clock[COUNT, lane]
     if status != Status.DONE:
-        solution.ended[trial, 0] = clock[problem.TIME]
-        solution.ended[trial, 1] = clock[problem.WORST]
-    solution.status[trial] = status
-    solution.steps[trial] = int(clock[problem.COUNT])
-    lanes.trial[lane] = -1
-    clock[problem.PHASE] = -1.0
-    clock[problem.STEP] = 0.0
+        results.ends[trial, 2] = clock[TIME, lane]
+        results.ends[trial, 3] = clock[WORST, lane]
+    clock[TRIAL, lane] = clock[PHASE, lane] = -1.0
+    clock[STEP, lane] = 0.0
 
 
 @compiled()
-def _status(lane, lanes, block, solution):
+def _status(lane, lanes, block, results):
     """Return how the trial of a lane ended; Status.NOT_RUN while it runs."""
-    clock = lanes.clock[:, lane]
-    if lanes.trial[lane] < 0:
+    clock = lanes.clock
+    event = clock[EVENT, lane]
+    if clock[TRIAL, lane] < 0.0:
         return Status.DONE
-    if clock[problem.EVENT] == problem.MARK_REACHED:
-        over = _pass_marks(lane, lanes, block, solution)
+    if event == MARK_REACHED:
+        over = _pass_marks(lane, lanes, block, results)
         return Status.DONE if over else Status.NOT_RUN
-    if clock[problem.EVENT] in (problem.NOTHING, problem.CROSSED):
+    if event != FAILED:
         return Status.NOT_RUN
-    if not np.isfinite(clock[problem.ERROR]):
+    if not np.isfinite(clock[ERROR, lane]):
         return Status.NOT_FINITE
-    if clock[problem.STEP] < clock[problem.SMALLEST]:
+    if clock[STEP, lane] < clock[SMALLEST, lane]:
         return Status.STEP_TOO_SMALL
     return Status.TOO_MANY_STEPS
 
 
 @compiled()
-def sort_out(n_begun, lanes, block, solution):
+def sort_out(n_begun, lanes, block, results):
     """End and begin trials in the lanes with an event; return trials and busy lanes.
 
     Returns
@@ -145,16 +135,16 @@ def sort_out(n_begun, lanes, block, solution):
     """
     n_busy = 0
     for lane in range(WIDTH):
-        status = _status(lane, lanes, block, solution)
+        status = _status(lane, lanes, block, results)
         while status != Status.NOT_RUN:
-            if lanes.trial[lane] >= 0:
-                _end(lane, status, lanes, solution)
+            if lanes.clock[TRIAL, lane] >= 0.0:
+                _end(lane, status, lanes, results)
             if n_begun == len(block.start):
-                lanes.clock[problem.EVENT, lane] = problem.NOTHING
+                lanes.clock[EVENT, lane] = NOTHING
                 break
             _begin(lane, n_begun, lanes, block)
             n_begun += 1
-            status = _status(lane, lanes, block, solution)
-        if lanes.trial[lane] >= 0:
+            status = _status(lane, lanes, block, results)
+        if lanes.clock[TRIAL, lane] >= 0.0:
             n_busy += 1
     return n_begun, n_busy

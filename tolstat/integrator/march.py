@@ -8,20 +8,40 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.integrator import problem
 from tolstat.integrator.control import aim, step_factor
 from tolstat.integrator.crossing import (
-    RETURNED,
-    ROUNDING,
     aim_at_crossing,
     change_sides,
     choose_sides,
     first_crossing,
     go_on,
+    take_jump,
 )
 from tolstat.integrator.damping import damped_part
 from tolstat.integrator.lane_refill import sort_out
 from tolstat.integrator.peaks import follow
+from tolstat.integrator.problem import (
+    ACCEPTED,
+    AFTER,
+    COUNT,
+    CROSSED,
+    ERROR,
+    EVENT,
+    FAILED,
+    JUMP,
+    MARK_REACHED,
+    NOTHING,
+    PHASE,
+    ROOT,
+    SAMPLE,
+    SMALLEST,
+    STEP,
+    TARGET,
+    TIME,
+    TRIAL,
+    TRIED,
+    WORST,
+)
 from tolstat.integrator.signatures import march_signature
 from tolstat.integrator.step import (
     advance,
@@ -37,70 +57,58 @@ from tolstat.lanes.vector import WIDTH
 
 
 @compiled()
-def _renew_rates(rates, watch, jump, jumps, lanes, step):
+def _renew_rates(rates, watch, jump, lanes, step):
     """Evaluate the first stage again where a phase begins or a side changes.
 
     The rates may jump there, and at a crossing the state.
     """
-    now, clock, damped = rows(step.moment), rows(lanes.clock), step.damped
-    undamped = step.k.shape[1] - len(damped)
-    now[problem.TIME], now[problem.PHASE] = clock[problem.TIME], clock[problem.PHASE]
-    if len(step.crossings) > 0:
-        watch(step.moment, lanes.y, lanes.p, step.filled_middle)
-        choose_sides(lanes, step)
-    if jumps:
-        jump(step.moment, lanes.y, lanes.p, step.jumped)
-        n = len(lanes.y)
-        for lane in range(WIDTH):
-            if lanes.clock[problem.JUMP, lane] > 0.0:
-                for i in range(n):
-                    lanes.y[i, lane] = step.jumped[i, lane]
-                for i in range(len(lanes.side)):
-                    side = step.jumped[n + i, lane]
-                    if side != lanes.side[i, lane]:
-                        lanes.returned[i, lane] = RETURNED
-                    if side == 0.0:  # what is held there stays zero
-                        value = step.watched_middle[step.crossings[i], lane]
-                        grown = 2.0 / ROUNDING * abs(value)
-                        lanes.size[i, lane] = max(lanes.size[i, lane], grown)
-                    lanes.side[i, lane] = side
-                    step.moment[problem.SIDES + i, lane] = side
-            lanes.clock[problem.JUMP, lane] = 0.0
+    now, clock, damped, k = step.moment, lanes.clock, step.damped, step.k
     # the second stage is free between two steps
-    rates(step.moment, lanes.y, lanes.p, step.k[1])
-    for lane in range(WIDTH):
-        if lanes.clock[problem.EVENT, lane] != problem.NOTHING:
-            for i in range(step.k.shape[1]):
-                step.k[0, i, lane] = step.k[1, i, lane]
-            for j in range(len(damped)):
-                step.k[0, undamped + j, lane] = step.k[1, damped[j], lane]
-        lanes.clock[problem.EVENT, lane] = problem.NOTHING
+    K1, K2 = k[0], k[1]
+    now[TIME], now[PHASE] = clock[TIME], clock[PHASE]
+    if len(step.crossings) > 0:
+        watch(now, lanes.y, lanes.p, step.filled_middle)
+        choose_sides(lanes, step)
+    if len(step.jumped) > 0:
+        jump(now, lanes.y, lanes.p, step.jumped)
+        take_jump(lanes, step)
+    rates(now, lanes.y, lanes.p, K2)
+    renewed = clock[EVENT] != NOTHING
+    for i in range(len(K1)):
+        K1[i] = np.where(renewed, K2[i], K1[i])
+    undamped = len(K1) - len(damped)
+    for j in range(len(damped)):
+        K1[undamped + j] = np.where(renewed, K2[damped[j]], K1[undamped + j])
+    clock[EVENT] = NOTHING
 
 
 @compiled()
-def _take_samples(lanes, k, block, solution):
+def _take_samples(lanes, k, block, results):
     """Store the states at the sample times that this step passed."""
     clock = lanes.clock
     for lane in range(WIDTH):
-        if clock[problem.ACCEPTED, lane] == 0.0:
+        if clock[ACCEPTED, lane] == 0.0:
             continue
-        t, trial = clock[problem.TIME, lane], lanes.trial[lane]
-        while lanes.sample[lane] < len(block.samples):
-            theta = (block.samples[lanes.sample[lane]] - t) / clock[problem.TRIED, lane]
+        t, trial = clock[TIME, lane], int(clock[TRIAL, lane])
+        sample = int(clock[SAMPLE, lane])
+        while sample < len(block.samples):
+            h = clock[TRIED, lane]
+            theta = (block.samples[sample] - t) / h
             if theta > 1.0:
                 break
             for i in range(len(lanes.y)):
-                solution.history[trial, lanes.sample[lane], i] = interpolate(
-                    clock[problem.TRIED, lane], theta, lanes.y, k, lane, i
+                results.history[trial, sample, i] = interpolate(
+                    h, theta, lanes.y, k, lane, i
                 )
-            lanes.sample[lane] += 1
+            sample += 1
+        clock[SAMPLE, lane] = sample
 
 
 @compiled(within=True)
 def _take_over(accepted, h, lanes, step):
     """Move to the end of the step: states, quadratures, and rates as first stage."""
-    y, end, quadratures = rows(lanes.y), rows(step.end), rows(lanes.quadratures)
-    K1, K7 = rows(step.k[0]), rows(step.k[6])
+    y, end, quadratures = lanes.y, step.end, lanes.quadratures
+    K1, K7 = step.k[0], step.k[6]
     n = len(y)
     for i in range(n):
         y[i] = np.where(accepted, end[i], y[i])
@@ -112,15 +120,13 @@ def _take_over(accepted, h, lanes, step):
 
 
 @compiled(march_signature)
-def march(rates, watch, jump, jumps, per_scale, lanes, step, block, solution):
+def march(rates, watch, jump, per_scale, lanes, step, block, results):
     """Integrate every trial of a block.
 
     Parameters
     ----------
     rates, watch, jump
         The equations; see `problem.System`.
-    jumps : bool
-        Whether there is a jump; otherwise `jump` is not called.
     per_scale : float64[state]
         Reciprocals of the states' scales.
     lanes : Lanes
@@ -129,41 +135,41 @@ def march(rates, watch, jump, jumps, per_scale, lanes, step, block, solution):
         Room for their steps.
     block : Block
         The trials to be integrated.
-    solution : Solution
-        Filled with the results.
+    results : Results
+        Filled.
     """
+    lanes, step = rows(lanes), rows(step)
     rtol, max_step, max_steps = block.accuracy
-    clock, now = rows(lanes.clock), rows(step.moment)
+    clock, now = lanes.clock, step.moment
     crossing = len(step.crossings) > 0
     # not a literal: the type of a literal would compile a second time
-    n_begun, n_busy = sort_out(np.int64(0), lanes, block, solution)
-    _renew_rates(rates, watch, jump, jumps, lanes, step)
+    n_begun, n_busy = sort_out(np.int64(0), lanes, block, results)
+    _renew_rates(rates, watch, jump, lanes, step)
 
     while n_busy > 0:
-        t = clock[problem.TIME]
-        h, t_new, landing = aim(t, clock[problem.STEP], clock[problem.TARGET])
+        t = clock[TIME]
+        h, t_new, landing = aim(t, clock[STEP], clock[TARGET])
         if crossing:
             h, t_new = aim_at_crossing(h, t_new, clock)
-        now[problem.PHASE] = clock[problem.PHASE]
+        now[PHASE] = clock[PHASE]
         advance(rates, t, h, t_new, lanes.y, lanes.p, step)
         error = worst_error(h, step.k, per_scale) * (1.0 / rtol)
         # early: its long chain of roots runs in parallel with the next lines
-        factor, clock[problem.ROOT] = step_factor(error, clock[problem.ROOT])
-        running = clock[problem.PHASE] >= 0.0
+        factor, clock[ROOT] = step_factor(error, clock[ROOT])
+        running = clock[PHASE] >= 0.0
         accepted = (error <= 1.0) & running
 
         may_fail = running & (
-            (h * factor < clock[problem.SMALLEST])
-            | (clock[problem.COUNT] + 1.0 >= max_steps)
+            (h * factor < clock[SMALLEST]) | (clock[COUNT] + 1.0 >= max_steps)
         )
         if np.any(may_fail):
-            clock[problem.WORST] = worst_state(h, step.k, per_scale)
+            clock[WORST] = worst_state(h, step.k, per_scale)
 
         first, changed = 2.0 + 0.0 * h, error < 0.0
-        taking = accepted & (clock[problem.PHASE] >= float(block.watch_from))
+        taking = accepted & (clock[PHASE] >= float(block.watch_from))
         if len(step.watched_middle) > 0 and (crossing or np.any(taking)):
             halfway(h, lanes.y, step.k, step.middle)
-            now[problem.TIME] = t + 0.5 * h
+            now[TIME] = t + 0.5 * h
             watch(step.moment, step.middle, lanes.p, step.filled_middle)
             if crossing:
                 first = first_crossing(watch, t, h, accepted, lanes, step)
@@ -171,29 +177,28 @@ def march(rates, watch, jump, jumps, per_scale, lanes, step, block, solution):
                 taking = taking & accepted
             follow(watch, taking, t, h, lanes, step)
         if len(block.samples) > 0:
-            clock[problem.TRIED] = h
-            clock[problem.ACCEPTED] = np.where(accepted, 1.0, 0.0)
-            _take_samples(lanes, step.k, block, solution)
+            clock[TRIED] = h
+            clock[ACCEPTED] = np.where(accepted, 1.0, 0.0)
+            _take_samples(lanes, step.k, block, results)
         _take_over(accepted, h, lanes, step)
 
-        clock[problem.TIME] = np.where(accepted, t_new, t)
-        clock[problem.STEP] = np.minimum(h * factor, max_step)
+        clock[TIME] = np.where(accepted, t_new, t)
+        clock[STEP] = np.minimum(h * factor, max_step)
         if crossing:
-            aimed = clock[problem.AFTER] > 0.0
+            aimed = clock[AFTER] > 0.0
             go_on(h, first, accepted, max_step, clock)
             changed, arrived = change_sides(accepted, aimed, first, lanes, step)
-            clock[problem.JUMP] = np.where(arrived, 1.0, 0.0)
-        clock[problem.COUNT] = clock[problem.COUNT] + np.where(running, 1.0, 0.0)
+            clock[JUMP] = np.where(arrived, 1.0, 0.0)
+        clock[COUNT] = clock[COUNT] + np.where(running, 1.0, 0.0)
 
         reached = accepted & landing
         failed = running & (
-            (clock[problem.STEP] < clock[problem.SMALLEST])
-            | (clock[problem.COUNT] >= max_steps)
+            (clock[STEP] < clock[SMALLEST]) | (clock[COUNT] >= max_steps)
         )
         if np.any(reached | failed | changed):
-            clock[problem.ERROR] = error
-            event = np.where(changed, problem.CROSSED, problem.NOTHING)
-            event = np.where(failed, problem.FAILED, event)
-            clock[problem.EVENT] = np.where(reached, problem.MARK_REACHED, event)
-            n_begun, n_busy = sort_out(n_begun, lanes, block, solution)
-            _renew_rates(rates, watch, jump, jumps, lanes, step)
+            clock[ERROR] = error
+            event = np.where(changed, CROSSED, NOTHING)
+            event = np.where(failed, FAILED, event)
+            clock[EVENT] = np.where(reached, MARK_REACHED, event)
+            n_begun, n_busy = sort_out(n_begun, lanes, block, results)
+            _renew_rates(rates, watch, jump, lanes, step)

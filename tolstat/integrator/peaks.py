@@ -7,7 +7,6 @@ import numpy as np
 from tolstat.integrator.problem import TIME
 from tolstat.integrator.step import inside
 from tolstat.lanes.compiled import compiled
-from tolstat.lanes.rows import rows
 
 # of the bend of the parabola over a step: within it, a vertex may be a new extremum
 NEAR = 0.01
@@ -36,9 +35,9 @@ def vertex_of(a, m, b):
 def look(watch, t, h, theta, number, lanes, step):
     """Return a watched quantity at the fraction theta of the step, by dense output."""
     inside(h, theta, lanes.y, step.k, step.middle)
-    rows(step.moment)[TIME] = t + theta * h
+    step.moment[TIME] = t + theta * h
     watch(step.moment, step.middle, lanes.p, step.filled_inside)
-    return rows(step.watched_inside)[number]
+    return step.watched_inside[number]
 
 
 @compiled(within=True)
@@ -55,8 +54,8 @@ def _follow_extremes(watch, taking, t, h, first, lanes, step):
     first : int
         Number of the rate that is the first of these quantities.
     """
-    start, middle, end = rows(step.k[0]), rows(step.watched_middle), rows(step.k[6])
-    greatest, least = rows(lanes.greatest), rows(lanes.least)
+    start, middle, end = step.k[0], step.watched_middle, step.k[6]
+    greatest, least = lanes.greatest, lanes.least
     for i in range(len(greatest)):
         a, m, b = start[first + i], middle[i], end[first + i]
         high = np.maximum(greatest[i], np.maximum(a, np.maximum(m, b)))
@@ -101,8 +100,8 @@ def follow(watch, taking, t, h, lanes, step):
     first_extreme = len(lanes.y) + len(lanes.quadratures)
     first_above = first_extreme + n_extremes
     _follow_extremes(watch, taking, t, h, first_extreme, lanes, step)
-    start, middle, end = rows(step.k[0]), rows(step.watched_middle), rows(step.k[6])
-    above = rows(lanes.above)
+    start, middle, end = step.k[0], step.watched_middle, step.k[6]
+    above = lanes.above
     for i in range(len(above)):
         a, b = start[first_above + i], end[first_above + i]
         m = middle[n_extremes + i]

@@ -30,9 +30,11 @@ AFTER = 11  # s, the next step behind a targeted crossing; otherwise 0
 
 JUMP = 12  # whether the state jumps at this event: 1 or 0
 WORST = 13  # number of the state with the largest error; kept where a trial may fail
+TRIAL = 14  # its number; -1: idle
+SAMPLE = 15  # number of the next sample to take
 
 MOMENT_ROWS = 2
-CLOCK_ROWS = 14
+CLOCK_ROWS = 16
 SIDES = MOMENT_ROWS  # row of a moment with the side of the first crossing
 
 NOTHING = 0.0
@@ -173,12 +175,20 @@ class Solution(NamedTuple):
         return np.maximum(self.greatest, -self.least)
 
 
+class Results(NamedTuple):
+    """The solution as it is filled, by trial; NaN where a trial did not arrive."""
+
+    arrived: Array  # [trial, mark, state then quadrature]
+    watched: Array  # [trial, greatest then least then time above zero]
+    history: Array  # [trial, sample, state]
+    ends: Array  # [trial, 4]: status, steps, and the columns of `Solution.ended`
+
+
 class Lanes(NamedTuple):
     """The running trials, one in each lane."""
 
     clock: Array  # [row of the clock, lane]
     y: Array  # [state, lane]
-    p: Array  # [parameter, lane]
     quadratures: Array  # [quadrature, lane]
     greatest: Array  # [extreme, lane]
     least: Array  # [extreme, lane]
@@ -186,8 +196,10 @@ class Lanes(NamedTuple):
     side: Array  # [crossing, lane]: 1, -1, or 0 if held at zero
     size: Array  # [crossing, lane], the largest of the quantity in this trial
     returned: Array  # [crossing, lane], see `crossing`
-    trial: NDArray[np.int64]  # [lane]; -1: idle
-    sample: NDArray[np.int64]  # [lane]: next sample to take
+    p: Array  # [parameter, lane]
+    whole: Array  # [row, lane], all of these in this order
+    arrived: Array  # [state then quadrature, lane], of these rows
+    watched: Array  # [greatest then least then above, lane], of these rows
 
 
 class Step(NamedTuple):
@@ -201,11 +213,11 @@ class Step(NamedTuple):
     filled_inside: Array  # [row, lane], the same where a crossing is searched
     watched_middle: Array  # [watched, lane], of these rows
     watched_inside: Array  # [watched, lane]
-    crossings: NDArray[np.int64]  # [crossing], which of the watched quantities
     found: Array  # [crossing, lane], fraction of the step
-    jumped: Array  # [state, then side; lane], filled by `jump`
-    damped: NDArray[np.int64]  # [damped], which states
-    sloped: NDArray[np.int64]  # [sloped], which quadratures
+    jumped: Array  # [state, then side; lane], filled by `jump`; no rows without it
     slope: Array  # [damped times sloped, lane]
     lambda_h: Array  # [damped, lane], lambda times the step
     share: Array  # [damped, lane], 1/(1 + g h lambda)
+    crossings: NDArray[np.int64]  # [crossing], which of the watched quantities
+    damped: NDArray[np.int64]  # [damped], which states
+    sloped: NDArray[np.int64]  # [sloped], which quadratures

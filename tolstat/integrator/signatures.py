@@ -10,7 +10,7 @@ from typing import Any
 
 from numba import types
 
-from tolstat.integrator.problem import Accuracy, Block, Lanes, Solution, Step
+from tolstat.integrator.problem import Accuracy, Block, Lanes, Results, Step
 
 numbers = types.float64[::1]
 table = types.float64[:, ::1]
@@ -33,28 +33,20 @@ accuracy_type = _tuple_type(Accuracy, rtol=number, max_step=number, max_steps=wh
 block_type = _tuple_type(
     Block, samples=numbers, watch_from=whole, accuracy=accuracy_type
 )
-solution_type = _tuple_type(
-    Solution,
-    states=tables,
-    quadratures=tables,
-    history=tables,
-    status=integers,
-    steps=integers,
-)
-lanes_type = _tuple_type(Lanes, trial=integers, sample=integers)
+results_type = _tuple_type(Results, arrived=tables, history=tables)
+lanes_type = _tuple_type(Lanes)
 step_type = _tuple_type(
     Step, k=tables, crossings=integers, damped=integers, sloped=integers
 )
 
-# (rates, watch, jump, jumps, per_scale, lanes, step, block, solution)
+# (rates, watch, jump, per_scale, lanes, step, block, results)
 march_signature = types.void(
     rates_type,
     rates_type,
     rates_type,
-    types.boolean,
     numbers,
     lanes_type,
     step_type,
     block_type,
-    solution_type,
+    results_type,
 )

@@ -3,9 +3,8 @@
 Coordinates that a model names are damped in it, see `damping`. Without any, or with
 their lambda zero, it is Dormand and Prince's step to the last bit.
 
-h is the step (s), a vector; y the states at its start, float64[state, lanes]; k its
-stages, float64[7, rate, lanes], with the rows K1 ... K7 of the literature. The
-derivatives of the states come first among the rates.
+h is the step (s), a vector; y the rows of states at its start; k its stages, K1 ... K7
+of the literature, each rows of rates. The derivatives of the states come first.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ from tolstat.integrator import tableau
 from tolstat.integrator.damping import begin_damping, damp
 from tolstat.integrator.problem import TIME
 from tolstat.lanes.compiled import compiled
-from tolstat.lanes.rows import rows
 
 C2, C3, C4, C5 = (float(c) for c in tableau.C[1:5])
 A21 = float(tableau.A[1][0])
@@ -43,58 +41,55 @@ def advance(rates, t, h, t_new, y, p, step):
     t, h, t_new : vector
         Time before the step, the step, time after it, s; t + h may differ from the end
         of a phase by rounding.
-    y, p : float64[state, lanes], float64[parameter, lanes]
+    y, p : rows
         States before the step, and parameters.
     step : Step
         The phase of its moment is that of the whole step. K1 holds the rates at (t, y),
         undamped for damped states. Meanwhile `end` holds the states of each stage.
     """
-    moment, y_new, k = step.moment, step.end, step.k
-    now, old, new = rows(moment), rows(y), rows(y_new)
-    K1, K2, K3, K4 = rows(k[0]), rows(k[1]), rows(k[2]), rows(k[3])
-    K5, K6 = rows(k[4]), rows(k[5])
-    n = len(y)
+    now, new, k, n = step.moment, step.end, step.k, len(y)
+    K1, K2, K3, K4, K5, K6 = k[0], k[1], k[2], k[3], k[4], k[5]
+    damped, lambda_h, share = step.damped, step.lambda_h, step.share
     begin_damping(h, step)
     for i in range(n):
-        new[i] = old[i] + h * (A21 * K1[i])
+        new[i] = y[i] + h * (A21 * K1[i])
     now[TIME] = t + C2 * h
-    rates(moment, y_new, p, k[1])
-    damp(1, step)
+    rates(now, new, p, K2)
+    damp(1, k, damped, lambda_h, share)
     for i in range(n):
-        new[i] = old[i] + h * (A31 * K1[i] + A32 * K2[i])
+        new[i] = y[i] + h * (A31 * K1[i] + A32 * K2[i])
     now[TIME] = t + C3 * h
-    rates(moment, y_new, p, k[2])
-    damp(2, step)
+    rates(now, new, p, K3)
+    damp(2, k, damped, lambda_h, share)
     for i in range(n):
-        new[i] = old[i] + h * (A41 * K1[i] + A42 * K2[i] + A43 * K3[i])
+        new[i] = y[i] + h * (A41 * K1[i] + A42 * K2[i] + A43 * K3[i])
     now[TIME] = t + C4 * h
-    rates(moment, y_new, p, k[3])
-    damp(3, step)
+    rates(now, new, p, K4)
+    damp(3, k, damped, lambda_h, share)
     for i in range(n):
-        new[i] = old[i] + h * (A51 * K1[i] + A52 * K2[i] + A53 * K3[i] + A54 * K4[i])
+        new[i] = y[i] + h * (A51 * K1[i] + A52 * K2[i] + A53 * K3[i] + A54 * K4[i])
     now[TIME] = t + C5 * h
-    rates(moment, y_new, p, k[4])
-    damp(4, step)
+    rates(now, new, p, K5)
+    damp(4, k, damped, lambda_h, share)
     for i in range(n):
-        new[i] = old[i] + h * (
+        new[i] = y[i] + h * (
             A61 * K1[i] + A62 * K2[i] + A63 * K3[i] + A64 * K4[i] + A65 * K5[i]
         )
     now[TIME] = t_new
-    rates(moment, y_new, p, k[5])
-    damp(5, step)
+    rates(now, new, p, K6)
+    damp(5, k, damped, lambda_h, share)
     for i in range(n):
-        new[i] = old[i] + h * (
+        new[i] = y[i] + h * (
             B1 * K1[i] + B3 * K3[i] + B4 * K4[i] + B5 * K5[i] + B6 * K6[i]
         )
-    rates(moment, y_new, p, k[6])
-    damp(6, step)
+    rates(now, new, p, k[6])
+    damp(6, k, damped, lambda_h, share)
 
 
 @compiled(within=True)
 def error_of(h, k, i):
     """Return the error estimate of the i-th state: the step less the embedded one."""
-    K1, K3, K4, K5 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4])
-    K6, K7 = rows(k[5]), rows(k[6])
+    K1, K3, K4, K5, K6, K7 = k[0], k[2], k[3], k[4], k[5], k[6]
     return h * (
         E1 * K1[i] + E3 * K3[i] + E4 * K4[i] + E5 * K5[i] + E6 * K6[i] + E7 * K7[i]
     )
@@ -126,17 +121,16 @@ def worst_state(h, k, per_scale):
 @compiled(within=True)
 def quadrature_of(h, k, i):
     """Return the integral of the i-th rate over the step."""
-    K1, K3, K4, K5, K6 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4]), rows(k[5])
+    K1, K3, K4, K5, K6 = k[0], k[2], k[3], k[4], k[5]
     return h * (B1 * K1[i] + B3 * K3[i] + B4 * K4[i] + B5 * K5[i] + B6 * K6[i])
 
 
 @compiled(within=True)
 def halfway(h, y, k, y_middle):
     """Store the interpolated states in the middle of the step."""
-    K1, K3, K4, K5 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4])
-    K6, K7, old, middle = rows(k[5]), rows(k[6]), rows(y), rows(y_middle)
+    K1, K3, K4, K5, K6, K7 = k[0], k[2], k[3], k[4], k[5], k[6]
     for i in range(len(y)):
-        middle[i] = old[i] + h * (
+        y_middle[i] = y[i] + h * (
             H1 * K1[i] + H3 * K3[i] + H4 * K4[i] + H5 * K5[i] + H6 * K6[i] + H7 * K7[i]
         )
 
@@ -155,17 +149,16 @@ def interpolate(h, theta, y, k, lane, i):
     """Return the i-th state of a lane at the fraction theta of the step."""
     total = 0.0
     for stage in range(7):
-        total += _dense_weight(stage, theta) * k[stage, i, lane]
+        total += _dense_weight(stage, theta) * k[stage][i, lane]
     return y[i, lane] + h * total
 
 
 @compiled(within=True)
 def inside(h, theta, y, k, y_inside):
     """Store the states of all lanes, each at its fraction theta of the step."""
-    old, new = rows(y), rows(y_inside)
-    for i in range(len(old)):
-        new[i] = old[i]
+    for i in range(len(y)):
+        y_inside[i] = y[i]
     for stage in range(7):
-        weight, K = h * _dense_weight(stage, theta), rows(k[stage])
-        for i in range(len(old)):
-            new[i] = new[i] + weight * K[i]
+        weight, K = h * _dense_weight(stage, theta), k[stage]
+        for i in range(len(y)):
+            y_inside[i] = y_inside[i] + weight * K[i]

@@ -9,9 +9,16 @@ from __future__ import annotations
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import overload
 
-from tolstat.lanes.vector import DOUBLES, WIDTH, instructions, mask, vector
+from tolstat.lanes.vector import (
+    DOUBLES,
+    WIDTH,
+    comparison,
+    instructions,
+    mask,
+    teach,
+    vector,
+)
 
 
 def call(builder, name, *values):
@@ -24,77 +31,47 @@ def call(builder, name, *values):
     return builder.call(function, values)
 
 
-def _teach(function, name, result=vector, argument=vector):
-    """Teach Numba a NumPy function of one vector or mask."""
-
-    @instructions(result, argument)
-    def of_lanes(builder, x):
-        return call(builder, name, x)
-
-    @overload(function)
-    def implement(x):
-        return (lambda x: of_lanes(x)) if x is argument else None
+def of_llvm(name):
+    """Return a function that writes a call of one of LLVM's functions."""
+    return lambda builder, *values: call(builder, name, *values)
 
 
-_teach(np.sqrt, "sqrt")
-_teach(np.abs, "fabs")
-_teach(np.floor, "floor")
-_teach(np.rint, "rint")
-_teach(np.any, "vector.reduce.or", types.boolean, mask)
-_teach(np.all, "vector.reduce.and", types.boolean, mask)
-
-
-@instructions(vector, mask, vector, vector)
-def _select(builder, condition, a, b):
+def select(builder, condition, a, b):
+    """Return a where the condition holds, otherwise b."""
     return builder.select(condition, a, b)
 
 
-@instructions(vector, vector, vector)
-def _copysign(builder, x, sign):
-    return call(builder, "copysign", x, sign)
+def _extremum(predicate):
+    """Return the greater or the lesser; NaN stays, so diverged trials are detected."""
+
+    def write(builder, a, b):
+        first = comparison(predicate)(builder, a, b)
+        is_nan = comparison("!=")(builder, a, a)
+        return builder.select(builder.or_(first, is_nan), a, b)
+
+    return write
+
+
+def _is_finite(builder, x):
+    """Return which lanes hold a number, not infinity or NaN."""
+    size = call(builder, "fabs", x)
+    return comparison("<")(builder, size, ir.Constant(DOUBLES, [np.inf] * WIDTH))
+
+
+teach(np.sqrt, of_llvm("sqrt"), vector, vector)
+teach(np.abs, of_llvm("fabs"), vector, vector)
+teach(np.floor, of_llvm("floor"), vector, vector)
+teach(np.rint, of_llvm("rint"), vector, vector)
+teach(np.any, of_llvm("vector.reduce.or"), types.boolean, mask)
+teach(np.all, of_llvm("vector.reduce.and"), types.boolean, mask)
+teach(np.where, select, vector, mask, vector, vector)
+teach(np.copysign, of_llvm("copysign"), vector, vector, vector)
+teach(np.maximum, _extremum(">="), vector, vector, vector)
+teach(np.minimum, _extremum("<="), vector, vector, vector)
+teach(np.isfinite, _is_finite, mask, vector)
 
 
 @instructions(vector, vector, vector, vector)
 def multiply_add(builder, a, b, c):
     """Return a b + c, rounded once."""
     return call(builder, "fma", a, b, c)
-
-
-@overload(np.where)
-def where(condition, a, b):
-    """Return a if the condition holds, otherwise b; both are computed."""
-    if condition is mask:
-        return lambda condition, a, b: _select(condition, a, b)
-    return None
-
-
-@overload(np.copysign)
-def copysign(x, sign):
-    """Return x with the sign of another number, signed zeros and NaN included."""
-    if vector in (x, sign):
-        return lambda x, sign: _copysign(x, sign)
-    return None
-
-
-@overload(np.maximum, jit_options={"fastmath": False})
-def maximum(a, b):
-    """Return the greater; NaN on either side stays, so diverged trials are detected."""
-    if vector in (a, b):
-        return lambda a, b: _select((a >= b) | (a != a), a, b)
-    return None
-
-
-@overload(np.minimum, jit_options={"fastmath": False})
-def minimum(a, b):
-    """Return the lesser; NaN on either side stays."""
-    if vector in (a, b):
-        return lambda a, b: _select((a <= b) | (a != a), a, b)
-    return None
-
-
-@overload(np.isfinite, jit_options={"fastmath": False})
-def isfinite(x):
-    """Return which lanes hold a number, not infinity or NaN."""
-    if x is vector:
-        return lambda x: np.abs(x) < np.inf
-    return None

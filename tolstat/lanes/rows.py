@@ -12,18 +12,16 @@ from typing import Any, TypeVar
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils, types
-from numba.extending import (
-    intrinsic,
-    make_attribute_wrapper,
-    models,
-    overload,
-    register_model,
-)
+from numba import types
+from numba.core import cgutils
+from numba.core.imputils import impl_ret_borrowed
+from numba.core.typeconv import Conversion
+from numba.extending import intrinsic, lower_cast, models, overload, register_model
+from numba.np.arrayobj import populate_array
 from numpy.typing import NDArray
 
 from tolstat.lanes import exponentials, trigonometry  # noqa: F401  NumPy's on them
-from tolstat.lanes.vector import DOUBLES, WIDTH, instructions, vector
+from tolstat.lanes.vector import DOUBLES, WIDTH, Held, teach, vector
 
 Names = TypeVar("Names")
 
@@ -63,26 +61,36 @@ def named(names: type[Names], array: NDArray[np.float64]) -> Names:
     return names(*array[: len(names._fields)])  # type: ignore[attr-defined]
 
 
-class RowsType(types.Type):
+class RowsType(Held):
     """Rows of lanes: the address of the first and their number."""
 
     def __init__(self) -> None:
         super().__init__(name="rows of lanes")
 
+    def can_convert_to(self, typingctx, other):
+        """Return the conversion to a plain array, as equations take it."""
+        return Conversion.safe if _is_array_of_rows(other) else None
+
+
+class StackType(Held):
+    """Tables of rows: the address of the first, and the number of rows of each."""
+
+    def __init__(self) -> None:
+        super().__init__(name="tables of rows of lanes")
+
 
 rows_type = RowsType()
+stack_type = StackType()
 
 
 @register_model(RowsType)
+@register_model(StackType)
 class RowsModel(models.StructModel):
     """An address and a count."""
 
     def __init__(self, dmm, fe_type):
         members = [("data", types.CPointer(types.float64)), ("count", types.intp)]
         super().__init__(dmm, fe_type, members)
-
-
-make_attribute_wrapper(RowsType, "count", "count")
 
 
 def _row_address(builder, data, index):
@@ -105,22 +113,56 @@ def _is_array_of_rows(array):
     return isinstance(array, types.Array) and array.ndim == 2 and array.layout == "C"
 
 
-@intrinsic
-def _view(typingctx, array):
-    def codegen(context, builder, sig, args):
-        plain = context.make_array(sig.args[0])(context, builder, args[0])
-        view = cgutils.create_struct_proxy(rows_type)(context, builder)
-        view.data = plain.data
-        view.count = cgutils.unpack_tuple(builder, plain.shape)[0]
-        return view._getvalue()
+@lower_cast(RowsType, types.Array)
+def cast_rows(context, builder, fromty, toty, val):
+    """Return a plain array of the rows."""
+    data, count = (builder.extract_value(val, i) for i in (0, 1))
+    size, lanes = (ir.Constant(ir.IntType(64), n) for n in (8, WIDTH))
+    array = context.make_array(toty)(context, builder)
+    shape, strides = [count, lanes], [ir.Constant(ir.IntType(64), 8 * WIDTH), size]
+    populate_array(array, data, shape, strides, size, meminfo=None)
+    return array._getvalue()
 
-    return rows_type(array), codegen
+
+def _viewed(array):
+    """Return the type of the view of an array or of a named tuple of arrays."""
+    if isinstance(array, types.BaseNamedTuple):
+        fields = [_viewed(each) or each for each in array.types]
+        return types.BaseTuple.from_types(fields, array.instance_class)
+    if isinstance(array, types.Array) and array.layout == "C":
+        return {2: rows_type, 3: stack_type}.get(array.ndim)
+    return None
+
+
+def _view(context, builder, kind, value):
+    if isinstance(kind, types.BaseNamedTuple):
+        values = cgutils.unpack_tuple(builder, value)
+        pairs = zip(kind, values, strict=True)
+        views = [_view(context, builder, *each) for each in pairs]
+        return context.make_tuple(builder, _viewed(kind), views)
+    if _viewed(kind) is None:
+        return value
+    plain = context.make_array(kind)(context, builder, value)
+    count = builder.extract_value(plain.shape, kind.ndim - 2)
+    view = cgutils.create_struct_proxy(_viewed(kind))(context, builder)
+    view.data, view.count = plain.data, count
+    return view._getvalue()
+
+
+@intrinsic
+def _views(typingctx, array):
+    def codegen(context, builder, sig, args):
+        views = _view(context, builder, sig.args[0], args[0])
+        # arrays of a tuple that are no rows are used twice
+        return impl_ret_borrowed(context, builder, sig.return_type, views)
+
+    return _viewed(array)(array), codegen
 
 
 @overload(rows)
 def rows_of_array(array):
     """Compile `rows`."""
-    return (lambda array: _view(array)) if _is_array_of_rows(array) else None
+    return (lambda array: _views(array)) if _viewed(array) else None
 
 
 @intrinsic
@@ -145,48 +187,58 @@ def named_of_array(names, array):
     return None
 
 
-@overload(len)
-def length(view):
-    """Compile `len(view)`."""
-    return (lambda view: view.count) if view is rows_type else None
+def _count(builder, view):
+    return builder.extract_value(view, 1)
 
 
-@instructions(vector, rows_type, types.intp)
 def _get(builder, view, index):
     return _load(builder, builder.extract_value(view, 0), index)
 
 
-@instructions(types.void, rows_type, types.intp, vector)
 def _set(builder, view, index, value):
     _store(builder, builder.extract_value(view, 0), index, value)
-    return ir.Constant(cgutils.voidptr_t, None)
 
 
-@instructions(rows_type, rows_type, types.intp, types.intp)
-def _part(builder, view, start, stop):
-    data = builder.extract_value(view, 0)
+def _number_address(builder, view, place):
+    row, lane = (builder.extract_value(place, i) for i in (0, 1))
+    first = builder.mul(row, ir.Constant(row.type, WIDTH))
+    return builder.gep(builder.extract_value(view, 0), [builder.add(first, lane)])
+
+
+def _get_number(builder, view, place):
+    return builder.load(_number_address(builder, view, place))
+
+
+def _set_number(builder, view, place, value):
+    builder.store(value, _number_address(builder, view, place))
+
+
+def _part(builder, view, ends):
+    """Return the rows from `start` to `stop`, both from 0 to the count."""
+    start, stop = (builder.extract_value(ends, i) for i in (0, 1))
+    data, count = builder.extract_value(view, 0), builder.extract_value(view, 1)
+    # an omitted end is the greatest whole number
+    inside = builder.icmp_signed("<", stop, count)
+    stop = builder.select(inside, stop, count)
     first = builder.bitcast(_row_address(builder, data, start), data.type)
     moved = builder.insert_value(view, first, 0)
     return builder.insert_value(moved, builder.sub(stop, start), 1)
 
 
-@overload(operator.getitem)
-def getitem(view, index):
-    """Compile `view[i]` and, for i and j from 0 to n, `view[i:j]`."""
-    if view is rows_type and isinstance(index, types.Integer):
-        return lambda view, index: _get(view, index)
-    if view is rows_type and isinstance(index, types.SliceType):
-        # an omitted end is the greatest whole number
-        return lambda view, index: _part(view, index.start, min(index.stop, len(view)))
-    return None
+def _table(builder, stack, index):
+    data, count = builder.extract_value(stack, 0), builder.extract_value(stack, 1)
+    first = _row_address(builder, data, builder.mul(index, count))
+    return builder.insert_value(stack, builder.bitcast(first, data.type), 0)
 
 
-@overload(operator.setitem)
-def setitem(view, index, value):
-    """Compile `view[i] = v`."""
-    if view is rows_type and isinstance(index, types.Integer):
-        return lambda view, index, value: _set(view, index, value)
-    return None
+whole, place = types.intp, types.UniTuple(types.intp, 2)
+teach(len, _count, whole, rows_type)
+teach(operator.getitem, _get, vector, rows_type, whole)
+teach(operator.getitem, _get_number, types.float64, rows_type, place)
+teach(operator.getitem, _part, rows_type, rows_type, types.slice2_type)
+teach(operator.getitem, _table, rows_type, stack_type, whole)
+teach(operator.setitem, _set, types.void, rows_type, whole, vector)
+teach(operator.setitem, _set_number, types.void, rows_type, place, types.float64)
 
 
 def write(array: NDArray[np.float64], first: int, values: tuple[Any, ...]) -> None:

@@ -11,13 +11,12 @@ import operator
 from llvmlite import ir
 from numba.core import types
 from numba.core.typeconv import Conversion
-from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import (
     intrinsic,
     lower_builtin,
     lower_cast,
     models,
-    overload,
     register_model,
 )
 
@@ -27,10 +26,14 @@ DOUBLES = ir.VectorType(ir.DoubleType(), WIDTH)
 BITS = ir.VectorType(ir.IntType(1), WIDTH)
 
 
-class VectorType(types.Type):
+class Held(types.Type):
+    """What is held in registers: Numba's own functions do not take it."""
+
+
+class VectorType(Held):
     """A float64 in every lane."""
 
-    held = DOUBLES
+    value = DOUBLES
 
     def __init__(self) -> None:
         super().__init__(name=f"lanes({WIDTH})")
@@ -38,14 +41,14 @@ class VectorType(types.Type):
     def can_convert_from(self, typingctx, other):
         """Return the conversion of a plain number, to the same number in every lane."""
         if isinstance(other, types.Float | types.Integer):
-            return Conversion.unsafe  # worst rank: plain arithmetic stays plain
+            return Conversion.unsafe
         return None
 
 
-class MaskType(types.Type):
+class MaskType(Held):
     """A truth value in every lane."""
 
-    held = BITS
+    value = BITS
 
     def __init__(self) -> None:
         super().__init__(name=f"mask({WIDTH})")
@@ -61,7 +64,7 @@ class LanesModel(models.PrimitiveModel):
     """A vector or a mask is one LLVM value."""
 
     def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, fe_type.held)
+        super().__init__(dmm, fe_type, fe_type.value)
 
 
 def broadcast(builder, scalar):
@@ -106,46 +109,68 @@ def instructions(result, *arguments):
     return decorate
 
 
-def _teach(op, result, arguments, instruction, *first):
-    """Teach Numba an operator: instruction of the builder, and its first arguments."""
+def teach(function, write, result, *arguments):
+    """Teach Numba a function of vectors, masks or rows, and of plain numbers.
 
-    @infer_global(op)
-    class Template(ConcreteTemplate):
-        cases = [signature(result, *arguments)]  # noqa: RUF012  as Numba wants it
+    The instructions stand in the caller: a function of its own, as an `overload`, would
+    be compiled for each type of its arguments.
 
-    @lower_builtin(op, *arguments)
+    Parameters
+    ----------
+    function : callable
+        An operator, or a function of NumPy or Python.
+    write : callable
+        Writes the instructions: of the builder and LLVM values.
+    result : types.Type
+        Type of the result.
+    *arguments : types.Type
+        Types of the arguments. A call without any vector, mask or rows stays Numba's.
+    """
+    typed = signature(result, *arguments)
+
+    @infer_global(function)
+    class Template(AbstractTemplate):
+        metadata = {"target": "cpu"}  # noqa: RUF012  tried before Numba's own
+
+        def generic(self, args, kws):
+            held = any(isinstance(each, Held) for each in args)
+            if kws or not held or len(args) != len(arguments):
+                return None
+            pairs = zip(args, arguments, strict=True)
+            fits = all(self.context.can_convert(*pair) is not None for pair in pairs)
+            return typed if fits else None
+
+    @lower_builtin(function, *arguments)
     def lower(context, builder, sig, args):
-        return getattr(builder, instruction)(*first, *args)
+        return write(builder, *args)
 
 
 for op, inplace, instruction in (
-    (operator.add, operator.iadd, "fadd"),
-    (operator.sub, operator.isub, "fsub"),
-    (operator.mul, operator.imul, "fmul"),
-    (operator.truediv, operator.itruediv, "fdiv"),
+    (operator.add, operator.iadd, ir.IRBuilder.fadd),
+    (operator.sub, operator.isub, ir.IRBuilder.fsub),
+    (operator.mul, operator.imul, ir.IRBuilder.fmul),
+    (operator.truediv, operator.itruediv, ir.IRBuilder.fdiv),
 ):
-    _teach(op, vector, (vector, vector), instruction)
-    _teach(inplace, vector, (vector, vector), instruction)
-
-# as NumPy: a comparison with NaN is false, except "not equal"
-for op, instruction, predicate in (
-    (operator.lt, "fcmp_ordered", "<"),
-    (operator.le, "fcmp_ordered", "<="),
-    (operator.gt, "fcmp_ordered", ">"),
-    (operator.ge, "fcmp_ordered", ">="),
-    (operator.eq, "fcmp_ordered", "=="),
-    (operator.ne, "fcmp_unordered", "!="),
-):
-    _teach(op, mask, (vector, vector), instruction, predicate)
-
-_teach(operator.and_, mask, (mask, mask), "and_")
-_teach(operator.or_, mask, (mask, mask), "or_")
-_teach(operator.xor, mask, (mask, mask), "xor")
-_teach(operator.invert, mask, (mask,), "not_")
-_teach(operator.neg, vector, (vector,), "fneg")
+    teach(op, instruction, vector, vector, vector)
+    teach(inplace, instruction, vector, vector, vector)
 
 
-@overload(operator.pos)
-def positive(x):
-    """Return the same."""
-    return (lambda x: x) if x is vector else None
+def comparison(predicate):
+    """Return a function that compares as NumPy: with NaN, only "not equal" is true."""
+    ordered, unordered = ir.IRBuilder.fcmp_ordered, ir.IRBuilder.fcmp_unordered
+    compare = unordered if predicate == "!=" else ordered
+    return lambda builder, a, b: compare(builder, predicate, a, b)
+
+
+teach(operator.lt, comparison("<"), mask, vector, vector)
+teach(operator.le, comparison("<="), mask, vector, vector)
+teach(operator.gt, comparison(">"), mask, vector, vector)
+teach(operator.ge, comparison(">="), mask, vector, vector)
+teach(operator.eq, comparison("=="), mask, vector, vector)
+teach(operator.ne, comparison("!="), mask, vector, vector)
+teach(operator.and_, ir.IRBuilder.and_, mask, mask, mask)
+teach(operator.or_, ir.IRBuilder.or_, mask, mask, mask)
+teach(operator.xor, ir.IRBuilder.xor, mask, mask, mask)
+teach(operator.invert, ir.IRBuilder.not_, mask, mask)
+teach(operator.neg, ir.IRBuilder.fneg, vector, vector)
+teach(operator.pos, lambda builder, x: x, vector, vector)
