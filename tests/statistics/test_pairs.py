@@ -54,6 +54,20 @@ def test_equal_parts_of_a_sum_are_no_pair(number, ends):
             ][: ends - 1]
 
 
+@pytest.mark.parametrize(
+    ("factors", "machines"),
+    [((1, 2, -1), 40), ((2, 2, -1), 40), ((1, 1, -1), 20), ((1, 1, -1, -1), 20)],
+)
+def test_those_that_follow_a_pair_join_it(factors, machines):
+    """The weakest is in no significant pair of its own."""
+    for seed in range(3):
+        X = parts(4096, 20, seed)
+        names = tuple(f"part_{i + 1}" for i in range(len(factors)))
+        y = np.sum([f * X[n] for f, n in zip(factors, names, strict=True)], axis=0)
+        found = of_one(X, worst(np.abs(y), machines))
+        assert [(each.members, each.how) for each in found] == [(names, MORE)]
+
+
 SINGLE = {
     "nothing": lambda X, noise: noise,
     "one": lambda X, noise: X["part_1"],

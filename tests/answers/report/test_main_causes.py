@@ -17,6 +17,7 @@ from tolstat.answers.report.gather import report_of
 from tolstat.document.blocks import Section, Table
 from tolstat.render.screen import as_text, show
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.yields import UNDECIDED
 
 DEGREE = np.pi / 180
 STUDY = {
@@ -194,6 +195,21 @@ def test_a_gain_is_claimed_only_for_separate_intervals(run, lower, upper, told):
         study = run.path.with_name("apart-halved.toml")
         typed = f"'part_1=+-0.5 mm' 'angle=+-0.5 deg' --write {study}"
         assert f"tolstat what-if {run.path} {typed}" in halve[0]
+
+
+@pytest.mark.parametrize(("value", "told"), [(3e-3, True), (2e-3, False)])
+def test_an_undecided_limit_that_seems_missed_has_a_change_to_test(run, value, told):
+    """Rather than trials without end to decide what is not met."""
+    found = report_of(run)
+    gap = found.responses["gap"]
+    yields = gap.limited.yields._replace(
+        verdict=UNDECIDED, fraction_out_of_limit=Estimate(value, 1e-3, 20e-3)
+    )
+    (pair,) = pairs_of(gap.causes)
+    vague = pair._replace(halved=Estimate(1e-3, 0.0, 2e-2))
+    causes = gap.causes._replace(named=(vague,))
+    steps = steps_of(with_causes(found, causes, yields=yields))
+    assert any(each.startswith("Test half") for each in steps) == told
 
 
 def test_an_effect_that_is_not_estimable_has_a_reason(run):

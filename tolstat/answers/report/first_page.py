@@ -314,7 +314,8 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     if limited.yields.reason:  # the numbers are wrong
         return ()
     clear, then = what_helps.differ(main.halved, now), main.halved.value
-    gains = then < now.value and (clear or verdict == NOT_MET)
+    missing = now.value > 1 - limited.limit.demanded  # by the trials seen
+    gains = then < now.value and (clear or missing)
     if not (gains if known else math.isnan(then)):
         return ()
     parts = main.members
