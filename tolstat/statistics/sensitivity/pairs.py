@@ -23,9 +23,10 @@ FAR = 0.05  # outer part of all trials, unless more are out of limit
 ONE_WAY = 0.9  # share of the units from which a contributor has one direction
 SHIFTED = 3.0  # standard errors of a mean
 MOST_NEAR = 0.8  # of the errors: those of pairs with a clear contributor
-JOINS = 0.005  # level, corrected for their number, at which another one joins a pair
-# normal products of a third one that may be in the place of a member: from 1 % of
-# innocent ones on, and less than 2.5 below that of the member
+# The normal product of one more contributor with a combination. It joins at this level,
+# corrected for their number, if it is no more than this below the product of the pair.
+JOINS, COMPARABLE = 0.005, 3.5
+# It may be in the place of a member from here on (1 % of innocent ones), and that near.
 RIVAL, NEAR = 2.58, 2.5
 
 
@@ -81,9 +82,9 @@ def pairs(
     their signs differ. Distances count only of contributors without a shift. For each
     pair the smaller level of scores and distances counts, doubled.
 
-    To a pair join, one after the other, those whose product with the combination of all
-    members is significant. A pair stays unnamed if a third one may be in the place of a
-    member: its product is large for an innocent one, and not clearly the smaller one.
+    One after the other, those join a pair whose product with the combination of all
+    members is significant, and not far below that of the pair. A pair is not named if a
+    third contributor that does not join may still be in the place of a member.
     """
     tested = {n: each for n, each in out.items() if 0 < each.sum() < len(each)}
     found: dict[str, list[Together]] = {name: [] for name in out}
@@ -159,20 +160,20 @@ class _Scores:
         """Return a pair with those that join it, and whether a third may be of it."""
         both = how == BOTH_FAR
         z, own = (self.far, self.own_far) if both else (self.z, self.own)
-        members, most, count = [*pair], -math.inf, len(z)
+        of_pair = abs(float(_weaker(own[[*pair]], z[[*pair]])[0, 1]))
+        members, count = [*pair], len(z)
         while len(members) < count:
             s = self._combined(members, how)
             product = own @ s / np.linalg.norm(s)
             product = product if both else np.abs(product)
             product[members] = -math.inf
             most = float(product.max())
-            level = (1 if both else 2) * float(ndtr(-most))
-            if level * (count - len(members)) >= JOINS:
-                break
+            level = (1 if both else 2) * float(ndtr(-most)) * (count - len(members))
+            if level >= JOINS or most < of_pair - COMPARABLE:
+                doubtful = most > max(RIVAL, of_pair - NEAR)
+                return tuple(sorted(members)), doubtful and len(members) == 2
             members.append(int(product.argmax()))
-        of_pair = abs(float(_weaker(own[[*pair]], z[[*pair]])[0, 1]))
-        doubtful = len(members) == 2 and most > max(RIVAL, of_pair - NEAR)
-        return tuple(sorted(members)), doubtful
+        return tuple(sorted(members)), False
 
     def _combined(self, members: Sequence[int], how: str) -> Array:
         """Return the combination of members in which these units are farthest off."""
