@@ -12,6 +12,7 @@ from scipy.stats import norm
 import tolstat
 from tests.answers.browser import Page
 from tests.answers.page_checks import words_in
+from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report.first_page import first_page, limits_table
 from tolstat.answers.report.gather import report_of
 from tolstat.document.blocks import Section, Table
@@ -230,6 +231,34 @@ def test_an_effect_that_is_not_estimable_has_a_reason(run):
     assert steps_of(with_causes(found, none))[0] == step
     table = next(b for b in first_page(changed) if isinstance(b, Table))
     assert table.title == "Limits"
+
+
+def test_a_cause_without_a_tolerance_comes_last(tmp_path):
+    """The phase of a run-out is the clearest; only its amplitude can be changed."""
+
+    class RunOut(Model):
+        name = "run_out"
+
+        def describe(self, settings):
+            parts = Contributor("phase", "rad"), Contributor("amplitude", "m")
+            return Description(parts, (Response("gap", "m"),))
+
+        def evaluate(self, deviations, settings):
+            phase, amplitude = deviations.T
+            return Outcome((amplitude * np.cos(phase))[:, None])
+
+    study = {
+        "model": "run_out", "trials": 3000, "seed": 1, "limits": {"gap": "<= 0.8 mm"},
+        "deviations": {
+            "phase": {"tolerance": "0..360 deg", "distribution": "uniform"},
+            "amplitude": {"tolerance": "0.6..1 mm", "distribution": "uniform"},
+        },
+    }  # fmt: skip
+    run = tolstat.run(study, model=RunOut(), output=tmp_path / "run_out.h5")
+    found = report_of(run)
+    first, *others = found.responses["gap"].causes.named
+    assert first.members == ("amplitude",) and others[0].members == ("phase",)
+    assert any("of amplitude" in each for each in steps_of(found))
 
 
 def test_the_main_contribution_names_all_equal_parts(tmp_path):
