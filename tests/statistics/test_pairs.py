@@ -54,6 +54,27 @@ def test_equal_parts_of_a_sum_are_no_pair(number, ends):
             ][: ends - 1]
 
 
+@pytest.mark.parametrize(
+    ("factors", "machines"),
+    [((1, 2, -1), 40), ((1, 1, -1), 20), ((1, 1, -1, -1), 20)],
+)
+def test_those_that_follow_a_pair_join_it(factors, machines):
+    for seed in range(3):
+        X = parts(4096, 20, seed)
+        names = tuple(f"part_{i + 1}" for i in range(len(factors)))
+        y = np.sum([f * X[n] for f, n in zip(factors, names, strict=True)], axis=0)
+        found = of_one(X, worst(np.abs(y), machines))
+        assert [(each.members, each.how) for each in found] == [(names, MORE)]
+
+
+def test_a_pair_does_not_grow_by_one_of_little_effect():
+    """The third has a fiftieth of the variance."""
+    X = parts(4096, 20, 3)
+    y = np.abs(X["part_1"] - X["part_2"] + 0.2 * X["part_3"])
+    (found,) = of_one(X, worst(y, 100))
+    assert found.members == ("part_1", "part_2")
+
+
 SINGLE = {
     "nothing": lambda X, noise: noise,
     "one": lambda X, noise: X["part_1"],

@@ -12,7 +12,6 @@ from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, TolstatError
-from tolstat.execution.diagnostics.halved_tolerances import is_turn
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import free_name
 from tolstat.study.problems import toml_of
@@ -103,10 +102,8 @@ def to_halve(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
 def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
     """Return the commands that find the cheapest tolerances.
 
-    Of a study without costs, parts get a price first: 1 over their tolerance. None if
-    one of these has no tolerance.
+    Of a study without costs, parts with a tolerance get a price first: 1 over it.
     """
-    units = {each.name: each.unit for each in run.contributors}
     study, entries, written = run.study_file, dict[str, str](), [*entries_of(run)]
     if any("cost" in keys for _, keys, _ in written):
         parts = ()
@@ -117,8 +114,6 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
         if own := [n for n in members if n in parts]:
             scale, zone = run.scales[own[0]], Tolerance(*run.assumed[own[0]].tolerance)
             at = f"+-{figures(scale.factor * zone.half, KNOWN)} {scale.mark}".strip()
-            if is_turn(units[own[0]], zone) or not {*keys} & {"tolerance", "iso1328"}:
-                return ()
             keys["cost"] = {"law": "reciprocal", "at": at, "price": 1}
             kept = {k: x for k, x in keys.items() if k not in ("nominal", "common")}
             entries[name] = toml_of(kept)

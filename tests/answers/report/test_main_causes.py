@@ -12,11 +12,13 @@ from scipy.stats import norm
 import tolstat
 from tests.answers.browser import Page
 from tests.answers.page_checks import words_in
+from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report.first_page import first_page, limits_table
 from tolstat.answers.report.gather import report_of
 from tolstat.document.blocks import Section, Table
 from tolstat.render.screen import as_text, show
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.yields import UNDECIDED
 
 DEGREE = np.pi / 180
 STUDY = {
@@ -196,6 +198,21 @@ def test_a_gain_is_claimed_only_for_separate_intervals(run, lower, upper, told):
         assert f"tolstat what-if {run.path} {typed}" in halve[0]
 
 
+@pytest.mark.parametrize(("value", "told"), [(3e-3, True), (2e-3, False)])
+def test_an_undecided_limit_that_seems_missed_has_a_change_to_test(run, value, told):
+    """Rather than trials without end to decide what is not met."""
+    found = report_of(run)
+    gap = found.responses["gap"]
+    yields = gap.limited.yields._replace(
+        verdict=UNDECIDED, fraction_out_of_limit=Estimate(value, 1e-3, 20e-3)
+    )
+    (pair,) = pairs_of(gap.causes)
+    vague = pair._replace(halved=Estimate(1e-3, 0.0, 2e-2))
+    causes = gap.causes._replace(named=(vague,))
+    steps = steps_of(with_causes(found, causes, yields=yields))
+    assert any(each.startswith("Test half") for each in steps) == told
+
+
 def test_an_effect_that_is_not_estimable_has_a_reason(run):
     found = report_of(run)
     causes = found.responses["gap"].causes
@@ -214,6 +231,34 @@ def test_an_effect_that_is_not_estimable_has_a_reason(run):
     assert steps_of(with_causes(found, none))[0] == step
     table = next(b for b in first_page(changed) if isinstance(b, Table))
     assert table.title == "Limits"
+
+
+def test_a_cause_without_a_tolerance_comes_last(tmp_path):
+    """The phase of a run-out is the clearest; only its amplitude can be changed."""
+
+    class RunOut(Model):
+        name = "run_out"
+
+        def describe(self, settings):
+            parts = Contributor("phase", "rad"), Contributor("amplitude", "m")
+            return Description(parts, (Response("gap", "m"),))
+
+        def evaluate(self, deviations, settings):
+            phase, amplitude = deviations.T
+            return Outcome((amplitude * np.cos(phase))[:, None])
+
+    study = {
+        "model": "run_out", "trials": 3000, "seed": 1, "limits": {"gap": "<= 0.8 mm"},
+        "deviations": {
+            "phase": {"tolerance": "0..360 deg", "distribution": "uniform"},
+            "amplitude": {"tolerance": "0.6..1 mm", "distribution": "uniform"},
+        },
+    }  # fmt: skip
+    run = tolstat.run(study, model=RunOut(), output=tmp_path / "run_out.h5")
+    found = report_of(run)
+    first, *others = found.responses["gap"].causes.named
+    assert first.members == ("amplitude",) and others[0].members == ("phase",)
+    assert any("of amplitude" in each for each in steps_of(found))
 
 
 def test_the_main_contribution_names_all_equal_parts(tmp_path):

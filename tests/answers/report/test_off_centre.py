@@ -26,6 +26,7 @@ from tolstat.answers.report.off_centre import (
     NONLINEAR,
     NOT_HALVED,
     ONE_SIDED,
+    UNSEEN,
     finding,
     findings,
 )
@@ -179,6 +180,15 @@ def test_the_nominal_value_is_named_if_it_lies_outside_too(tmp_path):
     off = found.responses["gap"].off_centre
     assert (off.what, off.reason, off.tolerances) == ("nominal value", "", NEVER)
     assert off.outside == pytest.approx(0.4e-3)
+
+
+def test_a_shift_beyond_the_sampled_tolerance_is_said_to_be_one(tmp_path):
+    for limit, beyond in (("0.15..0.6 mm", True), ("0.43..0.88 mm", False)):
+        found, parts = found_of({**STACK, "limits": {"gap": limit}}, tmp_path)
+        shifts = found.responses["gap"].off_centre.shifts
+        assert (shifts[0].relative > 1) == beyond
+        assert (UNSEEN.strip() in as_text(parts)) == beyond
+        (tmp_path / "gap.h5").unlink()
 
 
 def test_a_kink_gives_no_shift(tmp_path):

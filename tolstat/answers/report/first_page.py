@@ -8,6 +8,7 @@ from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import limit_cell, ppm, verdict_cell
+from tolstat.answers.halved_entries import halved_entries
 from tolstat.answers.next_steps import to_allocate, to_extend, to_halve, to_resume
 from tolstat.answers.report import what_helps
 from tolstat.answers.report.finer_run import settle
@@ -254,14 +255,16 @@ def _allocate(found: RunSummary) -> Parts:
                 parts |= dict.fromkeys(m for by in causes.named for m in by.members)
         elif each.yields.verdict == NOT_MET and not causes.needed:
             parts |= dict.fromkeys(response.most_of_variance)
-    if not unmet or not (commands := to_allocate(found.stored_run, [*parts])):
+    run = found.stored_run
+    can = [name for name in parts if halved_entries(run, [name])]  # no phase, no data
+    if not unmet or not (commands := to_allocate(run, can)):
         return ()
     if len(commands) == 1:
         last = Typed(*commands)
         return text("Find the cheapest tolerances that meet all limits: ", last, ".")
     return say("Find the widest tolerances of {} that meet all limits. Write prices of "
                "1 over the tolerance: {} Search: {}",
-               listed([*map(Name, parts)]), *map(Typed, commands))  # fmt: skip
+               listed([*map(Name, can)]), *map(Typed, commands))  # fmt: skip
 
 
 def _centre(found: RunSummary) -> Parts:
@@ -314,7 +317,8 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     if limited.yields.reason:  # the numbers are wrong
         return ()
     clear, then = what_helps.differ(main.halved, now), main.halved.value
-    gains = then < now.value and (clear or verdict == NOT_MET)
+    missing = now.value > 1 - limited.limit.demanded  # by the trials seen
+    gains = then < now.value and (clear or missing)
     if not (gains if known else math.isnan(then)):
         return ()
     parts = main.members

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from tolstat.answers.halved_entries import halved_entries
 from tolstat.answers.report.report_answer import Cause, Causes, NamedCause
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.execution.diagnostics.halved_tolerances import effects_of
@@ -90,6 +91,8 @@ def _causes(
         meets = [each for each in named if each.halved.upper <= permitted]
         meets.sort(key=lambda each: (len(each.members), each.halved.value))
         named = [*meets, *(each for each in named if each not in meets)]
+    # a phase over a full turn, or measured parts, have no tolerance to change
+    named.sort(key=lambda each: not halved_entries(run, each.members))
     reason, needed = "", 0
     if count == 0:
         reason = NONE

@@ -37,6 +37,7 @@ NEVER = "Narrower tolerances cannot meet the limit. "
 NOT_HALVED = "Halving all tolerances would not meet the limit. "
 ONE_SIDED = "Tolerances not centred on zero move the mean. "
 NONLINEAR = "The response is not linear: its spread moves the mean. "
+UNSEEN = " No trial was sampled so far off: slopes may not hold there."
 BENT = 0.25  # of sigma: a mean farther from that by slopes is not linear
 ROOM = 0.1  # of the permitted fraction: left out of a limit with one end
 MOST, FARTHEST = 3, 100.0  # shifts; the farthest over half its tolerance
@@ -240,6 +241,7 @@ def finding(run: Run, name: str, each: ResponseSummary) -> Parts:
             "of {}.", Number(off.shift, scale), ppm(judged.fraction_out_of_limit),
             listed(options, "or")) if options
         else "No nominal value of a contributor is known to centre it.",
+        UNSEEN if off.shifts and off.shifts[0].relative > 1 else None,
         next((say(" A fresh run shows the effect. Write its study: {} Run it: {}",
                   *map(Typed, each))
               for each in commands if each), None),

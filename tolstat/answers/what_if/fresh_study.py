@@ -36,6 +36,8 @@ from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Study, load
 from tolstat.study.study_schema import check_section
 
+MOST_TIMES = 10  # the trials of a run has its fresh one, whose page tells what is left
+
 
 def fresh_study(
     run: RunSource,
@@ -51,8 +53,9 @@ def fresh_study(
     ----------
     run : Run or path
         Its study is edited: batches and correlations stay, the seed is new. It has as
-        many trials, or more if more are likely to decide every limit. Sampling becomes
-        random where its trials depend on each other; a rare run stays one.
+        many trials, or more if more are likely to decide every limit, up to ten times
+        as many. Sampling becomes random where its trials depend on each other; a rare
+        run stays one.
     deviations, limits : mapping of str to str or dict
         As of `what_if`; whether the stored trials cover them does not matter. A link
         may get another size: `{"housing": {"nominal": "120.4 mm"}}`.
@@ -177,7 +180,7 @@ def _enough(run: Run, study: Study, scenario: Deviations, fresh: Study) -> int:
         if verdict(likely.complement, limit.demanded) == UNDECIDED:
             wanted = trials_that_decide(count, of, 1 - limit.demanded)
             enough = max(enough, wanted)
-    return enough
+    return min(enough, MOST_TIMES * run.trials)
 
 
 def _with_deviations(

@@ -60,8 +60,7 @@ class Limit(NamedTuple):
     @property
     def ppk(self) -> float:
         """The demanded yield as the Ppk of a normal response."""
-        typed = self.demand.partition("Ppk ")[2]
-        return float(typed) if typed else ppk_of(1 - self.demanded, self.ends)
+        return ppk_of(1 - self.demanded, self.ends)
 
 
 def within(values: Array, permitted: tuple[float, float]) -> Truths:

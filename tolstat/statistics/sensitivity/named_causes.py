@@ -27,7 +27,8 @@ LEAST = 10  # units out of limit from which causes are named
 TELLING = 40  # with which four of five studies name the right ones
 MOST = 0.5  # share out of limit above which none are named
 NONE = Difference(math.nan, math.nan, 1.0)
-EQUAL = 0.01  # relative difference of effects, and level, below which parts are equal
+EQUAL = 0.01  # relative difference of effects below which parts are equal
+APART = 0.002  # level at which two of these, or of one kind, differ
 
 
 class Effect(NamedTuple):
@@ -172,7 +173,7 @@ def _parts(
             if n != lead and not any(n in each.members for each in found)
             and (n in same or (n in left and kind and known[n].kind == kind))
         ]  # fmt: skip
-        least = EQUAL / max(len(peers) * (len(peers) + 1) / 2, 1)  # of all pairs
+        least = APART / max(len(peers) * (len(peers) + 1) / 2, 1)  # of all pairs
         apart = {n for n in peers if _level_apart(z[lead], z[n]) < least}
         found.append(Named(tuple(n for n in z if n == lead or n in {*peers} - apart),
                            left[lead]))  # fmt: skip

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
 
-from tolstat.arrays import Array, Truths
+from tolstat.arrays import Array, Integers, Truths
 
 CLEAR = 0.05  # level below which a difference is significant
 
@@ -80,10 +81,16 @@ def _ranks(x: Array) -> Array:
 
     With mean ranks, few values that differ from many equal ones seem significant.
     """
-    chance = np.random.RandomState(len(x)).permutation(len(x))  # never changes
+    chance = _chance(len(x))
     ranks = np.empty(len(x))
     ranks[chance[np.argsort(x[chance], kind="stable")]] = np.arange(1.0, len(x) + 1)
     return ranks
+
+
+@lru_cache(1)
+def _chance(count: int) -> Integers:
+    """Return a permutation that never changes."""
+    return np.random.RandomState(count).permutation(count)
 
 
 def _level(ranks: Array, units: Truths) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -13,12 +13,7 @@ from scipy.special import chdtrc, ndtr, ndtri
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.sensitivity.normal_scores import (
-    dependent,
-    larger,
-    own_parts,
-    scores,
-)
+from tolstat.statistics.sensitivity.normal_scores import dependent, own_parts, scores
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 
 SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both outer"
@@ -28,9 +23,11 @@ FAR = 0.05  # outer part of all trials, unless more are out of limit
 ONE_WAY = 0.9  # share of the units from which a contributor has one direction
 SHIFTED = 3.0  # standard errors of a mean
 MOST_NEAR = 0.8  # of the errors: those of pairs with a clear contributor
-# level at which a third contributor explains less than a member: if nothing is known of
-# it, and if it matters
-RIVAL, MATTERING = 0.15, 0.02
+# The normal product of one more contributor with a combination. It joins at this level,
+# corrected for their number, if it is no more than this below the product of the pair.
+JOINS, COMPARABLE = 0.005, 3.5
+# It may be in the place of a member from here on (1 % of innocent ones), and that near.
+RIVAL, NEAR = 2.58, 2.5
 
 
 class Together(NamedTuple):
@@ -39,7 +36,7 @@ class Together(NamedTuple):
     Attributes
     ----------
     members : tuple of str
-        Their names: two, or more if no two of them are special.
+        Their names: two, or more.
     how : str
         "difference": one high, the other low; "sum": both high or both low; "both
         outer": each in the outer part, to either side; "several": more than two.
@@ -85,8 +82,9 @@ def pairs(
     their signs differ. Distances count only of contributors without a shift. For each
     pair the smaller level of scores and distances counts, doubled.
 
-    A pair is named if no third contributor may replace a member, by a paired t test of
-    their products at 5 %. Otherwise all that are linked by significant pairs are named.
+    One after the other, those join a pair whose product with the combination of all
+    members is significant, and not far below that of the pair. A pair is not named if a
+    third contributor that does not join may still be in the place of a member.
     """
     tested = {n: each for n, each in out.items() if 0 < each.sum() < len(each)}
     found: dict[str, list[Together]] = {name: [] for name in out}
@@ -110,13 +108,13 @@ class _Scores:
         self, deviations: Mapping[str, Array], own: Mapping[str, Array], out: Truths
     ) -> None:
         self.names = list(deviations)
-        distances, own_distances = (
+        far, own_far = (
             {n: np.abs(x - np.median(x)) for n, x in of.items()}
             for of in (deviations, own)
         )
         self.z, self.far, self.own, self.own_far = (
             np.array([scores(x, out, n) for n, x in of.items()])
-            for of in (deviations, distances, own, own_distances)
+            for of in (deviations, far, own, own_far)
         )
         self.units = self.z.shape[1]
         self.of_all = min(max(FAR, float(out.mean())), 0.5)
@@ -140,56 +138,54 @@ class _Scores:
         for w, k in np.argwhere(levels < CLEAR).tolist():
             pair = int(i[k]), int(j[k])
             how = BOTH_FAR if w else SUM if signed[k] > 0 else DIFFERENCE
-            one, other = (
-                self._together(pair, float(levels[w, k]), how),
-                linked.get(pair),
+            one = self._together(pair, float(levels[w, k]), how)
+            linked[pair] = max(
+                linked.get(pair, one), one, key=lambda e: (_explains(e), -e.level)
             )
-            if other is None or (_explains(one), -one.level) > (
-                _explains(other),
-                -other.level,
-            ):
-                linked[pair] = one
         found: list[Together] = []
         while linked:
-            best = max(linked, key=lambda p: (linked[p].far.value, -linked[p].level))
-            members, size = {*best}, 0
-            while size < len(members):
-                size = len(members)
-                members.update(*(p for p in linked if members & {*p}))
-            those = {p: linked.pop(p) for p in list(linked) if members >= {*p}}
-            if self._beats_all(
-                those[best], clear | np.isin(np.arange(len(free)), [*members])
-            ):
-                found.append(those[best])
-            elif len(members) > 2:
-                level = min(each.level for each in those.values())
-                every = self._together(tuple(sorted(members)), level, those[best].how)
-                found.append(every)
-        return sorted(
-            filter(_explains, found),
-            key=lambda each: (-each.far.value, each.level),
-        )
+            first = max(linked, key=lambda p: (linked[p].far.value, -linked[p].level))
+            best = linked[first]
+            members, doubtful = self._all_of(first, best.how)
+            for each in [p for p in linked if {*p} <= {*members}]:
+                del linked[each]
+            new = self._together(members, best.level, best.how)
+            if not doubtful and _explains(new) and not any(
+                len({*new.members} & {*each.members}) > 1 for each in found
+            ):  # fmt: skip
+                found.append(new)
+        return sorted(found, key=lambda each: (-each.far.value, each.level))
 
-    def _beats_all(self, best: Together, matters: Truths) -> bool:
-        """Return whether no third contributor may replace a member of a pair."""
-        z = self.far if best.how == BOTH_FAR else self.z
-        pair = [self.names.index(name) for name in best.members]
-        products = z[:, None] * z[pair]  # [contributor, member, unit], mostly positive
-        products *= np.copysign(1.0, products.mean(axis=2, keepdims=True))
-        least = np.where(matters, MATTERING, RIVAL)
-        return all(
-            larger(products[pair[0], 1], each) < least[k]
-            for k in range(len(z)) if k not in pair
-            for each in products[k]
-        )  # fmt: skip
+    def _all_of(self, pair: tuple[int, ...], how: str) -> tuple[tuple[int, ...], bool]:
+        """Return a pair with those that join it, and whether a third may be of it."""
+        both = how == BOTH_FAR
+        z, own = (self.far, self.own_far) if both else (self.z, self.own)
+        of_pair = abs(float(_weaker(own[[*pair]], z[[*pair]])[0, 1]))
+        members, count = [*pair], len(z)
+        while len(members) < count:
+            s = self._combined(members, how)
+            product = own @ s / np.linalg.norm(s)
+            product = product if both else np.abs(product)
+            product[members] = -math.inf
+            most = float(product.max())
+            level = (1 if both else 2) * float(ndtr(-most)) * (count - len(members))
+            if level >= JOINS or most < of_pair - COMPARABLE:
+                doubtful = most > max(RIVAL, of_pair - NEAR)
+                return tuple(sorted(members)), doubtful and len(members) == 2
+            members.append(int(product.argmax()))
+        return tuple(sorted(members)), False
+
+    def _combined(self, members: Sequence[int], how: str) -> Array:
+        """Return the combination of members in which these units are farthest off."""
+        if how == BOTH_FAR:
+            return np.asarray(self.far[members].sum(axis=0) / math.sqrt(len(members)))
+        z = self.z[members]
+        return np.asarray(np.linalg.eigh(z @ z.T)[1][:, -1] @ z)
 
     def _together(self, members: tuple[int, ...], level: float, how: str) -> Together:
         """Return a combination with the share of the units that it explains."""
-        z, rows = self.z[list(members)], list(members)
-        if how == BOTH_FAR:
-            off = self.far[rows].sum(axis=0) / math.sqrt(len(rows)) > self.one_end
-        else:  # along the direction in which these units are farthest from the middle
-            off = np.abs(np.linalg.eigh(z @ z.T)[1][:, -1] @ z) > self.two_ends
+        s = self._combined([*members], how)
+        off = s > self.one_end if how == BOTH_FAR else np.abs(s) > self.two_ends
         return Together(
             tuple(self.names[k] for k in members),
             MORE if len(members) > 2 and how != BOTH_FAR else how, level,
