@@ -14,7 +14,7 @@ from tests.answers.browser import scroll_widths
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.cli.main import main
 from tolstat.document.blocks import Figure, Section
-from tolstat.document.plot import Points
+from tolstat.document.plot import Line
 from tolstat.render.screen import as_text
 
 CHAIN = {
@@ -80,7 +80,7 @@ def test_the_picture_has_every_trial_in_the_plane_of_both_axes(grid):
                 for b in section.blocks if isinstance(b, Figure))  # fmt: skip
     (panel,) = drawn.picture.panels
     assert (panel.x.label, panel.y.label) == ("a, mm", "b, mm")
-    met, out = (each for each in panel.layers if isinstance(each, Points))
+    met, out = (each for each in panel.layers if isinstance(each, Line))
     assert len(met.x) == 55 and len(out.x) == 185
     assert (met.x + met.y).max() < 0.95 < (out.x + out.y).min()
 

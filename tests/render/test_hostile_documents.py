@@ -55,7 +55,6 @@ from tolstat.document.plot import (
     Plot,
     PlotAxis,
     PlotPanel,
-    Points,
     Rule,
     Shade,
     Spans,
@@ -92,14 +91,14 @@ def panel(*layers, y="y " + HOSTILE, **more):
 LAYERS = (
     Shade(0.2, 0.3), Area(X, X, label=HOSTILE), Fill(X, X, 2 * X, "second", HOSTILE),
     Fill(X, X, 2 * X, "third", "_" + HOSTILE, bars=True), Line(X, X, label=HOSTILE),
-    Points(X, X, "fourth", HOSTILE, mark="ring"), Rule(0.5, False, "limit", HOSTILE),
+    Line(X, X, "fourth", HOSTILE, "rings"), Rule(0.5, False, "limit", HOSTILE),
 )  # fmt: skip
 PLOTS = {
     "curves": Plot((panel(*LAYERS, title=HOSTILE),), width=8, height=4, legends=True),
     "axes": Plot(
         (
             PlotPanel(PlotAxis("x", words=(HOSTILE, LONG)), PlotAxis("y", "log"),
-                      (Line(np.array([0.0, 1.0]), X[:2], label="_a", dotted=True),),
+                      (Line(np.array([0.0, 1.0]), X[:2], label="_a", look="dotted"),),
                       right=panel(Line(X, X, label="right"))),
         ), width=8, height=4, legends=True,
     ),
@@ -116,7 +115,7 @@ PLOTS = {
     "normal": Plot(
         (
             PlotPanel(PlotAxis("x", "symlog"), PlotAxis("%", "normal"),
-                      (Points(X, np.linspace(0.01, 0.99, 8), faint=True),)),
+                      (Line(X, np.linspace(0.01, 0.99, 8), look="faint"),)),
         ),
     ),
 }  # fmt: skip
@@ -290,7 +289,7 @@ class Small(Answer):
     index = "name"
 
     @property
-    def short(self):
+    def _short(self):
         return self.words
 
     def document(self):

@@ -42,7 +42,7 @@ class Answer(ABC):
 
     @property
     @abstractmethod
-    def short(self) -> str:
+    def _short(self) -> str:
         """A description in a few words."""
 
     def frame(self) -> pd.DataFrame:
@@ -78,7 +78,7 @@ class Answer(ABC):
 
     def __repr__(self) -> str:
         """Return a description in one line."""
-        return f"<tolstat {self.answers}: {self.short}>"
+        return f"<tolstat {self.answers}: {self._short}>"
 
     def _repr_html_(self) -> str:
         """Show its page in a notebook, in a frame."""

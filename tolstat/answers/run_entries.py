@@ -64,8 +64,7 @@ class RunIndex(Answer):
     index = "study"
 
     @property
-    def short(self) -> str:
-        """How many runs there are."""
+    def _short(self) -> str:
         return f"{len(self.entries)} runs in {self.folder}"
 
     def document(self) -> blocks.Document:

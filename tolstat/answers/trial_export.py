@@ -34,7 +34,10 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
             f"{path} already exists, and is replaced only by force",
             Advice("replace", path),
         )
-    table = table_of(run)
+    frame = run.frame()
+    units = frame.attrs.pop("units")
+    heads = {n: f"{n} [{u}]" for n, u in units.items() if u not in ("", PLAIN)}
+    table = frame.rename(columns=heads)
 
     def write(aside: Path) -> None:
         if ending == ".csv":
@@ -51,14 +54,6 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
         ) from error
     except RunFileError as error:
         raise BrokenError(str(error)) from error
-
-
-def table_of(run: Run) -> pd.DataFrame:
-    """Return the trials of a run, each column headed by its name and SI unit."""
-    frame = run.frame()
-    units = frame.attrs.pop("units")
-    heads = {n: f"{n} [{u}]" for n, u in units.items() if u not in ("", PLAIN)}
-    return frame.rename(columns=heads)
 
 
 def _as_cells(table: pd.DataFrame) -> pd.DataFrame:

@@ -47,9 +47,9 @@ def doctor(what: str | None) -> None:
     rtol.
     """
     if what:
-        found = examined(what)
-        show(found.document)
-        sys.exit(0 if found.healthy else UNHEALTHY)
+        document, healthy = examined(what)
+        show(document)
+        sys.exit(0 if healthy else UNHEALTHY)
     show(surroundings_document(surroundings()))
     repeated = check()
     show(check_document(repeated))

@@ -8,24 +8,17 @@ from tolstat.arrays import Array
 
 
 class Line(NamedTuple):
-    """A curve; `colour` names its role, `dotted`: its points are seen."""
+    """A curve, or dots; `colour` names its role.
+
+    `look` is "line", "dotted" (a line whose points are seen), "dots", "faint" where
+    there are many of them, "large" or "rings".
+    """
 
     x: Array
     y: Array
     colour: str = "first"
     label: str = ""
-    dotted: bool = False
-
-
-class Points(NamedTuple):
-    """Dots; `faint` where there are many of them, `mark`: "o" large ones, or rings."""
-
-    x: Array
-    y: Array
-    colour: str = "first"
-    label: str = ""
-    faint: bool = False
-    mark: str = "."
+    look: str = "line"
 
 
 class Fill(NamedTuple):
@@ -94,7 +87,7 @@ class Spans(NamedTuple):
     label: str = ""
 
 
-Layer = Line | Points | Fill | Area | Shade | Stairs | Bars | Rule | Spans
+Layer = Line | Fill | Area | Shade | Stairs | Bars | Rule | Spans
 
 
 class PlotAxis(NamedTuple):

@@ -47,12 +47,15 @@ CLOSE: dict[str, Any] = {
     "borderaxespad": 0.1, "handlelength": 1.4, "columnspacing": 1.2,
 }  # fmt: skip
 ABOVE = 1.04  # of the highest bar: where intervals stand
-MARKS: dict[str, dict[str, Any]] = {
-    ".": {"marker": ".", "markersize": 3, "markeredgewidth": 0},
-    "dot": {"marker": ".", "markersize": 4},
-    "faint": {"marker": ".", "markersize": 2.2, "markeredgewidth": 0, "alpha": 0.4},
-    "o": {"marker": "o", "markersize": 4, "clip_on": False},  # not cut by an axis' end
-    "ring": {"marker": "o", "fillstyle": "none"},
+DOTS: dict[str, Any] = {"linestyle": "none", "marker": ".", "markeredgewidth": 0}
+LARGE: dict[str, Any] = {"linestyle": "none", "marker": "o"}
+LOOKS: dict[str, dict[str, Any]] = {
+    "line": {},
+    "dotted": {"marker": ".", "markersize": 4},
+    "dots": {**DOTS, "markersize": 3},
+    "faint": {**DOTS, "markersize": 2.2, "alpha": 0.4},
+    "large": {**LARGE, "markersize": 4, "clip_on": False},  # not cut by an axis' end
+    "rings": {**LARGE, "fillstyle": "none"},
 }
 MOST_POINTS = 2000  # of a scatter, above which it is rasterised
 TICKS = 5  # along an axis of a small picture: each costs
@@ -185,13 +188,9 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Any]:
     drawn: list[Any] = []
     match layer:
         case data.Line(x, y):
-            drawn += axes.plot(x, y, **named, **(MARKS["dot"] if layer.dotted else {}))
-        case data.Points(x, y):
-            drawn += axes.plot(
-                x, ndtri(y) if panel.y.scale == "normal" else y, linestyle="none",
-                **named, **MARKS["faint" if layer.faint else layer.mark],
-                rasterized=len(x) > MOST_POINTS,
-            )  # fmt: skip
+            up, look = ndtri(y) if panel.y.scale == "normal" else y, LOOKS[layer.look]
+            many = "linestyle" in look and len(x) > MOST_POINTS
+            drawn += axes.plot(x, up, **named, **look, rasterized=many)
         case data.Fill(x, lower, upper):
             between = axes.vlines if layer.bars else axes.fill_between
             width = 6 if layer.bars else 0
@@ -238,7 +237,7 @@ def _name_rows(axes: Axes, names: tuple[str, ...]) -> None:
 
 def _normal_ticks(axes: Axes, panel: PlotPanel) -> None:
     """Write shares on an axis of normal scores, down to the least that is shown."""
-    least = min(each.y.min() for each in panel.layers if isinstance(each, data.Points))
+    least = min(each.y.min() for each in panel.layers if isinstance(each, data.Line))
     ticks = [t for t in SHARES if t >= least / 2]
     ticks = sorted({*ticks, *(1 - t for t in ticks)})
     axes.set_yticks(ndtri(ticks), [f"{100 * t:.10g}" for t in ticks])

@@ -177,14 +177,12 @@ def _side(
         marks = [mark for mark in chart.marks if mark.curve == curve.name]
         words = [f"{m.words} {scale.words(m.value)}" for m in marks if m.words]
         label = ": ".join([curve.name.replace("_", " "), *words])
-        drawn = (along * _places(chart, curve), times * curve.values,
-                 colours[curve.name], label)  # fmt: skip
-        layers.append(
-            data.Points(*drawn, mark="o") if curve.points else data.Line(*drawn)
-        )
+        at, colour = along * _places(chart, curve), colours[curve.name]
+        look = "large" if curve.points else "line"
+        layers.append(data.Line(at, times * curve.values, colour, label, look))
         for mark in marks:
-            at = np.array([along * mark.at]), np.array([times * mark.value])
-            layers.append(data.Points(*at, colours[curve.name], mark="o"))
+            dot = np.array([along * mark.at]), np.array([times * mark.value])
+            layers.append(data.Line(*dot, colour, look="large"))
     moving = (np.unique(c.values[np.isfinite(c.values)]).size > 1 for c in curves)
     still = curves and not any(moving)
     return scale, STILL if still else None, layers

@@ -110,7 +110,7 @@ def test_correlated_entries_are_weighted_together(order):
         for sigma in (T / 3, np.full(6, 0.1e-3 / 3))
     )
     beyond = np.abs(run.response("gap")) > 0.1e-3
-    rows = pool._rows()  # few enough to keep all of them
-    weights = rows.weights(tuple(math.log(chosen[n]) for n in lines))
-    more = np.mean((weights - 1) * rows.every[0])
+    # few enough to keep all of them
+    weights = pool._weights(tuple(math.log(chosen[n]) for n in lines))
+    more = np.mean((weights - 1) * pool._out[0])
     assert more == pytest.approx(np.mean((new / old - 1) * beyond), rel=1e-9)

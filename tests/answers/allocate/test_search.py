@@ -30,9 +30,9 @@ def test_the_pool_has_the_trials_of_the_run():
     near = search.runs.as_written(tuple(np.log(0.9 * closed_form()[1])))
     proof = search.stretched([near], search.proved(), 16_000)
     assert proof.scheme.trials > 2000
-    for _, _, deviations, out, _ in search.pool._runs:
-        gap = np.transpose([*deviations.values()]) @ SLOPES
-        assert np.array_equal(np.abs(gap) > LIMIT, out[0])
+    pool = search.pool
+    gap = np.transpose([*pool._deviations.values()]) @ SLOPES
+    assert np.array_equal(np.abs(gap) > LIMIT, pool._out[0])
 
 
 def test_the_loosest_tolerance_can_be_written():

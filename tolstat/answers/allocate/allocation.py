@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -86,12 +86,11 @@ class Allocation(Answer):
     listed: bool = field(metadata={"json": False})  # whether all are one of a list
     integrates: bool = field(metadata={"json": False})  # whether its model does
 
-    answers: ClassVar[str] = "allocate"
-    index: ClassVar[str] = "scheme"
+    answers = "allocate"
+    index = "scheme"
 
     @property
-    def short(self) -> str:
-        """Its cost, and whether that meets the limits."""
+    def _short(self) -> str:
         return f"cost {self.cost:.4g}, limits {'met' if self.met else 'not met'}"
 
     def rows(self) -> list[Row]:

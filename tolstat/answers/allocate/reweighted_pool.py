@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache, partial
-from typing import NamedTuple
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from scipy.special import ndtr
@@ -30,15 +29,7 @@ OTHERS = 1024  # trials of a run within all limits that the search looks at
 NODES, TOLERANCES = 2049, 100  # between which weights are interpolated
 KEPT = 12  # weights of a block that are not computed again
 
-
-class _Run(NamedTuple):
-    """Trials with one set of tolerances; only some of those within all limits."""
-
-    choice: Choice
-    trials: int  # of the run
-    deviations: Mapping[str, Array]
-    out_of_limit: Truths  # [limit, trial]
-    times: Array  # how many each stands for
+Weighting = Callable[[Choice], Array]
 
 
 class Pool:
@@ -51,33 +42,51 @@ class Pool:
     """
 
     def __init__(self, study: Study) -> None:
-        self.study = study
-        self._runs: list[_Run] = []
-        self._known: _Rows | None = None
+        self.study, self.priced = study, study.deviating.priced
+        self.trials = 0
+        self._sampled: list[tuple[Choice, int]] = []  # how many with which tolerances
+        # of those out of limit, and of some within all limits
+        self._deviations = dict[str, Array]()
+        self._out = np.zeros((len(study.limits) + 1, 0), np.bool_)  # the last: of any
+        self._times = np.zeros(0)  # how many each stands for
 
     def add(self, choice: Choice, seed: int, out_of_limit: Truths) -> None:
         """Take the trials of a run; deviations are sampled again rather than stored."""
         trials = out_of_limit.shape[1]
         study = with_choice(self.study, choice, seed, trials)
         names = [each.name for each in study.description.contributors]
-        sampled = study.deviations()
+        sampled, before = study.deviations(), self._deviations
         out, step = np.asarray(out_of_limit.any(axis=0)), max(trials // OTHERS, 1)
         kept = out.copy()
         kept[::step] = True
-        deviations = {
-            name: sampled[kept, names.index(name)]
+        self._deviations = {
+            name: np.hstack([before.get(name, ()), sampled[kept, names.index(name)]])
             for name, each in study.deviating.distributions.items()
             if not isinstance(each, Constant)
         }
-        times = np.where(out, 1.0, float(step))[kept]
-        run = _Run(choice, trials, deviations, out_of_limit[:, kept], times)
-        self._runs.append(run)
-        self._known = None
+        every = np.vstack([out_of_limit, out])
+        self._out = np.hstack([self._out, every[:, kept]])
+        self._times = np.hstack([self._times, np.where(out, 1.0, float(step))[kept]])
+        self._sampled.append((choice, trials))
+        self.trials += trials
+        # densities are over that of the loosest tolerances, which the mixture contains:
+        # where that is negligible, any other number would do
+        ends = [each.ends[1] for each in self.priced]
+        loosest = study.deviating.distributions | distributions_of(self.priced, ends)
+        self._ratio = DensityRatio(
+            self._deviations,
+            {name: loosest[name] for name in self._deviations},
+            study.deviating.dependence,
+        )
+        self._mixtures = dict[bool, Array]()
+        vars(self).pop("_blocks", None)
 
-    @property
-    def trials(self) -> int:
-        """How many trials there are."""
-        return sum(each.trials for each in self._runs)
+    @cached_property
+    def _blocks(self) -> list[tuple[list[int], Weighting]]:
+        return [
+            (entries, lru_cache(KEPT)(self._weights_of(entries, alone)))
+            for entries, _, alone in _blocks(self.study)
+        ]
 
     def upper_ends(
         self, choice: Choice, miss: float = MISS, *, exact: bool = False
@@ -89,86 +98,45 @@ class Pool:
         is larger with the chance `miss`. Exact weights are computed instead of
         interpolated, which takes longer.
         """
-        rows = self._rows()
-        weights = rows.weights(choice, exact=exact) / self.trials
-        counted = weights * rows.times
+        weights = self._weights(choice, exact=exact) / self.trials
+        counted = weights * self._times
         total = counted.sum()  # 0 where no trial is like it
         usual = float((counted * weights).sum() / total) if total else 1.0
         return np.array(
-            [gamma_ends(weights[of], usual, 1 - 2 * miss)[1] for of in rows.every]
+            [gamma_ends(weights[of], usual, 1 - 2 * miss)[1] for of in self._out]
         )
 
-    def _rows(self) -> _Rows:
-        if self._known is None:
-            self._known = _Rows(self.study, self._runs)
-        return self._known
-
-
-class _Rows:
-    """Trials of a pool and their weights."""
-
-    def __init__(self, study: Study, runs: Sequence[_Run]) -> None:
-        out = np.hstack([each.out_of_limit for each in runs])
-        self.every = (*out, out.any(axis=0))
-        self.times = np.hstack([each.times for each in runs])
-        deviations = {
-            name: np.hstack([each.deviations[name] for each in runs])
-            for name in runs[0].deviations
-        }
-        self.priced = study.deviating.priced
-        # densities are over that of the loosest tolerances, which the mixture contains:
-        # where that is negligible, any other number would do
-        ends = [each.ends[1] for each in self.priced]
-        loosest = study.deviating.distributions | distributions_of(self.priced, ends)
-        self._weighting = DensityRatio(
-            deviations,
-            {name: loosest[name] for name in deviations},
-            study.deviating.dependence,
-        )
-        self._blocks = [
-            (block.entries, lru_cache(KEPT)(self._weights_of(block, deviations)))
-            for block in _blocks(study)
-        ]
-        trials = sum(each.trials for each in runs)
-        self._shares = [(each.choice, each.trials / trials) for each in runs]
-        self._mixtures: dict[bool, Array] = {}
-
-    def weights(self, choice: Choice, *, exact: bool = False) -> Array:
+    def _weights(self, choice: Choice, *, exact: bool = False) -> Array:
         """Return the density of each with a choice over that of the pool.
 
         Exact ones are computed without tables, which blur the end of a zone.
         """
 
         def over_loosest(choice: Choice) -> Array:
-            every = range(len(choice))
-            return self._of(every, choice) if exact else self._over_loosest(choice)
+            if exact:
+                return self._of(range(len(choice)), choice)
+            found = np.ones(len(self._times))
+            for entries, weights in self._blocks:
+                found *= weights(tuple(choice[i] for i in entries))
+            return found
 
         if exact not in self._mixtures:
-            parts = (share * over_loosest(each) for each, share in self._shares)
+            parts = (n / self.trials * over_loosest(each) for each, n in self._sampled)
             self._mixtures[exact] = np.asarray(sum(parts))
         found: Array = over_loosest(choice) / self._mixtures[exact]
         return found
 
-    def _over_loosest(self, choice: Choice) -> Array:
-        """Return the density with a choice over that of the loosest one."""
-        found = np.ones(len(self.times))
-        for entries, weights in self._blocks:
-            found *= weights(tuple(choice[i] for i in entries))
-        return found
-
-    def _weights_of(
-        self, block: _Block, deviations: Mapping[str, Array]
-    ) -> Callable[[Choice], Array]:
+    def _weights_of(self, entries: Sequence[int], alone: bool) -> Weighting:
         """Return the function that weights a block, from a table if possible."""
-        priced = self.priced[block.entries[0]]
-        if block.alone and priced.law:
-            return _Table(priced, deviations).weights
-        return partial(self._of, block.entries)
+        priced = self.priced[entries[0]]
+        if alone and priced.law:
+            return _Table(priced, self._deviations).weights
+        return partial(self._of, entries)
 
     def _of(self, entries: Sequence[int], own: Choice) -> Array:
         """Return the densities of some entries over those of the loosest."""
         new = distributions_of([self.priced[i] for i in entries], own)
-        return self._weighting.weights(new)
+        return self._ratio.weights(new)
 
 
 class _Table:
@@ -222,33 +190,24 @@ class _Table:
         return self._at[number]
 
 
-class _Block(NamedTuple):
-    """Correlated entries, by number, or a tolerance and its shift.
+def _blocks(study: Study) -> list[tuple[list[int], set[str], bool]]:
+    """Return the numbers of entries in blocks that are independent of each other.
 
-    Weights are a product over the blocks.
+    Correlated entries, or a tolerance and its shift; with the contributors of a block
+    and those correlated with these, and whether nothing in it is correlated.
     """
-
-    entries: tuple[int, ...]
-    names: frozenset[str]  # their contributors, and those correlated with these
-    alone: bool  # no correlation, not even of their own parts with each other
-
-
-def _blocks(study: Study) -> list[_Block]:
-    """Sort entries into blocks that are independent of each other."""
     dependence = study.deviating.dependence
-    found: list[_Block] = []
+    found: list[tuple[list[int], set[str], bool]] = []
     for i, each in enumerate(study.deviating.priced):
         own = list(each.specified)
         joints = dependent_groups(own, dependence)
         joints += [equal_parts(name, dependence) for name in own]
-        names = frozenset(name for joint in joints for name in joint)
-        made = _Block((i,), names, all(len(joint) == 1 for joint in joints))
-        for block in [block for block in found if block.names & names]:
-            found.remove(block)
-            made = _Block(
-                (*block.entries, *made.entries), made.names | block.names, False
-            )
-        found.append(made)
+        names = {name for joint in joints for name in joint}
+        joined = [block for block in found if block[1] & names]
+        alone = not joined and all(len(joint) == 1 for joint in joints)
+        entries = sorted(sum((block[0] for block in joined), [i]))
+        found = [block for block in found if block not in joined]
+        found.append((entries, names.union(*(block[1] for block in joined)), alone))
     return found
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import number_cells
 from tolstat.answers.compare.comparison_document import comparison_document
 from tolstat.answers.compare.limit_difference import LimitDifference
 from tolstat.answers.compare.pairing import Pairing
-from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
@@ -100,11 +99,10 @@ class Comparison(Answer):
     responses: Mapping[str, ComparedResponse]
     designs: tuple[Design, ...]
     differences: tuple[Difference, ...]
-    answers: ClassVar[str] = "compare"
+    answers = "compare"
 
     @property
-    def short(self) -> str:
-        """A description in a few words."""
+    def _short(self) -> str:
         kinds = (f"{each.design} {each.pairing.kind}" for each in self.differences)
         runs = ", ".join(f"{each.label} {each.run}" for each in self.designs)
         return f"{runs}; {', '.join(kinds)}"
@@ -114,9 +112,7 @@ class Comparison(Answer):
         second = next(each for each in self.designs if each.label == one.design)
         return self.designs[0], second
 
-    def document(self) -> Document:
-        """Return what differs significantly, then each design less the first."""
-        return comparison_document(self)
+    document = comparison_document
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response of each design but the first."""

@@ -7,19 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tolstat.answers.report.response_figures import edges_of, limit_rules, points_of
-from tolstat.document.blocks import Figure
-from tolstat.document.inline import text
-from tolstat.document.plot import (
-    Layer,
-    Line,
-    Plot,
-    PlotAxis,
-    PlotPanel,
-    Points,
-    Rule,
-    Stairs,
+from tolstat.answers.report.response_figures import (
+    PROBABILITY,
+    STRAIGHT,
+    edges_of,
+    figure_of,
+    limit_rules,
+    points_of,
 )
+from tolstat.document.blocks import Figure
+from tolstat.document.plot import Line, PlotAxis, Rule, Stairs
 
 if TYPE_CHECKING:
     from tolstat.answers.compare.comparison import Comparison, Difference
@@ -33,10 +30,6 @@ def figures_of(found: Comparison, one: Difference, name: str) -> Iterator[Figure
         yield _scatter(found, one, name)
 
 
-def _figure(what: str, x: PlotAxis, y: PlotAxis, *layers: Layer, said: str) -> Figure:
-    return Figure(what, Plot((PlotPanel(x, y, layers),)), text(said))
-
-
 def _distributions(found: Comparison, one: Difference, name: str) -> Figure:
     """Draw both distribution functions on a probability scale."""
     scale, (first, second) = found.responses[name].scale, one.pairing.done(name)
@@ -45,14 +38,14 @@ def _distributions(found: Comparison, one: Difference, name: str) -> Figure:
     if one.pairing.paired:
         failed = f"{one.pairing.failed} failed in either"
         whose = f"The {len(first)} that are done in both; {failed}."
-    return _figure(
+    return figure_of(
         f"Distributions of {name} in A and in {one.design}",
         PlotAxis(scale.label(name)),
-        PlotAxis("% of the trials below", "normal"),
+        PROBABILITY,
         points_of(first, scale.factor, "first", "A"),
         points_of(second, scale.factor, "second", one.design),
         *limit_rules(a if a.limited else b, scale),
-        said=f"Fraction below. A normal distribution is a straight line. {whose}",
+        said=f"Fraction below. {STRAIGHT} {whose}",
     )
 
 
@@ -61,7 +54,7 @@ def _differences(found: Comparison, one: Difference, name: str) -> Figure:
     scale, (first, second) = found.responses[name].scale, one.pairing.done(name)
     less = scale.factor * (second - first)
     counts, edges = np.histogram(less, edges_of(less))
-    return _figure(
+    return figure_of(
         f"Histogram of the differences of {name}, {one.design} less A",
         PlotAxis(scale.label(f"{one.design} - A of {name}")),
         PlotAxis("trials per bin", "symlog", (0.0, 1.5 * float(counts.max()))),
@@ -76,11 +69,11 @@ def _scatter(found: Comparison, one: Difference, name: str) -> Figure:
     scale = found.responses[name].scale
     first, second = (scale.factor * each for each in one.pairing.done(name))
     ends = np.array([min(first.min(), second.min()), max(first.max(), second.max())])
-    return _figure(
+    return figure_of(
         f"{name} of each trial in {one.design} over the same trial in A",
         PlotAxis(scale.label(f"A: {name}")),
         PlotAxis(scale.label(f"{one.design}: {name}")),
-        Points(first, second, faint=True),
+        Line(first, second, look="faint"),
         Line(ends, ends, "ink", "no difference"),
         said=f"Each trial that is done in both: in {one.design} over A.",
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,7 +77,7 @@ class RareSummary(run_answer.RunAnswer):
     failure_points: tuple[FailurePoint, ...]  # that were met, the most probable first
     precise: int  # trials evaluated again more precisely
     changed: int  # those of them that change sides of the limit
-    answers: ClassVar[str] = "rare"
+    answers = "rare"
 
     @property
     def words(self) -> str:
@@ -85,8 +85,7 @@ class RareSummary(run_answer.RunAnswer):
         return worded(self.verdict, self.reason)
 
     @property
-    def short(self) -> str:
-        """A description in a few words."""
+    def _short(self) -> str:
         value = PPM.interval(*self.fraction_out_of_limit[:3])[0]
         return f"{self.run}, {self.response} {self.words}, {value} ppm"
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.answers.cells import summary_cells
-from tolstat.answers.report import report_document
 from tolstat.answers.report.off_centre import OffCentre
+from tolstat.answers.report.report_document import report_document
 from tolstat.answers.report.summary_document import summary_document
 from tolstat.answers.run_answer import RunAnswer
-from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
@@ -273,7 +272,7 @@ class RunSummary(RunAnswer):
     all_limits: AllLimits | None  # None without limits
     responses: Mapping[str, ResponseSummary]
     numbers: Mapping[str, NumberOfStudy]  # equal for all its trials
-    answers: ClassVar[str] = "summary"
+    answers = "summary"
 
     @property
     def limits(self) -> dict[str, Limited]:
@@ -299,15 +298,12 @@ class RunSummary(RunAnswer):
         return {n: known[n].yields.verdict for n in self.responses if n in known}
 
     @property
-    def short(self) -> str:
-        """A description in a few words."""
+    def _short(self) -> str:
         known = self.limits
         said = (f"{n} {known[n].yields.words}" for n in self.verdicts)
         return f"{self.run}, {self.trials.done} trials; {', '.join(said) or '-'}"
 
-    def document(self) -> Document:
-        """Return limits, limited responses, worst cases and the next step."""
-        return summary_document(self)
+    document = summary_document
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response."""
@@ -331,8 +327,5 @@ class Report(RunSummary):
 
     responses: Mapping[str, ReportedResponse]
     focus: tuple[str, ...]  # responses in focus
-    answers: ClassVar[str] = "report"
-
-    def document(self) -> Document:
-        """Return the report: first page, assumptions, summary, responses in focus."""
-        return report_document.report_document(self)
+    answers = "report"
+    document = report_document

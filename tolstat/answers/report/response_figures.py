@@ -24,6 +24,8 @@ MOST_BARS = 10
 MOST_DRAWN = 600  # points of a distribution function
 SCATTERED = 3  # contributors that a response is drawn over
 OPEN = (-math.inf, math.inf)
+PROBABILITY = plot.PlotAxis("% of the trials below", "normal")
+STRAIGHT = "A normal distribution is a straight line."
 
 
 def figures_of(found: Report, name: str) -> tuple[blocks.Figure, ...]:
@@ -67,16 +69,19 @@ def _histogram(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure
         at, below, above = times * np.array([q[:3] for q in sure]).T
         layers.append(plot.Spans(below, above, at, label="50, 95, 99.865 %"))
     mass = ", without those that share one value" if each.point_mass else ""
-    return blocks.Figure(
+    return figure_of(
         f"Histogram of {name}: {_said(each)}",
-        _plot(scale.label(name), "trials per bin", *layers),
-        text(f"{name}: {len(values)} trials{mass}. Red: out of limit. Orange: "
-             "quantiles with 95 % intervals."),
+        plot.PlotAxis(scale.label(name)), plot.PlotAxis("trials per bin"), *layers,
+        said=f"{name}: {len(values)} trials{mass}. Red: out of limit. Orange: "
+        "quantiles with 95 % intervals.",
     )  # fmt: skip
 
 
-def _plot(x: str, y: str, *layers: plot.Layer) -> plot.Plot:
-    return plot.Plot((plot.PlotPanel(plot.PlotAxis(x), plot.PlotAxis(y), layers),))
+def figure_of(
+    alt: str, x: plot.PlotAxis, y: plot.PlotAxis, *layers: plot.Layer, said: str
+) -> blocks.Figure:
+    """Return a figure of one panel."""
+    return blocks.Figure(alt, plot.Plot((plot.PlotPanel(x, y, layers),)), text(said))
 
 
 def _distribution(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure:
@@ -85,16 +90,11 @@ def _distribution(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Fig
     shown = [values[0], values[-1], *ends_of(each)]
     margin = 0.05 * (max(shown) - min(shown)) or 1.0
     ends = times * (min(shown) - margin), times * (max(shown) + margin)
-    panel = plot.PlotPanel(
-        plot.PlotAxis(each.scale.label(name), ends=ends),
-        plot.PlotAxis("% of the trials below", "normal"),
-        (points_of(values, times), *limit_rules(each, each.scale)),
-    )
-    return blocks.Figure(
+    return figure_of(
         f"Distribution of {name} on a probability scale: {_said(each)}",
-        plot.Plot((panel,)),
-        text(f"Fraction below, of {len(values)} trials done. A normal distribution is "
-             "a straight line."),
+        plot.PlotAxis(each.scale.label(name), ends=ends), PROBABILITY,
+        points_of(values, times), *limit_rules(each, each.scale),
+        said=f"Fraction below, of {len(values)} trials done. {STRAIGHT}",
     )  # fmt: skip
 
 
@@ -115,11 +115,12 @@ def _contributions(each: ReportedResponse) -> blocks.Figure | None:
     bars = plot.Bars(
         tuple(leading), np.maximum(value, 0.0), np.array(ends) if sure else None
     )
-    axis = f"% of the variance{CENTRAL * found.clipped}"
+    axis = plot.PlotAxis(f"% of the variance{CENTRAL * found.clipped}")
     words = ", ".join(f"{n} {100 * shares[n].value:.0f} %" for n in leading[:3])
+    panel = plot.PlotPanel(axis, plot.PlotAxis(""), (bars,))
     return blocks.Figure(
         f"Contributions, the largest first: {words}",
-        _plot(axis, "", bars)._replace(height=0.26 * len(leading) + 1.1),
+        plot.Plot((panel,), height=0.26 * len(leading) + 1.1),
         text("Variance contribution of each contributor alone, with 95 % intervals "
              "where one can be trusted."),
     )  # fmt: skip
@@ -143,7 +144,7 @@ def _scatter(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure |
     panels = []
     for part in leading:
         at, axis = scales[part].factor * drawn.done(part), scales[part].label(part)
-        layers: tuple[plot.Layer, ...] = (plot.Points(at, response, faint=True), *rules)
+        layers: tuple[plot.Layer, ...] = (plot.Line(at, response, look="faint"), *rules)
         label = each.scale.label(name)
         panels.append(plot.PlotPanel(plot.PlotAxis(axis), plot.PlotAxis(label), layers))
     return blocks.Figure(
@@ -157,7 +158,7 @@ def _scatter(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure |
 
 def points_of(
     values: Array, times: float, colour: str = "first", label: str = ""
-) -> plot.Points:
+) -> plot.Line:
     """Return points of a distribution function: all in the tails, few in the middle."""
     n = len(values)
     share = (np.arange(1, n + 1) - 0.5) / n
@@ -165,7 +166,8 @@ def points_of(
     if n > MOST_DRAWN:
         tail = np.unique(np.geomspace(1, n // 2, MOST_DRAWN // 2).astype(np.int64))
         chosen = np.unique(np.concatenate([tail - 1, n - tail]))
-    return plot.Points(times * np.sort(values)[chosen], share[chosen], colour, label)
+    shown = times * np.sort(values)[chosen]
+    return plot.Line(shown, share[chosen], colour, label, "dots")
 
 
 def ends_of(found: Summary) -> list[float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from tolstat.answers.run_answer import (
 )
 from tolstat.answers.sweep.curves import point_words
 from tolstat.answers.sweep.extremes_document import extremes_document
-from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.render.serialize import Row
 from tolstat.statistics.limits.limit import Limit, margins
@@ -79,16 +78,13 @@ class Extremes(Answer):
     focus: tuple[str, ...]  # responses that the page draws
     notes: tuple[str, ...]  # for readers of the numbers
     stored_run: Run = field(metadata={"json": False})
-    answers: ClassVar[str] = "extremes"
+    answers = "extremes"
 
     @property
-    def short(self) -> str:
-        """A description in a few words."""
+    def _short(self) -> str:
         return f"{self.run}, {self.ran} trials of a {self.sampling}"
 
-    def document(self) -> Document:
-        """Return responses, limits, the trials of a table, the reference of a grid."""
-        return extremes_document(self)
+    document = extremes_document
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response."""

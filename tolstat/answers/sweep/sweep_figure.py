@@ -13,7 +13,7 @@ import numpy as np
 from tolstat.answers.sweep import curves
 from tolstat.arrays import Array
 from tolstat.document.blocks import Figure
-from tolstat.document.plot import Layer, Line, Plot, PlotAxis, PlotPanel, Points, Rule
+from tolstat.document.plot import Layer, Line, Plot, PlotAxis, PlotPanel, Rule
 from tolstat.errors import PictureError
 from tolstat.render.output_file import check_ending
 from tolstat.render.shown_view import CURVE_COLOURS
@@ -86,7 +86,7 @@ def point_figure(run: Run, response: str) -> Figure:
     (x, at), (y, up) = shown
     met = within(run.column(response), limit.permitted if limit else EVERY)
     layers: list[Layer] = [
-        Points(at[among], up[among], colour, label, mark="o")
+        Line(at[among], up[among], colour, label, "large")
         for among, colour, label in (
             (met, "first", "met" if limit else "trial"),
             (~met, "limit", f"out of limit {limit.words}" if limit else ""),
@@ -122,12 +122,9 @@ def _panel(runs: Sequence[Run], axis: str, x: PlotAxis, response: str) -> PlotPa
     for run, sweep in cut:
         of_run = run.path.stem if len(runs) > 1 else ""
         label = ": ".join(part for part in (of_run, sweep.label) if part) or "run"
-        at, values, colour = along * sweep.x, times * sweep.y, next(colours)
-        if x.words:
-            layers.append(Points(at, values, colour, label))
-        else:
-            few = len(values) < FEW_POINTS
-            layers.append(Line(at, values, colour, label, dotted=few))
+        look = "line" if len(sweep.x) >= FEW_POINTS else "dotted"
+        look, at = "dots" if x.words else look, along * sweep.x
+        layers.append(Line(at, times * sweep.y, next(colours), label, look))
     if len(layers) > MOST_CURVES:
         raise PictureError(
             f"{len(layers)} curves are too many for one picture ({MOST_CURVES}); sweep "
@@ -137,7 +134,7 @@ def _panel(runs: Sequence[Run], axis: str, x: PlotAxis, response: str) -> PlotPa
         known = run.reference.columns if run.reference else {}
         if run.reference and response in known and axis in known:
             at, values = along * known[axis], times * known[response]
-            layers.append(Points(at, values, "ink", run.reference.label, mark="ring"))
+            layers.append(Line(at, values, "ink", run.reference.label, "rings"))
     for limit in {run.limits[response] for run in runs if response in run.limits}:
         said = f"limit {limit.words}"
         for end in filter(math.isfinite, limit.permitted):

@@ -84,8 +84,7 @@ class Replay(Answer):
     index = "name"
 
     @property
-    def short(self) -> str:
-        """Which trial, and how it ended."""
+    def _short(self) -> str:
         return f"{self.title}: {self.status}"
 
     def document(self) -> blocks.Document:

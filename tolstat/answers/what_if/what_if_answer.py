@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm, summary_cells
@@ -71,11 +71,10 @@ class WhatIf(Answer):
     all_limits: AllLimitsWhatIf | None  # None without limits
     responses: Mapping[str, ResponseWhatIf]
     notes: tuple[str, ...]  # for readers of the numbers
-    answers: ClassVar[str] = "what_if"
+    answers = "what_if"
 
     @property
-    def short(self) -> str:
-        """Its run and its scenario."""
+    def _short(self) -> str:
         return f"{self.run}; {self._scenario}"
 
     def rows(self) -> Sequence[Row]:
