@@ -19,28 +19,23 @@ SERIES = 17  # terms of the solution inside a step: (pi/2)^18/18! = 5e-13, once
 class LinearMotion(NamedTuple):
     """Trials that move by z' = G z from mark to mark.
 
-    The rows of z come in parts that do not act on each other. The less |z| of a part
-    grows by G and the fewer the parts turn alike, the sooner peaks are found: best are
-    modes, each with its two rows scaled so that their squares add up to its energy.
+    The rows of z are positions, as many others that alone change the positions, then
+    what drives both. They come in parts that do not act on each other, row i in part
+    i modulo their number. Peaks are found the sooner, the less |z| of a part grows by G
+    and the more alike its rows turn: best are modes, the squares of whose two rows add
+    up to the energy.
     """
 
-    size: int  # rows of a part
-    driven: int  # how many of these, the last ones, drive the others
+    parts: int  # their number
+    driven: int  # rows that drive
     entries: Integers  # [entry, 2], row and column in G; others are zero in all trials
     G: Array  # [trial, entry], 1/s
     marks: Array  # [trial, mark], s, ascending: start, when a phase begins, end
     # [trial, phase, row]: what jumps at the begin of the phase; what then drives
     change: Array
-    sums: Integers  # [term, 2], a watched quantity, and a row that it adds up
-    weight: Array  # [trial, term]
+    weight: Array  # [trial, watched, position], in the sum that is watched
     rest: Array  # [trial, phase, watched], what is added to the sums
     since: Array  # [trial, watched], phase from which its peak is taken
-
-
-def by_rows(pairs: Integers, n: int) -> tuple[Integers, Integers]:
-    """Return where each of n rows begins among ascending pairs, and their columns."""
-    row, column = np.ascontiguousarray(pairs.T)
-    return np.searchsorted(row, np.arange(n + 1)), column
 
 
 def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
@@ -64,13 +59,9 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
     from tolstat.lanes.vector import WIDTH
 
     taken = np.zeros(0) if samples is None else np.asarray(samples, float)
-    size, driven, entries, sums = motion.size, motion.driven, motion.entries, motion.sums
+    row, column = np.ascontiguousarray(motion.entries.T)
     n, phases, m = motion.change.shape
     watched = motion.rest.shape[2]
-    of_sum, of_G = np.nonzero(sums[:, 1, None] == entries[:, 0])
-    slopes, at = np.unique(sums[of_sum, 0] * m + entries[of_G, 1], return_inverse=True)
-    of_slopes = np.stack([slopes // m, slopes % m], axis=1)
-    product = np.stack([at, of_sum, of_G], axis=1).ravel()
     packs = -(-n // WIDTH)
     # the last pack is filled up with its last trial
     filled = np.minimum(np.arange(packs * WIDTH), n - 1)
@@ -80,7 +71,9 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
     def across(values: Array) -> Array:
         still = values if finite.all() else np.where(finite, values.T, 0.0).T
         of_trial = still[filled].reshape(packs, WIDTH, -1)
-        return np.ascontiguousarray(of_trial.transpose(0, 2, 1))
+        found = room(packs, of_trial.shape[2])
+        found[:] = of_trial.transpose(0, 2, 1)
+        return found
 
     def back(values: Array, *shape: int) -> Array:
         of_trial = values.transpose(0, 2, 1).reshape(packs * WIDTH, *shape)
@@ -89,28 +82,29 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
         return found
 
     def room(*shape: int) -> Array:
-        return np.zeros((*shape, WIDTH))
+        # a vector of lanes in one line of the cache
+        size = int(np.prod(shape)) * WIDTH
+        found = np.zeros(size + WIDTH)
+        first = -found.ctypes.data % 64 // 8
+        return found[first : first + size].reshape(*shape, WIDTH)
 
-    tables = [
-        each
-        for pairs, count in ((entries, m), (sums, watched), (of_slopes, watched))
-        for each in by_rows(pairs, count)
-    ]
+    counts = np.array([motion.parts, motion.driven])
     G, marks, change = map(across, given)
     weight, rest, since = map(across, (motion.weight, motion.rest, motion.since))
     samples_ = np.repeat(taken[:, None], WIDTH, axis=1)
     extreme = room(packs, 2 * watched) - np.inf
     history = room(packs, len(taken) * watched) + np.nan
     steps = room(packs, 1)
-    parts = m // size
-    spare = [room(2), room(m), room(m), room(len(entries))]
-    spare += [room(m * size) for _ in range(3)]
-    spare += [room(len(slopes)), room(4 * parts), room(watched * parts)]
-    spare += [room(4 * watched), room((1 + SERIES) * watched), room(2 * watched)]
+    size = m // motion.parts
+    columns = max(size, 2 * watched)
+    spare = [room(2), room(m), room(m), room(m * size), room(m * columns)]
+    spare += [room(m * columns), room(columns), room(weight.shape[1])]
+    spare += [room(4 * motion.parts), room(watched * motion.parts)]
+    spare += [room(4 * watched), room((1 + SERIES) * 2 * watched), room(2 * watched)]
     spare += [room(2 * watched * (KEPT + m))]
     for i in range(packs):
         follow(Pack._make((
-            *tables, product, np.array([driven]), marks[i], G[i], weight[i], change[i],
+            row, column, counts, marks[i], G[i], change[i], weight[i],
             rest[i], since[i], samples_, np.zeros(WIDTH, np.int64), *spare, extreme[i],
             history[i], steps[i],
         )))  # fmt: skip

@@ -1,10 +1,10 @@
 """Steps of linear equations, exact but for rounding, a trial in each lane.
 
 z' = G z within a phase, so z(t + h) = P z(t) with P = e^(G h), the same in all its
-steps. A watched quantity x is a sum of rows of z. Values and slopes at both ends of a
-step give a cubic. At a share s of the step it is off by at most M s^2 (1 - s)^2/24, M
-the largest fourth derivative of x by s. In Bernstein's form cubic and bound are not
-above their greatest coefficient: a step may hold a new peak only where that is higher.
+steps. A watched quantity x is a sum of positions. Its values and slopes at both ends of
+a step give a cubic. At a share s of the step that errs by s^2 (1 - s)^2/24 times the
+fourth derivative of x by s, which is at most 144 M. So x lies below a polynomial in
+Bernstein's form, and this below its greatest coefficient: no peak is passed over.
 """
 
 from __future__ import annotations
@@ -25,26 +25,19 @@ OFTEN = 8  # steps between two looks at the sizes of the parts
 SAME = 1e-14  # of a watched quantity: as high
 ROUNDS = 1000  # of a search, at most; ten are usual
 LATE = 1e-9  # of a step: what rounding may put a sample behind the last mark
-SPAN, STEP, REST, BOUND, KEPT = range(5)  # rows of a kept step, then z
+STEP, REST, BOUND, KEPT = range(4)  # rows of a kept step, then z before it
 
 
 class Pack(NamedTuple):
     """Trials in lanes, and room for their steps."""
 
-    # entries of G that are not zero in all trials, by rows: the first of each row and
-    # behind all, their columns; the same of the watched sums, and of their slopes
-    first_entry: Integers
+    row: Integers  # of the entries of G that are not zero in all trials
     column: Integers
-    first_summed: Integers
-    summed: Integers
-    first_sloped: Integers
-    sloped: Integers
-    product: Integers  # [3 times number]: entry of a slope, of the sum, of G
-    driven: Integers  # [1], how many rows of each part drive the others
+    counts: Integers  # of parts; of rows that drive
     marks: Array  # [mark, lane], s
     G: Array  # [entry, lane], 1/s
-    weight: Array  # [summed, lane]
     change: Array  # [phase times row, lane], of z
+    weight: Array  # [watched times position, lane]
     rest: Array  # [phase times watched, lane], what is added to the sums
     since: Array  # [watched, lane], phase from which its peak is taken
     samples: Array  # [sample, lane], s, the same in all lanes
@@ -52,15 +45,15 @@ class Pack(NamedTuple):
     clock: Array  # [2, lane]: length of a step, s; their number in the phase
     z: Array  # [row, lane]
     moved: Array  # [row, lane], z behind the step
-    Gh: Array  # [entry, lane], over a step
-    P: Array  # [row times size, lane]
-    power: Array  # [row times size, lane]
-    spare: Array  # [row times size, lane]
-    slope: Array  # [sloped, lane], weights, over a step
+    P: Array  # [row times size of a part, lane]
+    power: Array  # [row times column, lane], of a Taylor series
+    product: Array  # [row times column, lane]
+    length: Array  # [column, lane], s, of its step
+    slope: Array  # [watched times position, lane], weights of the rates over a step
     part: Array  # [4 times part, lane], see `measure` and `prepare`
     share: Array  # [watched times part, lane], of a part's size
-    at: Array  # [4 times watched, lane], see `read` and `sizes`
-    series: Array  # [term times watched, lane]
+    at: Array  # [4 times watched, lane], see `take_peaks` and `sizes`
+    series: Array  # [term times 2 times watched, lane]
     above: Array  # [2 times watched, lane], bound of the last step
     kept: Array  # [2 times watched times row of a kept step, lane]
     # the greatest values so far, then those with the sign changed
@@ -69,10 +62,7 @@ class Pack(NamedTuple):
     steps: Array  # [1, lane]
 
 
-_INTEGERS = (
-    "first_entry", "column", "first_summed", "summed", "first_sloped", "sloped",
-    "product", "driven", "taken",
-)  # fmt: skip
+_INTEGERS = "row", "column", "counts", "taken"
 pack_type = types.BaseTuple.from_types(
     [integers if name in _INTEGERS else table for name in Pack._fields], Pack
 )
@@ -86,177 +76,152 @@ def greater(a, b):
 
 @compiled()
 def measure(pack):
-    """Fill how fast each part may turn and grow, 1/s, and its share in each sum.
+    """Fill of each part how fast it may turn and grow, 1/s, and its share in each sum.
 
     Norms of G by rows and columns bound its Euclidean one, and Gershgorin's circles of
-    its symmetric part the growth of |z|.
+    its symmetric part the growth of |z|. Last how much |z| may grow in all.
     """
-    m, watched = len(pack.z), len(pack.rest) // (len(pack.marks) - 1)
-    size = len(pack.P) // m
-    G, dense = rows(pack.G), rows(pack.power)
-    part, share = rows(pack.part), rows(pack.share)
-    marks = rows(pack.marks)
+    m, parts, watched = len(pack.z), pack.counts[0], len(pack.since)
+    size, n = m // parts, len(pack.weight) // watched
+    G, dense, marks = rows(pack.G), rows(pack.P), rows(pack.marks)
+    part, share, weight = rows(pack.part), rows(pack.share), rows(pack.weight)
     nothing = 0.0 * marks[0]
     for i in range(m * size):
         dense[i] = nothing
-    for i in range(m):
-        for e in range(pack.first_entry[i], pack.first_entry[i + 1]):
-            dense[i * size + pack.column[e] % size] = G[e]
-    parts = m // size
+    for e in range(len(G)):
+        dense[pack.row[e] * size + pack.column[e] // parts] = G[e]
     for k in range(parts):
         widest, highest, growth = nothing, nothing, nothing
         for i in range(size):
             width, height, grown = nothing, nothing, nothing
             for j in range(size):
-                there = dense[(k * size + i) * size + j]
-                back = dense[(k * size + j) * size + i]
+                there = dense[(i * parts + k) * size + j]
+                back = dense[(j * parts + k) * size + i]
                 width, height = width + np.abs(there), height + np.abs(back)
-                if i == j:
-                    grown = grown + there
-                else:
-                    grown = grown + 0.5 * np.abs(there + back)
+                both = there + back
+                grown = grown + 0.5 * (both if i == j else np.abs(both))
             widest, highest = greater(width, widest), greater(height, highest)
             growth = greater(grown, growth)
         part[k], part[parts + k] = np.sqrt(widest * highest), growth
         part[3 * parts + k] = np.exp(growth * (marks[len(marks) - 1] - marks[0]))
-    weight = rows(pack.weight)
-    for i in range(watched * parts):
-        share[i] = nothing
-    for o in range(watched):
-        for e in range(pack.first_summed[o], pack.first_summed[o + 1]):
-            i = o * parts + pack.summed[e] // size
-            share[i] = share[i] + weight[e] * weight[e]
-    for i in range(watched * parts):
-        share[i] = np.sqrt(share[i])
+        for o in range(watched):
+            square = nothing
+            for i in range(k, n, parts):
+                square = square + weight[o * n + i] * weight[o * n + i]
+            share[o * parts + k] = np.sqrt(square)
 
 
 @compiled()
-def times(width, factor, pack):
-    """Turn `power`, rows times width, into factor G h power."""
-    m = len(pack.z)
-    Gh, power, product = rows(pack.Gh), rows(pack.power), rows(pack.spare)
-    for i in range(m):
-        begin, end = pack.first_entry[i], pack.first_entry[i + 1]
-        for k in range(width):
-            total = 0.0 * Gh[0]
-            for e in range(begin, end):
-                total = total + Gh[e] * power[pack.column[e] * width + k]
-            product[i * width + k] = total * factor
-    for i in range(m * width):
-        power[i] = product[i]
-
-
-@compiled()
-def scale(h, pack):
-    """Fill G h."""
-    G, Gh = rows(pack.G), rows(pack.Gh)
+def times(width, factor, power, product, pack):
+    """Fill the next term of Taylor series, rows times width: factor G h power."""
+    G, length = rows(pack.G), rows(pack.length)
+    for i in range(len(pack.z) * width):
+        product[i] = 0.0 * length[0]
     for e in range(len(G)):
-        Gh[e] = G[e] * h
+        to, of, G_ = pack.row[e] * width, pack.column[e] * width, factor * G[e]
+        for k in range(width):
+            product[to + k] = product[to + k] + G_ * length[k] * power[of + k]
 
 
 @compiled()
 def prepare(h, pack):
     """Fill what is the same in all steps of a phase: P = e^(G h), slopes, bounds."""
-    m = len(pack.z)
-    size = len(pack.P) // m
-    Gh, P, power = rows(pack.Gh), rows(pack.P), rows(pack.power)
+    m, parts, watched = len(pack.z), pack.counts[0], len(pack.since)
+    size, n = m // parts, len(pack.weight) // watched
+    G, P, length = rows(pack.G), rows(pack.P), rows(pack.length)
+    power, product = rows(pack.power), rows(pack.product)
     slope, weight, part = rows(pack.slope), rows(pack.weight), rows(pack.part)
-    scale(h, pack)
+    for k in range(size):
+        length[k] = h
     for i in range(m * size):
-        power[i] = 0.0 * h + (1.0 if i % size == i // size % size else 0.0)
+        power[i] = 0.0 * h + (1.0 if i % size == i // size // parts else 0.0)
         P[i] = power[i]
     for term in range(1, TERMS + 1):
-        times(size, 1.0 / term, pack)
+        times(size, 1.0 / term, power, product, pack)
         for i in range(m * size):
-            P[i] = P[i] + power[i]
-    for i in range(len(slope)):
+            P[i] = P[i] + product[i]
+        power, product = product, power
+    for i in range(watched * n):
         slope[i] = 0.0 * h
-    for i in range(0, len(pack.product), 3):
-        j, e, of_G = pack.product[i], pack.product[i + 1], pack.product[i + 2]
-        slope[j] = slope[j] + weight[e] * Gh[of_G]
-    parts = m // size
+    for e in range(len(G)):
+        i, j, Gh = pack.row[e], pack.column[e] - n, G[e] * h
+        if i < n:
+            for o in range(0, watched * n, n):
+                slope[o + j] = slope[o + j] + weight[o + i] * Gh
     for k in range(parts):
-        turn, growth = part[k] * h, part[parts + k]
-        square = turn * turn
-        often = np.exp(growth * (OFTEN * h))
+        turn = part[k] * h
+        square, often = turn * turn, np.exp(part[parts + k] * h * float(OFTEN))
         part[2 * parts + k] = square * square * often * (1.0 / 144.0)
 
 
 @compiled()
 def sizes(z, pack):
-    """Fill M/144 of each sum for some steps, and what it may reach from now on."""
-    m, watched = len(pack.z), len(pack.extreme) // 2
-    size = len(pack.P) // m
+    """Fill M of each sum for some steps, and how far from rest it may ever come."""
+    parts, watched = pack.counts[0], len(pack.since)
     at, part, share = rows(pack.at), rows(pack.part), rows(pack.share)
     for i in range(2 * watched, 4 * watched):
         at[i] = 0.0 * z[0]
-    parts = m // size
     for k in range(parts):
-        square = z[k * size] * z[k * size]
-        for i in range(k * size + 1, (k + 1) * size):
+        square = 0.0 * z[0]
+        for i in range(k, len(z), parts):
             square = square + z[i] * z[i]
-        now = np.sqrt(square)
-        sharp, later = now * part[2 * parts + k], now * part[3 * parts + k]
+        size = np.sqrt(square)
+        sharp, ever = size * part[2 * parts + k], size * part[3 * parts + k]
         for o in range(watched):
-            i = o * parts + k
-            at[2 * watched + o] = at[2 * watched + o] + share[i] * sharp
-            at[3 * watched + o] = at[3 * watched + o] + share[i] * later
+            of = share[o * parts + k]
+            at[2 * watched + o] = at[2 * watched + o] + of * sharp
+            at[3 * watched + o] = at[3 * watched + o] + of * ever
 
 
 @compiled(within=True)
-def read(o, phase, z, pack):
+def read(o, n, rest, z, pack):
     """Return the value of a watched quantity, and its slope over a step."""
     weight, slope = rows(pack.weight), rows(pack.slope)
-    watched = len(pack.extreme) // 2
-    value, rate = rows(pack.rest)[phase * watched + o], 0.0 * z[0]
-    for e in range(pack.first_summed[o], pack.first_summed[o + 1]):
-        value = value + weight[e] * z[pack.summed[e]]
-    for e in range(pack.first_sloped[o], pack.first_sloped[o + 1]):
-        rate = rate + slope[e] * z[pack.sloped[e]]
+    value, rate = rest, 0.0 * z[0]
+    for i in range(n):
+        value = value + weight[o * n + i] * z[i]
+        rate = rate + slope[o * n + i] * z[n + i]
     return value, rate
 
 
 @compiled()
-def expand(first, last, h, z, pack):
-    """Fill the Taylor series of watched sums over a step, in shares of it."""
-    watched = len(pack.extreme) // 2
-    power, series, weight = rows(pack.power), rows(pack.series), rows(pack.weight)
-    scale(h, pack)
-    for i in range(len(z)):
-        power[i] = z[i]
+def expand(first, last, width, pack):
+    """Fill the Taylor series of rows over their steps.
+
+    Their states are in the columns of `power`: one for each row, or one for all.
+    """
+    watched = len(pack.since)
+    n = len(pack.weight) // watched
+    series, weight = rows(pack.series), rows(pack.weight)
+    power, product = rows(pack.power), rows(pack.product)
     for term in range(SERIES + 1):
-        if term > 0:
-            times(1, 1.0 / term, pack)
-        for o in range(first, last):
-            total = 0.0 * h
-            for e in range(pack.first_summed[o], pack.first_summed[o + 1]):
-                total = total + weight[e] * power[pack.summed[e]]
-            series[term * watched + o] = total
+        for row in range(first, last):
+            of = (row if row < watched else row - watched) * n
+            column = row - first if width > 1 else 0
+            total = weight[of] * power[column]
+            for i in range(1, n):
+                total = total + weight[of + i] * power[i * width + column]
+            series[term * 2 * watched + row] = total
+        times(width, 1.0 / (term + 1), power, product, pack)
+        power, product = product, power
 
 
 @compiled()
-def settle(row, here, pack):
-    """Raise the greatest value of a row to the top of its kept step, where it is.
+def climb(row, here, pack):
+    """Raise the greatest value of a row to the top of its step, where it is.
 
     The step is walked through: a stretch is done with once its bound is not above the
     greatest value; otherwise it is cut at the turn that Newton's method finds.
     """
-    watched = len(pack.extreme) // 2
-    length = len(pack.kept) // (2 * watched)
-    series, extreme = rows(pack.series), rows(pack.extreme)
-    kept = rows(pack.kept)[row * length : (row + 1) * length]
-    o, sign = row % watched, 1.0 if row < watched else -1.0
-    expand(o, o + 1, kept[STEP], kept[KEPT:], pack)
-    series[o] = series[o] + kept[REST]
-    M, whole = 0.0 * kept[STEP], 0.0 * kept[STEP]
+    watched, series = len(pack.since), rows(pack.series)
+    M = 0.0 * series[row]
+    whole = M
     for term in range(SERIES + 1):
-        c = series[term * watched + o] * sign
-        series[term * watched + o] = c
-        whole = whole + np.abs(c)
-        M = M + np.abs(c) * (term * (term - 1) * (term - 2) * (term - 3) / 144.0)
-    best = extreme[row]
-    begin, a, a_ = 0.0 * M, series[o], series[watched + o]
-    end = begin + 1.0
+        c = np.abs(series[term * 2 * watched + row])
+        whole = whole + c
+        M = M + c * (term * (term - 1) * (term - 2) * (term - 3) / 144.0)
+    begin, a, a_ = 0.0 * M, series[row], series[2 * watched + row]
+    end, best = begin + 1.0, rows(pack.extreme)[row]
     for _ in range(ROUNDS):
         if not np.any(here):
             break
@@ -264,7 +229,7 @@ def settle(row, here, pack):
         for term in range(SERIES, -1, -1):
             bend = bend * end + 2.0 * b_
             b_ = b_ * end + b
-            b = b * end + series[term * watched + o]
+            b = b * end + series[term * 2 * watched + row]
         h = end - begin
         best = np.where(here, greater(b, best), best)
         middle = 0.5 * (a + b) + h * (a_ - b_) * (1.0 / 6.0) + M * (h * h) * (h * h)
@@ -279,40 +244,86 @@ def settle(row, here, pack):
         a, a_ = np.where(passed, b, a), np.where(passed, b_, a_)
         here = here & (begin < 1.0)
         end = np.where(passed, ahead, cut)
-    extreme[row] = best
+    rows(pack.extreme)[row] = best
+
+
+@compiled()
+def settle(first, last, pack):
+    """Fill the series of some rows over their kept steps."""
+    watched, m, width = len(pack.since), len(pack.z), last - first
+    series, kept = rows(pack.series), rows(pack.kept)
+    length, power = rows(pack.length), rows(pack.power)
+    for row in range(first, last):
+        of, sign = row * (KEPT + m), 1.0 if row < watched else -1.0
+        length[row - first] = kept[of + STEP]
+        for i in range(m):
+            power[i * width + row - first] = sign * kept[of + KEPT + i]
+    expand(first, last, width, pack)
+    for row in range(first, last):
+        series[row] = series[row] + kept[row * (KEPT + m) + REST]
+
+
+@compiled()
+def top_of(a, a_, b, b_, M):
+    """Return bounds of the top of a step from its ends: one below, one above.
+
+    The polynomial is cut where its slope is zero by the slopes at its ends.
+    """
+    t = np.where((a_ > 0.0) & (b_ < 0.0), a_ / (a_ - b_), 0.5)
+    p, q = a + 0.25 * a_, b - 0.25 * b_
+    r = 0.5 * (a + b) + (a_ - b_) * (1.0 / 6.0) + M
+    p0, p1, p2, p3 = a + t * (p - a), p + t * (r - p), r + t * (q - r), q + t * (b - q)
+    q0, q1, q2 = p0 + t * (p1 - p0), p1 + t * (p2 - p1), p2 + t * (p3 - p2)
+    r0, r1 = q0 + t * (q1 - q0), q1 + t * (q2 - q1)
+    top = r0 + t * (r1 - r0)
+    above = greater(greater(p0, q0), greater(r0, top))
+    above = greater(above, greater(r1, greater(q2, p3)))
+    part = t - t * t
+    return top - 12.0 * M * (part * part), above
 
 
 @compiled()
 def keep(phase, h, running, z, pack):
     """Keep the step that may hold the top, for each row; settle others that may."""
-    watched = len(pack.extreme) // 2
-    length = len(pack.kept) // (2 * watched)
+    watched, m = len(pack.since), len(z)
+    n = len(pack.weight) // watched
     above, extreme, rest = rows(pack.above), rows(pack.extreme), rows(pack.rest)
+    at = rows(pack.at)
     for row in range(2 * watched):
         here = running & (above[row] > extreme[row])
         if not np.any(here):
             continue
-        kept = rows(pack.kept)[row * length : (row + 1) * length]
-        open_ = here & (kept[BOUND] > extreme[row])
-        if np.any(open_):
-            settle(row, open_, pack)
-        kept[BOUND] = np.where(here, above[row], kept[BOUND])
+        o, sign = (row, 1.0) if row < watched else (row - watched, -1.0)
+        a, a_ = read(o, n, rest[phase * watched + o], z, pack)
+        b, b_ = at[o], at[watched + o]
+        least, most = top_of(
+            sign * a, sign * a_, sign * b, sign * b_, at[2 * watched + o]
+        )
+        here = here & (most > extreme[row])
+        extreme[row] = np.where(here, greater(least, extreme[row]), extreme[row])
+        kept = rows(pack.kept)[row * (KEPT + m) : (row + 1) * (KEPT + m)]
+        other = here & (kept[BOUND] > extreme[row])
+        if np.any(other):
+            settle(row, row + 1, pack)
+            climb(row, other, pack)
+        kept[BOUND] = np.where(here, most, kept[BOUND])
         kept[STEP] = np.where(here, h, kept[STEP])
-        now = rest[phase * watched + row % watched]
+        now = sign * rest[phase * watched + o]
         kept[REST] = np.where(here, now, kept[REST])
-        for i in range(len(z)):
+        for i in range(m):
             kept[KEPT + i] = np.where(here, z[i], kept[KEPT + i])
 
 
 @compiled(within=True)
 def take_peaks(phase, running, moved, pack):
     """Raise the greatest values by the end of a step, and return where more may be."""
-    watched = len(pack.extreme) // 2
+    watched, rest = len(pack.since), rows(pack.rest)
+    n = len(pack.weight) // watched
     at, above, extreme = rows(pack.at), rows(pack.above), rows(pack.extreme)
     more = running & ~running
     for o in range(watched):
         a, a_, M = at[o], at[watched + o], at[2 * watched + o]
-        b, b_ = read(o, phase, moved, pack)
+        b, b_ = read(o, n, rest[phase * watched + o], moved, pack)
         first, middle, third = a + 0.25 * a_, 0.5 * (a + b), b - 0.25 * b_
         middle = middle + (a_ - b_) * (1.0 / 6.0)
         top = greater(greater(first, third), middle + M)
@@ -328,7 +339,7 @@ def take_peaks(phase, running, moved, pack):
 @compiled()
 def take_samples(phase, step, z, pack):
     """Store the watched quantities at the sample times of a step."""
-    watched, expanded = len(pack.extreme) // 2, False
+    watched, expanded = len(pack.since), False
     for lane in range(WIDTH):
         if not step < pack.clock[1, lane]:
             continue
@@ -337,15 +348,18 @@ def take_samples(phase, step, z, pack):
         while pack.taken[lane] < len(pack.samples):
             sample = pack.taken[lane]
             share = (pack.samples[sample, lane] - t) / h
-            if not share <= 1.0 + LATE:
+            if share > 1.0 + LATE:
                 break
             if not expanded:
-                expand(0, watched, rows(pack.clock)[0], z, pack)
+                rows(pack.length)[0] = rows(pack.clock)[0]
+                for i in range(len(z)):
+                    rows(pack.power)[i] = z[i]
+                expand(0, watched, 1, pack)
                 expanded = True
             for o in range(watched):
                 value = 0.0
                 for term in range(SERIES, -1, -1):
-                    value = value * share + pack.series[term * watched + o, lane]
+                    value = value * share + pack.series[term * 2 * watched + o, lane]
                 rest = pack.rest[phase * watched + o, lane]
                 pack.history[sample * watched + o, lane] = value + rest
             pack.taken[lane] += 1
@@ -354,20 +368,21 @@ def take_samples(phase, step, z, pack):
 @compiled(within=True)
 def advance(running, z, moved, pack):
     """Fill P z where trials run."""
-    m = len(z)
-    size, P = len(pack.P) // m, rows(pack.P)
-    for first in range(0, m, size):
-        for i in range(first, first + size):
-            total = P[i * size] * z[first]
+    m, parts, P = len(z), pack.counts[0], rows(pack.P)
+    size = m // parts
+    for first in range(0, m, parts):
+        for k in range(parts):
+            i = first + k
+            total = P[i * size] * z[k]
             for j in range(1, size):
-                total = total + P[i * size + j] * z[first + j]
+                total = total + P[i * size + j] * z[j * parts + k]
             moved[i] = np.where(running, total, z[i])
 
 
 @compiled(within=True)
 def over(phase, pack):
     """Return where no later step of the phase can raise a greatest value."""
-    watched = len(pack.extreme) // 2
+    watched = len(pack.since)
     at, extreme, rest = rows(pack.at), rows(pack.extreme), rows(pack.rest)
     done = extreme[0] == extreme[0]
     for o in range(watched):
@@ -380,52 +395,45 @@ def over(phase, pack):
 @compiled(types.void(pack_type))
 def follow(pack):
     """Follow the trials of a pack from the first mark to the last."""
-    m, watched, phases = len(pack.z), len(pack.extreme) // 2, len(pack.marks) - 1
-    size = len(pack.P) // m
-    length = len(pack.kept) // (2 * watched)
-    z, moved = rows(pack.z), rows(pack.moved)
-    change, at, since = rows(pack.change), rows(pack.at), rows(pack.since)
+    m, watched, phases = len(pack.z), len(pack.since), len(pack.marks) - 1
+    z, moved, change = rows(pack.z), rows(pack.moved), rows(pack.change)
     marks, clock, steps = rows(pack.marks), rows(pack.clock), rows(pack.steps)
-    extreme, kept, part = rows(pack.extreme), rows(pack.kept), rows(pack.part)
-    for i in range(m):
-        z[i] = 0.0 * marks[0]
+    at, since, part = rows(pack.at), rows(pack.since), rows(pack.part)
+    n, rest = len(pack.weight) // watched, rows(pack.rest)
+    extreme, kept = rows(pack.extreme), rows(pack.kept)
     measure(pack)
     fastest = part[0]
-    for k in range(1, m // size):
+    for k in range(1, pack.counts[0]):
         fastest = greater(part[k], fastest)
     total = 0.0 * fastest
     for phase in range(phases):
         total = total - np.floor((marks[phase] - marks[phase + 1]) * fastest / A_STEP)
     few = total <= MOST_STEPS
-    steps[0] = np.where(few, 0.0, total)
-    searched = few
-    clock[0], clock[1] = 0.0 * total, 0.0 * total
+    searched, steps[0], clock[0] = few, np.where(few, 0.0, total), 0.0 * total
+    for i in range(m):
+        z[i] = 0.0 * total
     for phase in range(phases):
         for i in range(m):
             jump = change[phase * m + i]
-            z[i] = z[i] + jump if i % size < size - pack.driven[0] else jump
+            z[i] = z[i] + jump if i < m - pack.counts[1] else jump
         span = marks[phase + 1] - marks[phase]
         count = greater(-np.floor(-span * fastest / A_STEP), 0.0 * span + 1.0)
         count = np.where(few & (span > 0.0), count, 0.0)
-        if not np.any(count > 0.0):
-            continue
+        running = count > 0.0
         h = span / greater(count, 0.0 * span + 1.0)
-        if np.any(h != clock[0]):  # equal phases in a row share P
-            clock[0] = h
+        if np.any(running & (h != clock[0])):  # equal phases in a row share P
             prepare(h, pack)
-        clock[1] = count
+        clock[0], clock[1] = h, count
         for o in range(watched):
-            b, b_ = read(o, phase, z, pack)
-            at[o], at[watched + o] = b, b_
+            at[o], at[watched + o] = read(o, n, rest[phase * watched + o], z, pack)
             fresh = since[o] >= float(phase)
             for row in range(o, 2 * watched, watched):
-                side = b if row == o else -b
+                i = row * (KEPT + m) + BOUND
+                kept[i] = np.where(fresh, -np.inf, kept[i])
                 now = np.where(fresh, -np.inf, extreme[row])
-                bound = rows(pack.kept)[row * length + BOUND]
-                extreme[row] = np.where(count > 0.0, greater(side, now), now)
-                kept[row * length + BOUND] = np.where(fresh, -np.inf, bound)
+                here = greater(at[o] if row == o else -at[o], now)
+                extreme[row] = np.where(running, here, now)
         step = 0
-        running = count > 0.0
         while np.any(running):
             if step % OFTEN == 0:
                 sizes(z, pack)
@@ -442,7 +450,6 @@ def follow(pack):
             z, moved = moved, z
             step += 1
             running = running & (count > float(step))
+    settle(0, 2 * watched, pack)
     for row in range(2 * watched):
-        here = kept[row * length + BOUND] > extreme[row]
-        if np.any(here):
-            settle(row, here, pack)
+        climb(row, kept[row * (KEPT + m) + BOUND] > extreme[row], pack)

@@ -48,17 +48,21 @@ def motion_of(
     """
     Q, C, zeta, (omega, phi, phi_ij) = drive
     n, modes = omega.shape
-    G = np.stack([omega, -omega, -2.0 * zeta[:, None] * omega], axis=2)
-    row = 2 * np.arange(modes)[:, None]
-    entries = np.stack([row + [0, 1, 1], row + [1, 0, 1]], axis=2).reshape(-1, 2)
+    r = np.arange(modes)
+    entries = np.vstack(
+        [
+            np.stack([r, modes + r], axis=1),
+            np.stack([modes + r, r, modes + r, modes + r], axis=1).reshape(-1, 2),
+        ]
+    )
+    slow = np.stack([-omega, -2.0 * zeta[:, None] * omega], axis=2)
     change = np.zeros((n, len(loads), 2 * modes))
     for phase, steps in enumerate(np.diff(loads, axis=0, prepend=0.0)):
         for mass in np.flatnonzero(steps):  # one by one: the same in any block
-            change[:, phase, ::2] -= phi[:, mass] * steps[mass]
-    change[:, :, ::2] /= omega[:, None]
-    link, mode = np.divmod(np.arange(N_LINKS * modes), modes)
+            change[:, phase, :modes] -= phi[:, mass] * steps[mass]
+    change[:, :, :modes] /= omega[:, None]
     return LinearMotion(
-        2, 0, entries, G.reshape(n, -1), np.tile(marks, (n, 1)), change,
-        np.stack([link, 2 * mode], axis=1), (phi_ij / omega[:, None]).reshape(n, -1),
+        modes, 0, entries, np.hstack([omega, slow.reshape(n, -1)]),
+        np.tile(marks, (n, 1)), change, phi_ij / omega[:, None],
         at_rest(Q, np.array(loads)) / C[:, None], np.zeros((n, N_LINKS)),
     )  # fmt: skip
