@@ -223,16 +223,12 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Any]:
                 error_kw={"ecolor": INK, "elinewidth": 0.8, "capsize": 2},
             ))  # fmt: skip
             if place == 0:
-                _name_rows(axes, names)
+                axes.set_yticks(np.arange(len(names)), [*map(_wrapped, names)])
+                axes.grid(visible=False, axis="y")
                 axes.invert_yaxis()
         case _:
             assert_never(layer)
     return drawn if words else []
-
-
-def _name_rows(axes: Axes, names: tuple[str, ...]) -> None:
-    axes.set_yticks(np.arange(len(names)), [*map(_wrapped, names)])
-    axes.grid(visible=False, axis="y")
 
 
 def _normal_ticks(axes: Axes, panel: PlotPanel) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from tolstat.answers.answer import Answer
-from tolstat.answers.cells import number_cells
+from tolstat.answers.cells import NONE, number_cells
 from tolstat.answers.compare.comparison_document import comparison_document
 from tolstat.answers.compare.limit_difference import LimitDifference
 from tolstat.answers.compare.pairing import Pairing
@@ -18,7 +17,6 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import Summary
 from tolstat.units.scale import PER_CENT, PPM, Scale, share_words
 
-NONE = Estimate(math.nan)
 UNLIMITED = LimitDifference(
     ("", ""), (NONE, NONE), None, None, NONE, (NONE, NONE), NONE, NONE
 )

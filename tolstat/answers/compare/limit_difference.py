@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tolstat.answers.compare.pairing import Pairing
-from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
+from tolstat.answers.report.variance import without_interval
+from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.replicates import mean_of_replicates
 from tolstat.statistics.intervals.shares import proportion
@@ -73,14 +74,9 @@ def limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
     moments = difference_of_ppk(*pair.done(name), limits)
     ppk_more = difference(*ppks, together)
     if any(of.replicates for of in samples):
-        moments = _unsure(moments)
-        ppk_more = _unsure(ppk_more) if sample else ppk_more
+        moments = without_interval(moments)
+        ppk_more = without_interval(ppk_more) if sample else ppk_more
     return LimitDifference(
         (limits[0].words, limits[1].words), (a, b), worse, better, more, ppks,
         ppk_more, moments,
     )  # fmt: skip
-
-
-def _unsure(found: Estimate) -> Estimate:
-    """Return an estimate without its interval, which dependent trials mislead."""
-    return Estimate(found.value, reason=RANDOM_ONLY) if found.sure else found

@@ -103,7 +103,11 @@ def pair_of(first: Run, second: Run) -> Pairing:
             words += f"; of both the first {common} trials"
         counts = common, int(np.count_nonzero(sample.done)), sample.failed
         failures = sample.failures
-    return Pairing(kind, words, *counts, failures, _promise(A), A, B, sample, names)
+    promise = A.sampled.promise
+    if A.run.sampling == "random":  # anytime-valid ones of verdicts are not shown
+        promise = "of quantiles exact, as random trials are independent"
+    promise += "; of fractions and Ppk for a single look"
+    return Pairing(kind, words, *counts, failures, promise, A, B, sample, names)
 
 
 def _in_both(a: Sample, b: Sample) -> Sample:
@@ -111,14 +115,6 @@ def _in_both(a: Sample, b: Sample) -> Sample:
     # how a trial failed does not matter here
     ran = np.where(a.ran & b.ran, Status.NOT_FINITE, Status.NOT_RUN)
     return Sample(np.where(a.done & b.done, Status.DONE, ran), a.replicates)
-
-
-def _promise(drawn: Drawn) -> str:
-    """Return what intervals hold for; anytime-valid ones of verdicts are not shown."""
-    of_quantiles = drawn.sampled.promise
-    if drawn.run.sampling == "random":
-        of_quantiles = "of quantiles exact, as random trials are independent"
-    return f"{of_quantiles}; of fractions and Ppk for a single look"
 
 
 def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:

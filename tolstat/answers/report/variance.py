@@ -41,9 +41,13 @@ def contributions_of(
     responses = {name: drawn.done(name) for name in focus}
     independent = run.independent
     found = contributions(deviations, responses, groups, independent=independent)
-    found = {name: _at_most_all(each, independent) for name, each in found.items()}
-    if drawn.sample.replicates:
-        found = {name: _of_each(_no_interval, each) for name, each in found.items()}
+    for name, each in found.items():
+        shares = _of_each(at_most_all, each)  # overlapping ones may sum to more
+        own = shares.groups if independent else each.groups
+        shares = shares._replace(rank_regression=each.rank_regression, groups=own)
+        if drawn.sample.replicates:
+            shares = _of_each(without_interval, shares)
+        found[name] = shares
     return found, {name: tuple(members) for name, members in groups.items()}
 
 
@@ -55,15 +59,8 @@ def at_most_all(share: Estimate) -> Estimate:
     return Estimate(value, lower, upper, share.reason)
 
 
-def _at_most_all(found: Contributions, independent: bool) -> Contributions:
-    """Return contributions limited to 100 %; overlapping shares may sum to more."""
-    shares = _of_each(at_most_all, found)
-    groups = shares.groups if independent else found.groups
-    return shares._replace(rank_regression=found.rank_regression, groups=groups)
-
-
-def _no_interval(found: Estimate) -> Estimate:
-    """Return an estimate without its interval: dependent trials mislead a jackknife."""
+def without_interval(found: Estimate) -> Estimate:
+    """Return an estimate without its interval, which dependent trials mislead."""
     return Estimate(found.value, reason=RANDOM_ONLY) if found.sure else found
 
 

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from tolstat.answers.sweep import curves
-from tolstat.arrays import Array
 from tolstat.document.blocks import Figure
 from tolstat.document.plot import Layer, Line, Plot, PlotAxis, PlotPanel, Rule
 from tolstat.errors import PictureError
@@ -60,8 +59,8 @@ def sweep_plot(runs: Sequence[Run], responses: Sequence[str] = ()) -> Plot:
         raise PictureError(
             f"{runs[0].path} limits no response; name the responses to draw"
         )
-    x = _axis(runs[0], axis)
-    panels = tuple(_panel(runs, axis, x, response) for response in chosen)
+    x, along = _axis(runs[0], axis)
+    panels = tuple(_panel(runs, axis, x, along, response) for response in chosen)
     height = 3.3 * len(chosen) + 0.5
     return Plot(panels, width=7.0, height=height, legends=True)
 
@@ -78,7 +77,11 @@ def point_figure(run: Run, response: str) -> Figure:
         return Figure(words, sweep_plot([run], [response]), wide=True)
     limit, scale = run.limits.get(response), run.scales[response]
     axes += [each for each in run.grid if axes and each not in axes]
-    shown = [(_axis(run, each), _along(run, each)) for each in axes]
+    shown = [
+        (x, factor * curves.places(run, each))
+        for each in axes
+        for x, factor in [_axis(run, each)]
+    ]
     values = (PlotAxis(scale.label(response)), scale.factor * run.column(response))
     if len(shown) != 2 or shown[1][0].words:
         trials = (PlotAxis("trial"), np.arange(run.trials, dtype=float))
@@ -97,23 +100,19 @@ def point_figure(run: Run, response: str) -> Figure:
     return Figure(words, Plot((panel,), width=7.0, height=3.8, legends=True), wide=True)
 
 
-def _axis(run: Run, axis: str) -> PlotAxis:
-    """Return an axis of the grid as one of a picture."""
-    label, words = axis.removeprefix(curves.TAKEN), curves.words_along(run, axis)
-    named = label if words else curves.axis_scale(run, axis).label(label)
-    return PlotAxis(named, words=tuple(words))
+def _axis(run: Run, axis: str) -> tuple[PlotAxis, float]:
+    """Return an axis of the grid as one of a picture, and the factor to its unit."""
+    label = axis.removeprefix(curves.TAKEN)
+    if words := curves.words_along(run, axis):
+        return PlotAxis(label, words=tuple(words)), 1.0
+    scale = curves.axis_scale(run, axis)
+    return PlotAxis(scale.label(label)), scale.factor
 
 
-def _along(run: Run, axis: str) -> Array:
-    """Return where trials stand along an axis, in the unit shown."""
-    words = curves.words_along(run, axis)
-    factor = 1.0 if words else curves.axis_scale(run, axis).factor
-    return factor * curves.places(run, axis)
-
-
-def _panel(runs: Sequence[Run], axis: str, x: PlotAxis, response: str) -> PlotPanel:
+def _panel(
+    runs: Sequence[Run], axis: str, x: PlotAxis, along: float, response: str
+) -> PlotPanel:
     # a response that the first run does not have is refused by `sweeps`
-    along = 1.0 if x.words else curves.axis_scale(runs[0], axis).factor
     scale = runs[0].scales.get(response)
     times = scale.factor if scale else 1.0
     layers: list[Layer] = []
