@@ -29,7 +29,7 @@ def wait_for_trials(path, process, trials):
     while process.poll() is None:
         if path.exists() and tolstat.open(path).counts["done"] >= trials:
             return
-        time.sleep(0.05)
+        time.sleep(0.2)  # reading takes as long as some trials
     raise AssertionError(process.communicate())
 
 

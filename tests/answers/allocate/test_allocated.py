@@ -170,6 +170,7 @@ def test_tolerances_are_scaled_together_if_weights_are_not_enough(
 ):
     """The optimum, by trying widths on a grid: 34.41; by weights alone 35.6."""
     monkeypatch.setattr(searches, "CURVE", np.array([0.5, 2.0]))  # less to be searched
+    monkeypatch.setattr(searches, "BISECTIONS", 1)
     found = tolstat.allocate(uniform())
     assert found.met and 34.41 < found.cost < 1.02 * 34.41
     rows = [found.schemes[name] for name in ("root_sum_square", "worst_case")]
@@ -183,6 +184,7 @@ def test_five_uniform_links_have_the_cost_of_the_closed_form_tail(monkeypatch):
     table has, whose steps are coarse where tolerances may differ sixtyfold, 5 %.
     """
     monkeypatch.setattr(searches, "CURVE", np.array([0.5, 2.0]))  # less to be searched
+    monkeypatch.setattr(searches, "BISECTIONS", 1)
     given = uniform()
     link = given["links"]["A"] | {"tolerance": "+-0.1 mm"}
     link["cost"] = link["cost"] | {"tightest": "+-0.01 mm", "loosest": "+-0.6 mm"}

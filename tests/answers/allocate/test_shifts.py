@@ -39,6 +39,7 @@ from tolstat.study.study import load
 @pytest.fixture(autouse=True)
 def less_to_be_searched(monkeypatch):
     monkeypatch.setattr(searches, "CURVE", np.array([0.5, 2.0]))
+    monkeypatch.setattr(searches, "BISECTIONS", 1)  # of the best at the drawing's cost
 
 
 def off_centre(by, **shift):
