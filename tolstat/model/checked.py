@@ -131,12 +131,9 @@ def described(model: Model, settings: Any) -> Description:
         raise model.fault("describe gives no response")
     every: list[Contributor | Response] = [*found.contributors, *found.responses]
     _check_declared(model, every)
-    for name in RESERVED:
-        if any(each.name == name for each in every):
-            raise model.fault(
-                f"the name {name} is reserved for a column of every run "
-                f"({', '.join(RESERVED)})"
-            )
+    for name in [each.name for each in every if each.name in RESERVED]:
+        words = f"the name {name} is reserved for a column of every run"
+        raise model.fault(f"{words} ({', '.join(RESERVED)})")
     for each in found.responses:
         try:
             lower, upper = map(float, (0, 1) if each.range is None else each.range)

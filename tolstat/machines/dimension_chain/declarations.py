@@ -39,9 +39,9 @@ class Settings:
         Raises ModelError if not; the message says where in the formula, and why.
         """
         if self.gap == CLEARANCE and not set(WAVE_GEAR) <= set(self.links):
+            names = ", ".join(self.links)
             raise ModelError(
-                "gap is missing: the closing link as a formula of "
-                f"{', '.join(self.links)}"
+                f"gap is missing: the closing link as a formula of {names}"
             )
         self.formula.worked_out(Values(self.nominal, strict=True))
         try:

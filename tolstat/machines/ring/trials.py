@@ -35,17 +35,13 @@ def simulated(
     from tolstat.machines.ring.compiled import rates
 
     rings = build(deviations, settings)
-    machines = rows_of(rings, settings)
-    scale = scale_of(settings)
-    solution = integrate(
-        System(rates, scale, n_extremes=4, n_above=1, crossings=(OUT,)),
-        np.zeros((len(machines), len(scale))),
-        machines,
-        np.tile([0.0, settings.duration], (len(machines), 1)),
-        Accuracy(settings.rtol, settings.step),
-        samples=samples,
-    )
-    return Trials(rings, solution)
+    machines, scale = rows_of(rings, settings), scale_of(settings)
+    system = System(rates, scale, n_extremes=4, n_above=1, crossings=(OUT,))
+    start = np.zeros((len(machines), len(scale)))
+    marks = np.tile([0.0, settings.duration], (len(machines), 1))
+    accuracy = Accuracy(settings.rtol, settings.step)
+    found = integrate(system, start, machines, marks, accuracy, samples=samples)
+    return Trials(rings, found)
 
 
 def rows_of(rings: Rings, settings: Asked) -> Array:

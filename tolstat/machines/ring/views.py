@@ -61,10 +61,8 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
         Curve("tangential_force_peak", "N", "P_T", "tangential cutting force", P_T),
     )
     words = "force of the roller on the ring, outwards"
-    rollers = [
-        Curve(f"roller_{i}_max", "N", f"l_{i}", words, pull)
-        for i, pull in enumerate(pulls, start=1)
-    ]
+    numbered = enumerate(pulls, start=1)
+    rollers = [Curve(f"roller_{i}_max", "N", f"l_{i}", words, l) for i, l in numbered]
     marks: tuple[Mark, ...] = ()
     if np.isfinite(t_R).all():
         at = int(t_R.argmin())

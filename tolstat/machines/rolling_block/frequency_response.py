@@ -59,11 +59,8 @@ def poles_and_zeros(omega: Array, a: Array) -> PolesAndZeros:
     roots = np.roots(numerator)
     real = np.abs(roots.imag) < 1e-9 * np.abs(roots)
     on_the_axis = np.sort(roots.real[real & (roots.real > 0)])
-    return PolesAndZeros(
-        poles=omega[takes_part] / (2 * np.pi),
-        cancelled=omega[~takes_part] / (2 * np.pi),
-        zeros=np.sqrt(on_the_axis) * reference / (2 * np.pi),
-    )
+    f, zeros = omega / (2 * np.pi), np.sqrt(on_the_axis) * reference / (2 * np.pi)
+    return PolesAndZeros(f[takes_part], f[~takes_part], zeros)
 
 
 def _loads(settings: Settings) -> dict[str, tuple[int, ...]]:

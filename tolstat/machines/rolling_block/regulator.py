@@ -64,10 +64,8 @@ def regulator(_: Array, settings: Settings) -> Listing:
     if settings.notch_frequency is not None:
         w_n[:] = 2 * np.pi * settings.notch_frequency
     bare = [closed_loop(drive, settings, K_p, None)[0, 0] for drive in drives]
-    held = [
-        closed_loop(drive, settings, K_p, w)[0, 0]
-        for drive, w in zip(drives, w_n, strict=True)
-    ]
+    notched = zip(drives, w_n, strict=True)
+    held = [closed_loop(drive, settings, K_p, w)[0, 0] for drive, w in notched]
     assumed = {
         "K_p": ("N m s", K_p),
         "T_i": ("s", settings.integral_time),

@@ -107,12 +107,8 @@ def ratios(combination: Combination, gearbox: Gearbox = PAPER) -> Ratios:
     q = (last / first) ** (1 / max(nA * nB * nC - 1, 1))
     p = (last_34 / first_34 / q ** (nC * (nA * nB - 1))) ** (1 / max(nD - 1, 1))
     AB = nC * (nB * a + b)
-    return Ratios(
-        A=q ** (nC * nB * a),
-        AB=q**AB,
-        i31=first * q ** (AB + c),
-        i34=first_34 * q**AB * p**d,
-    )
+    i31, i34 = first * q ** (AB + c), first_34 * q**AB * p**d
+    return Ratios(q ** (nC * nB * a), q**AB, i31, i34)
 
 
 def reduction(

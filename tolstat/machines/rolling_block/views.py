@@ -56,10 +56,8 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
         ("moment_peak", "loads", loaded, entering),
         ("pulse_peak", "pulse", pulsed, pulsing),
     ):
-        links = [
-            Curve.of(words[f"{kind}_{ij}"], moment)
-            for ij, moment in zip(LINK_NAMES, moments_of.T, strict=True)
-        ]
+        every = zip(LINK_NAMES, moments_of.T, strict=True)
+        links = [Curve.of(words[f"{kind}_{ij}"], moment) for ij, moment in every]
         curves += links
         spans = (span,) if span.upper else ()
         for i, pair in enumerate(PAIRS):
@@ -73,11 +71,11 @@ def combinations(_: Array, settings: Settings) -> Listing:
     """Return natural frequencies and free speeds of the nominal drives."""
     each = settings.every_combination
     omega = np.concatenate([nominal(one).modes.omega for one in each])
-    free = [
-        resonance.free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)
-    ]
+    own = zip(omega, each, strict=True)
+    free = [resonance.free_speeds(w[None], one) for w, one in own]
     total, widest = np.array(free)[:, :, 0].T
-    rolling = np.array([resonance.rolling_speeds(one) for one in each]).T
+    per_speed = np.array([resonance.rolling_speeds(one) for one in each]).T
+    rolling = settings.working_speed * per_speed
     limit = np.array([resonance.fastest(one) for one in each])
     return Listing.of(
         "positions of the stages A, B, C, D; motor speed over roll speed",
@@ -86,10 +84,7 @@ def combinations(_: Array, settings: Settings) -> Listing:
         ("free speeds", "rad/s", "rpm", total),
         ("widest", "rad/s", "rpm", widest),
         ("condition f8/f1", "1", "1", omega[:, -1] / omega[:, 0]),
-        *(
-            (f"v{s}", "m/s", "m/s", settings.working_speed * v)
-            for s, v in zip(STANDS, rolling, strict=True)
-        ),
+        *((f"v{s}", "m/s", "m/s", v) for s, v in zip(STANDS, rolling, strict=True)),
         ("limit of v34", "rad/s", "rpm", limit),
     )
 
@@ -99,15 +94,13 @@ def gearbox(_: Array, settings: Settings) -> Listing:
     each = settings.every_combination
     built = [nominal(one) for one in each]
     Q, C = (np.concatenate([one[i] for one in built]) for i in range(2))
+    links = zip(LINK_NAMES, C.T, strict=True)
     return Listing.of(
         "positions of the stages A, B, C, D; all reduced to the motor shaft",
         *_named(each),
         ("sum of Q", "kg m^2", "kg m^2", Q.sum(axis=1)),
         *((f"Q{i}", "kg m^2", "kg m^2", q) for i, q in enumerate(Q.T, start=1)),
-        *(
-            (f"C{ij}", "N m/rad", "kN m/rad", c)
-            for ij, c in zip(LINK_NAMES, C.T, strict=True)
-        ),
+        *((f"C{ij}", "N m/rad", "kN m/rad", c) for ij, c in links),
     )
 
 
