@@ -135,6 +135,18 @@ def test_verify_evaluates_some_trials_alone(toy_study, capsys):
     )
 
 
+def test_alone_is_without_any_other_trial(toy_study):
+    class Crowded(Lying):
+        def added(self, deviations):
+            return 1e-5 * (len(deviations) > 1)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run_loop, "check_block", lambda *_: True)
+        run = tolstat.run(toy_study, model=Crowded())
+    found = tolstat.verify(run.path, model=Crowded(), every=True)
+    assert not len(found.different) and [*found.dependent] == [*found.alone]
+
+
 def test_honest_models_are_as_among_others(toy, toy_study, recwarn):
     run = tolstat.run(toy_study, model=toy)
     found = tolstat.verify(run.path, model=toy, every=True)

@@ -262,16 +262,15 @@ def test_any_part_of_a_run_has_answers(toy, tmp_path, first, trials):
         model=toy,
     )  # fmt: skip
     run = execute(study, tmp_path / "r.h5", Workers(1))
-    status, gaps = (
-        run.status.copy(),
-        {each.name: run.column(each.name).copy() for each in run.responses},
-    )
-    status[trials] = first
-    for values in gaps.values():
-        values[trials] = np.nan
-    columns = {**run.columns, **gaps, "status": status}
+    columns = {name: values.copy() for name, values in run.columns.items()}
+    columns["status"][trials] = first
+    for each in run.responses:
+        columns[each.name][trials] = np.nan
     part = replace(run, columns=columns, complete=False, audited=None)
-    over = 256 if first else int(np.count_nonzero(status))
-    report = tolstat.report(part)
-    assert json.loads(report.json())["trials"]["counted"] == over == part.ended
+    report, over = tolstat.report(part), np.count_nonzero(columns["status"])
+    found = json.loads(report.json())
+    assert found["trials"]["counted"] == over == part.ended
+    assert found["trials"]["failures"]["value"] == part.failed / over
+    gaps = columns["gap"][columns["status"] == Status.DONE]
+    assert found["responses"]["gap"]["mean"]["value"] == pytest.approx(gaps.mean())
     assert f"{part.ended}" in report.html() and report.csv()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import chdir, suppress
 from dataclasses import replace
 from typing import NamedTuple
@@ -71,7 +71,7 @@ def carry_out(
                     alone = np.zeros((1, len(study.description.contributors)))
                     found = workers.simulate(study.model, alone, study.settings)
                     file.write_nominal(found)
-                looks = _evaluate(study, stages, file, workers, tell)
+                looks, wanted = _evaluate(study, stages, file, workers, tell)
             except ModelError as error:
                 if (broken := file.failed(error)) is error:
                     raise
@@ -79,7 +79,7 @@ def carry_out(
             over = stages.trials.first(looks[-1])
             ended = run = file.run
             if not run.complete:
-                ended = _ended(run, study, over, looks, workers, tell)
+                ended = _ended(run, study, over, looks, wanted, workers, tell)
             if rerun and over.failed:
                 ended = replace(ended, rerun=_rerun(study, over, workers))
             if ended is not run:
@@ -94,48 +94,41 @@ def _evaluate(
     file: RunWriter,
     workers: Workers,
     tell: Telling,
-) -> list[int]:
+) -> tuple[list[int], float]:
     """Evaluate the missing trials, stage by stage.
 
     While trials alone are exact, the first block and each far longer one is checked.
-    Return the number of finished trials at each look of the stopping rule.
+    Return the number of finished trials at each look of the stopping rule, and how many
+    it wants at the last one.
     """
-    trials, looks, checked, exact = stages.trials, list[int](), 1 / LONGER, True
-    while True:
-        for stop in _looks(study, stages, workers, tell):
-            cases = _missing(study.cases, trials.status[:stop])
-            for blocks in workers.blocks(study.model, cases, trials.deviations):
-                first, block = max(blocks, key=lambda each: len(each[1].status))
-                if exact and len(block.status) > LONGER * checked:
-                    checked = len(block.status)
-                    with suppress(Interrupted):  # finished blocks are written
-                        exact = check_block(
-                            study, first, block, trials.deviations, workers
-                        )
-                file.write_blocks(blocks)
-                trials.take(blocks)
-                tell(Progress(trials.over, trials.failed, stop))
-            if not trials.status[:stop].all():
-                raise Interrupted
-            looks.append(stop)
-        if looks[-1] < stages.latest.stop or not stages.draw_next(workers):
-            return looks
-        file.write_drawn(stages.latest)
-
-
-def _looks(
-    study: Study, stages: Stages, workers: Workers, tell: Telling
-) -> Iterator[int]:
-    """Yield the numbers of finished trials at which the stopping rule looks."""
-    until, trials, most = study.until, stages.trials, stages.latest.stop
+    trials, until, looks, wanted = stages.trials, study.until, list[int](), 0.0
+    most, checked, exact = stages.latest.stop, 1 / LONGER, True
     stop = min(FIRST, most) if until else most
-    yield stop
-    while until and stop < most and (wanted := _wanted(study, trials, stop, workers)):
-        if wanted > most and stop == FIRST:
-            state = Progress(trials.over, trials.failed, stop)
-            tell(state._replace(wanted=wanted, rules=until.rules, at_most=most))
-        stop = min(next_stage(stop, wanted), most)
-        yield stop
+    while True:
+        cases = _missing(study.cases, trials.status[:stop])
+        for blocks in workers.blocks(study.model, cases, trials.deviations):
+            first, block = max(blocks, key=lambda each: len(each[1].status))
+            if exact and len(block.status) > LONGER * checked:
+                checked = len(block.status)
+                with suppress(Interrupted):  # finished blocks are written
+                    exact = check_block(study, first, block, trials.deviations, workers)
+            file.write_blocks(blocks)
+            trials.take(blocks)
+            tell(Progress(trials.over, trials.failed, stop))
+        if not trials.status[:stop].all():
+            raise Interrupted
+        looks.append(stop)
+        wanted = _wanted(study, trials, stop, workers) if until else 0.0
+        if until and wanted and stop < most:
+            if wanted > most and stop == FIRST:
+                state = Progress(trials.over, trials.failed, stop)
+                tell(state._replace(wanted=wanted, rules=until.rules, at_most=most))
+            stop = min(next_stage(stop, wanted), most)
+        elif stop == most and stages.draw_next(workers):
+            file.write_drawn(stages.latest)
+            stop = most = stages.latest.stop
+        else:
+            return looks, wanted
 
 
 def _missing(cases: tuple[Case, ...], status: NDArray[np.uint8]) -> list[Case]:
@@ -173,13 +166,13 @@ def _ended(
     study: Study,
     trials: Trials,
     looks: list[int],
+    wanted: float,
     workers: Workers,
     tell: Telling,
 ) -> Run:
     """Return the complete run: audit and diagnostics follow its trials."""
     stopped, over = None, len(trials.status)
     if study.until:
-        wanted = _wanted(study, trials, over, workers)
         stopped = Stopped(
             study.until.rules, not wanted, tuple(looks), study.trials, wanted
         )

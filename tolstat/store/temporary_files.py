@@ -32,12 +32,9 @@ def aside_of(path: Path) -> Path:
 
 def free_name(path: Path, word: str) -> Path:
     """Return a name that is free: run.h5 becomes run.WORD.h5, run.WORD-2.h5."""
-    for number in count(1):
-        ending = f"-{number}" if number > 1 else ""
-        found = path.with_name(f"{path.stem}.{word}{ending}{path.suffix}")
-        if not os.path.lexists(found):
-            break
-    return found
+    words = (f"{word}-{number}" if number > 1 else word for number in count(1))
+    names = (path.with_name(f"{path.stem}.{each}{path.suffix}") for each in words)
+    return next(name for name in names if not os.path.lexists(name))
 
 
 def before_of(path: Path) -> Path:
