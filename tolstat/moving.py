@@ -22,23 +22,17 @@ if TYPE_CHECKING:
     from tolstat.lanes.compiled import compiled
     from tolstat.lanes.rows import named, rows, write
 
-_HOMES = {
-    "Accuracy": "tolstat.integrator.problem",
-    "LinearMotion": "tolstat.integrator.linear_motion",
-    "Moment": "tolstat.integrator.problem",
-    "SIDES": "tolstat.integrator.problem",
-    "Solution": "tolstat.integrator.problem",
-    "System": "tolstat.integrator.problem",
-    "compiled": "tolstat.lanes.compiled",
-    "dry_friction": "tolstat.integrator.friction",
-    "integrate": "tolstat.integrator.integrate",
-    "named": "tolstat.lanes.rows",
-    "proposed_scale": "tolstat.integrator.examination",
-    "rates_signature": "tolstat.integrator.signatures",
-    "rows": "tolstat.lanes.rows",
-    "solve": "tolstat.integrator.linear_motion",
-    "write": "tolstat.lanes.rows",
+_NAMES = {
+    "integrator.examination": ("proposed_scale",),
+    "integrator.friction": ("dry_friction",),
+    "integrator.integrate": ("integrate",),
+    "integrator.linear_motion": ("LinearMotion", "solve"),
+    "integrator.problem": ("SIDES", "Accuracy", "Moment", "Solution", "System"),
+    "integrator.signatures": ("rates_signature",),
+    "lanes.compiled": ("compiled",),
+    "lanes.rows": ("named", "rows", "write"),
 }
+_HOMES = {name: home for home, names in _NAMES.items() for name in names}
 __all__ = [
     "SIDES",
     "Accuracy",
@@ -62,4 +56,4 @@ def __getattr__(name: str) -> Any:
     """Return a name from its module, loaded when first used."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(_HOMES[name]), name)
+    return getattr(importlib.import_module(f"tolstat.{_HOMES[name]}"), name)

@@ -160,17 +160,10 @@ def _solution(system: System, block: Block, results: Results) -> Solution:
     arrived, watched, history, ends = results
     n_states, n = block.start.shape[1], system.n_extremes
     status, steps = ends[:, :2].T.astype(np.int64)
-    return Solution(
-        states=arrived[..., :n_states],
-        quadratures=arrived[..., n_states:],
-        greatest=watched[:, :n],
-        least=watched[:, n : 2 * n],
-        above=watched[:, 2 * n :],
-        history=history,
-        status=status,
-        steps=steps,
-        ended=ends[:, 2:],
-    )
+    states, quadratures = np.split(arrived, [n_states], axis=2)
+    peaks = np.split(watched, [n, 2 * n], axis=1)
+    found = [states, quadratures, *peaks, history, status, steps, ends[:, 2:]]
+    return Solution._make(found)
 
 
 def _idle_lanes(system: System, block: Block) -> Lanes:

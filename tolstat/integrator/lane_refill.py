@@ -8,24 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tolstat.integrator import problem
 from tolstat.integrator.control import FIRST_STEP
-from tolstat.integrator.problem import (
-    AFTER,
-    COUNT,
-    ERROR,
-    EVENT,
-    FAILED,
-    MARK_REACHED,
-    NOTHING,
-    PHASE,
-    ROOT,
-    SMALLEST,
-    STEP,
-    TARGET,
-    TIME,
-    TRIAL,
-    WORST,
-)
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.vector import WIDTH
 from tolstat.status import Status
@@ -43,11 +27,11 @@ def _begin(lane, trial, lanes, block):
     for i in range(len(lanes.p)):
         lanes.p[i, lane] = block.parameters[trial, i]
     clock, begin, end = lanes.clock, block.marks[trial, 0], block.marks[trial, -1]
-    clock[TRIAL, lane] = trial
-    clock[TIME, lane] = clock[TARGET, lane] = begin
-    clock[PHASE, lane] = -1.0
-    clock[SMALLEST, lane] = SMALLEST_STEP * (end - begin)
-    clock[EVENT, lane] = MARK_REACHED
+    clock[problem.TRIAL, lane] = trial
+    clock[problem.TIME, lane] = clock[problem.TARGET, lane] = begin
+    clock[problem.PHASE, lane] = -1.0
+    clock[problem.SMALLEST, lane] = SMALLEST_STEP * (end - begin)
+    clock[problem.EVENT, lane] = problem.MARK_REACHED
 
 
 @compiled()
@@ -59,10 +43,10 @@ def _pass_marks(lane, lanes, block, results):
     bool
         Whether the trial is over.
     """
-    clock, trial = lanes.clock, int(lanes.clock[TRIAL, lane])
+    clock, trial = lanes.clock, int(lanes.clock[problem.TRIAL, lane])
     last = block.marks.shape[1] - 1
-    mark = int(clock[PHASE, lane])
-    while mark < last and clock[TARGET, lane] <= clock[TIME, lane]:
+    mark = int(clock[problem.PHASE, lane])
+    while mark < last and clock[problem.TARGET, lane] <= clock[problem.TIME, lane]:
         mark += 1
         for i in range(len(lanes.arrived)):
             results.arrived[trial, mark, i] = lanes.arrived[i, lane]
@@ -72,20 +56,20 @@ def _pass_marks(lane, lanes, block, results):
             for i in range(len(lanes.above)):
                 lanes.above[i, lane] = 0.0
         if mark < last:
-            clock[TARGET, lane] = block.marks[trial, mark + 1]
-    clock[PHASE, lane] = mark
-    length = clock[TARGET, lane] - clock[TIME, lane]
+            clock[problem.TARGET, lane] = block.marks[trial, mark + 1]
+    clock[problem.PHASE, lane] = mark
+    length = clock[problem.TARGET, lane] - clock[problem.TIME, lane]
     first = FIRST_STEP * min(block.accuracy.max_step, length)
-    clock[STEP, lane] = max(first, 2.0 * clock[SMALLEST, lane])
-    clock[ROOT, lane] = 1.0
-    clock[AFTER, lane] = 0.0
+    clock[problem.STEP, lane] = max(first, 2.0 * clock[problem.SMALLEST, lane])
+    clock[problem.ROOT, lane] = 1.0
+    clock[problem.AFTER, lane] = 0.0
     return mark >= last
 
 
 @compiled()
 def _end(lane, status, lanes, results):
     """Take a trial out of its lane; its unfinished results stay NaN."""
-    clock, trial = lanes.clock, int(lanes.clock[TRIAL, lane])
+    clock, trial = lanes.clock, int(lanes.clock[problem.TRIAL, lane])
     if status == Status.DONE:
         # quantities without error control may have diverged
         total = 0.0
@@ -97,29 +81,29 @@ def _end(lane, status, lanes, results):
         if not np.isfinite(total):
             status = Status.NOT_FINITE
     results.ends[trial, 0] = status.value
-    results.ends[trial, 1] = clock[COUNT, lane]
+    results.ends[trial, 1] = clock[problem.COUNT, lane]
     if status != Status.DONE:
-        results.ends[trial, 2] = clock[TIME, lane]
-        results.ends[trial, 3] = clock[WORST, lane]
-    clock[TRIAL, lane] = clock[PHASE, lane] = -1.0
-    clock[STEP, lane] = 0.0
+        results.ends[trial, 2] = clock[problem.TIME, lane]
+        results.ends[trial, 3] = clock[problem.WORST, lane]
+    clock[problem.TRIAL, lane] = clock[problem.PHASE, lane] = -1.0
+    clock[problem.STEP, lane] = 0.0
 
 
 @compiled()
 def _status(lane, lanes, block, results):
     """Return how the trial of a lane ended; Status.NOT_RUN while it runs."""
     clock = lanes.clock
-    event = clock[EVENT, lane]
-    if clock[TRIAL, lane] < 0.0:
+    event = clock[problem.EVENT, lane]
+    if clock[problem.TRIAL, lane] < 0.0:
         return Status.DONE
-    if event == MARK_REACHED:
+    if event == problem.MARK_REACHED:
         over = _pass_marks(lane, lanes, block, results)
         return Status.DONE if over else Status.NOT_RUN
-    if event != FAILED:
+    if event != problem.FAILED:
         return Status.NOT_RUN
-    if not np.isfinite(clock[ERROR, lane]):
+    if not np.isfinite(clock[problem.ERROR, lane]):
         return Status.NOT_FINITE
-    if clock[STEP, lane] < clock[SMALLEST, lane]:
+    if clock[problem.STEP, lane] < clock[problem.SMALLEST, lane]:
         return Status.STEP_TOO_SMALL
     return Status.TOO_MANY_STEPS
 
@@ -137,14 +121,14 @@ def sort_out(n_begun, lanes, block, results):
     for lane in range(WIDTH):
         status = _status(lane, lanes, block, results)
         while status != Status.NOT_RUN:
-            if lanes.clock[TRIAL, lane] >= 0.0:
+            if lanes.clock[problem.TRIAL, lane] >= 0.0:
                 _end(lane, status, lanes, results)
             if n_begun == len(block.start):
-                lanes.clock[EVENT, lane] = NOTHING
+                lanes.clock[problem.EVENT, lane] = problem.NOTHING
                 break
             _begin(lane, n_begun, lanes, block)
             n_begun += 1
             status = _status(lane, lanes, block, results)
-        if lanes.clock[TRIAL, lane] >= 0.0:
+        if lanes.clock[problem.TRIAL, lane] >= 0.0:
             n_busy += 1
     return n_begun, n_busy

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tolstat.integrator import problem
 from tolstat.integrator.control import aim, step_factor
 from tolstat.integrator.crossing import (
     aim_at_crossing,
@@ -20,28 +21,6 @@ from tolstat.integrator.crossing import (
 from tolstat.integrator.damping import damped_part
 from tolstat.integrator.lane_refill import sort_out
 from tolstat.integrator.peaks import follow
-from tolstat.integrator.problem import (
-    ACCEPTED,
-    AFTER,
-    COUNT,
-    CROSSED,
-    ERROR,
-    EVENT,
-    FAILED,
-    JUMP,
-    MARK_REACHED,
-    NOTHING,
-    PHASE,
-    ROOT,
-    SAMPLE,
-    SMALLEST,
-    STEP,
-    TARGET,
-    TIME,
-    TRIAL,
-    TRIED,
-    WORST,
-)
 from tolstat.integrator.signatures import march_signature
 from tolstat.integrator.step import (
     advance,
@@ -65,7 +44,7 @@ def _renew_rates(rates, watch, jump, lanes, step):
     now, clock, damped, k = step.moment, lanes.clock, step.damped, step.k
     # the second stage is free between two steps
     K1, K2 = k[0], k[1]
-    now[TIME], now[PHASE] = clock[TIME], clock[PHASE]
+    now[problem.TIME], now[problem.PHASE] = clock[problem.TIME], clock[problem.PHASE]
     if len(step.crossings) > 0:
         watch(now, lanes.y, lanes.p, step.filled_middle)
         choose_sides(lanes, step)
@@ -73,13 +52,13 @@ def _renew_rates(rates, watch, jump, lanes, step):
         jump(now, lanes.y, lanes.p, step.jumped)
         take_jump(lanes, step)
     rates(now, lanes.y, lanes.p, K2)
-    renewed = clock[EVENT] != NOTHING
+    renewed = clock[problem.EVENT] != problem.NOTHING
     for i in range(len(K1)):
         K1[i] = np.where(renewed, K2[i], K1[i])
     undamped = len(K1) - len(damped)
     for j in range(len(damped)):
         K1[undamped + j] = np.where(renewed, K2[damped[j]], K1[undamped + j])
-    clock[EVENT] = NOTHING
+    clock[problem.EVENT] = problem.NOTHING
 
 
 @compiled()
@@ -87,12 +66,12 @@ def _take_samples(lanes, k, block, results):
     """Store the states at the sample times that this step passed."""
     clock = lanes.clock
     for lane in range(WIDTH):
-        if clock[ACCEPTED, lane] == 0.0:
+        if clock[problem.ACCEPTED, lane] == 0.0:
             continue
-        t, trial = clock[TIME, lane], int(clock[TRIAL, lane])
-        sample = int(clock[SAMPLE, lane])
+        t, trial = clock[problem.TIME, lane], int(clock[problem.TRIAL, lane])
+        sample = int(clock[problem.SAMPLE, lane])
         while sample < len(block.samples):
-            h = clock[TRIED, lane]
+            h = clock[problem.TRIED, lane]
             theta = (block.samples[sample] - t) / h
             if theta > 1.0:
                 break
@@ -101,7 +80,7 @@ def _take_samples(lanes, k, block, results):
                     h, theta, lanes.y, k, lane, i
                 )
             sample += 1
-        clock[SAMPLE, lane] = sample
+        clock[problem.SAMPLE, lane] = sample
 
 
 @compiled(within=True)
@@ -147,29 +126,28 @@ def march(rates, watch, jump, per_scale, lanes, step, block, results):
     _renew_rates(rates, watch, jump, lanes, step)
 
     while n_busy > 0:
-        t = clock[TIME]
-        h, t_new, landing = aim(t, clock[STEP], clock[TARGET])
+        t = clock[problem.TIME]
+        h, t_new, landing = aim(t, clock[problem.STEP], clock[problem.TARGET])
         if crossing:
             h, t_new = aim_at_crossing(h, t_new, clock)
-        now[PHASE] = clock[PHASE]
+        now[problem.PHASE] = clock[problem.PHASE]
         advance(rates, t, h, t_new, lanes.y, lanes.p, step)
         error = worst_error(h, step.k, per_scale) * (1.0 / rtol)
         # early: its long chain of roots runs in parallel with the next lines
-        factor, clock[ROOT] = step_factor(error, clock[ROOT])
-        running = clock[PHASE] >= 0.0
+        factor, clock[problem.ROOT] = step_factor(error, clock[problem.ROOT])
+        running = clock[problem.PHASE] >= 0.0
         accepted = (error <= 1.0) & running
 
-        may_fail = running & (
-            (h * factor < clock[SMALLEST]) | (clock[COUNT] + 1.0 >= max_steps)
-        )
+        last = clock[problem.COUNT] + 1.0 >= max_steps
+        may_fail = running & ((h * factor < clock[problem.SMALLEST]) | last)
         if np.any(may_fail):
-            clock[WORST] = worst_state(h, step.k, per_scale)
+            clock[problem.WORST] = worst_state(h, step.k, per_scale)
 
         first, changed = 2.0 + 0.0 * h, error < 0.0
-        taking = accepted & (clock[PHASE] >= float(block.watch_from))
+        taking = accepted & (clock[problem.PHASE] >= float(block.watch_from))
         if len(step.watched_middle) > 0 and (crossing or np.any(taking)):
             halfway(h, lanes.y, step.k, step.middle)
-            now[TIME] = t + 0.5 * h
+            now[problem.TIME] = t + 0.5 * h
             watch(step.moment, step.middle, lanes.p, step.filled_middle)
             if crossing:
                 first = first_crossing(watch, t, h, accepted, lanes, step)
@@ -177,28 +155,26 @@ def march(rates, watch, jump, per_scale, lanes, step, block, results):
                 taking = taking & accepted
             follow(watch, taking, t, h, lanes, step)
         if len(block.samples) > 0:
-            clock[TRIED] = h
-            clock[ACCEPTED] = np.where(accepted, 1.0, 0.0)
+            clock[problem.TRIED] = h
+            clock[problem.ACCEPTED] = np.where(accepted, 1.0, 0.0)
             _take_samples(lanes, step.k, block, results)
         _take_over(accepted, h, lanes, step)
 
-        clock[TIME] = np.where(accepted, t_new, t)
-        clock[STEP] = np.minimum(h * factor, max_step)
+        clock[problem.TIME] = np.where(accepted, t_new, t)
+        clock[problem.STEP] = np.minimum(h * factor, max_step)
         if crossing:
-            aimed = clock[AFTER] > 0.0
+            aimed = clock[problem.AFTER] > 0.0
             go_on(h, first, accepted, max_step, clock)
             changed, arrived = change_sides(accepted, aimed, first, lanes, step)
-            clock[JUMP] = np.where(arrived, 1.0, 0.0)
-        clock[COUNT] = clock[COUNT] + np.where(running, 1.0, 0.0)
+            clock[problem.JUMP] = np.where(arrived, 1.0, 0.0)
+        clock[problem.COUNT] = clock[problem.COUNT] + np.where(running, 1.0, 0.0)
 
         reached = accepted & landing
-        failed = running & (
-            (clock[STEP] < clock[SMALLEST]) | (clock[COUNT] >= max_steps)
-        )
+        failed = running & ((clock[problem.STEP] < clock[problem.SMALLEST]) | last)
         if np.any(reached | failed | changed):
-            clock[ERROR] = error
-            event = np.where(changed, CROSSED, NOTHING)
-            event = np.where(failed, FAILED, event)
-            clock[EVENT] = np.where(reached, MARK_REACHED, event)
+            clock[problem.ERROR] = error
+            event = np.where(changed, problem.CROSSED, problem.NOTHING)
+            event = np.where(failed, problem.FAILED, event)
+            clock[problem.EVENT] = np.where(reached, problem.MARK_REACHED, event)
             n_begun, n_busy = sort_out(n_begun, lanes, block, results)
             _renew_rates(rates, watch, jump, lanes, step)

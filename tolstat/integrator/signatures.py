@@ -41,12 +41,5 @@ step_type = _tuple_type(
 
 # (rates, watch, jump, per_scale, lanes, step, block, results)
 march_signature = types.void(
-    rates_type,
-    rates_type,
-    rates_type,
-    numbers,
-    lanes_type,
-    step_type,
-    block_type,
-    results_type,
+    *(rates_type,) * 3, numbers, lanes_type, step_type, block_type, results_type
 )

@@ -36,11 +36,6 @@ def of_llvm(name):
     return lambda builder, *values: call(builder, name, *values)
 
 
-def select(builder, condition, a, b):
-    """Return a where the condition holds, otherwise b."""
-    return builder.select(condition, a, b)
-
-
 def _extremum(predicate):
     """Return the greater or the lesser; NaN stays, so diverged trials are detected."""
 
@@ -64,7 +59,7 @@ teach(np.floor, of_llvm("floor"), vector, vector)
 teach(np.rint, of_llvm("rint"), vector, vector)
 teach(np.any, of_llvm("vector.reduce.or"), types.boolean, mask)
 teach(np.all, of_llvm("vector.reduce.and"), types.boolean, mask)
-teach(np.where, select, vector, mask, vector, vector)
+teach(np.where, ir.IRBuilder.select, vector, mask, vector, vector)
 teach(np.copysign, of_llvm("copysign"), vector, vector, vector)
 teach(np.maximum, _extremum(">="), vector, vector, vector)
 teach(np.minimum, _extremum("<="), vector, vector, vector)

@@ -32,13 +32,15 @@ def rows(array: NDArray[np.float64]) -> NDArray[np.float64]:
     Parameters
     ----------
     array : float64[n, lanes]
-        In compiled code C-contiguous with exactly WIDTH lanes.
+        In compiled code C-contiguous with exactly WIDTH lanes; there also a named tuple
+        of such arrays, and float64[table, n, lanes].
 
     Returns
     -------
     rows
         `view[i]` is the i-th row of lanes, `view[i] = v` stores one, `len(view)` is n,
-        `view[i:]` and `view[i:j]` are rows. Uncompiled it is the array itself.
+        `view[i:]` and `view[i:j]` are rows. Uncompiled it is the array itself. A named
+        tuple has its arrays as rows; the i-th item of tables are rows.
     """
     return array
 
@@ -187,10 +189,6 @@ def named_of_array(names, array):
     return None
 
 
-def _count(builder, view):
-    return builder.extract_value(view, 1)
-
-
 def _get(builder, view, index):
     return _load(builder, builder.extract_value(view, 0), index)
 
@@ -232,7 +230,7 @@ def _table(builder, stack, index):
 
 
 whole, place = types.intp, types.UniTuple(types.intp, 2)
-teach(len, _count, whole, rows_type)
+teach(len, lambda builder, view: builder.extract_value(view, 1), whole, rows_type)
 teach(operator.getitem, _get, vector, rows_type, whole)
 teach(operator.getitem, _get_number, types.float64, rows_type, place)
 teach(operator.getitem, _part, rows_type, rows_type, types.slice2_type)
