@@ -36,7 +36,7 @@ from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Study, load
 from tolstat.study.study_schema import check_section
 
-MOST_TIMES = 10  # the trials of a run has its fresh one, whose page tells what is left
+MOST_TIMES = 10  # trials of a fresh run over those of the run: its page says the rest
 
 
 def fresh_study(

@@ -59,8 +59,8 @@ class Limit(NamedTuple):
 
     @property
     def ppk(self) -> float:
-        """The demanded yield as the Ppk of a normal response."""
-        return ppk_of(1 - self.demanded, self.ends)
+        """The demanded yield as the Ppk of a normal response: 2 for that of Ppk 2."""
+        return round(ppk_of(1 - self.demanded, self.ends), 6)
 
 
 def within(values: Array, permitted: tuple[float, float]) -> Truths:
