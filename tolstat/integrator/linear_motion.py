@@ -60,7 +60,7 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
 
     taken = np.zeros(0) if samples is None else np.asarray(samples, float)
     row, column = np.ascontiguousarray(motion.entries.T)
-    n, phases, m = motion.change.shape
+    n, _, m = motion.change.shape
     watched = motion.rest.shape[2]
     packs = -(-n // WIDTH)
     # the last pack is filled up with its last trial

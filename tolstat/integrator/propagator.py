@@ -149,24 +149,32 @@ def prepare(h, pack):
             for o in range(0, watched * n, n):
                 slope[o + j] = slope[o + j] + weight[o + i] * Gh
     for k in range(parts):
-        turn = part[k] * h
-        square, often = turn * turn, np.exp(part[parts + k] * h * float(OFTEN))
-        part[2 * parts + k] = square * square * often * (1.0 / 144.0)
+        part[2 * parts + k] = np.exp(part[parts + k] * h * float(OFTEN)) * (1.0 / 144.0)
 
 
 @compiled()
 def sizes(z, pack):
-    """Fill M of each sum for some steps, and how far from rest it may ever come."""
+    """Fill M of each sum for some steps, and how far from rest it may ever come.
+
+    All derivatives of z follow the equations of z, and so do bounds of their growth.
+    """
     parts, watched = pack.counts[0], len(pack.since)
     at, part, share = rows(pack.at), rows(pack.part), rows(pack.share)
+    fourth, product = rows(pack.power), rows(pack.product)
+    rows(pack.length)[0] = rows(pack.clock)[0]
+    for i in range(len(z)):
+        fourth[i] = z[i]
+    for _ in range(4):
+        times(1, 1.0, fourth, product, pack)
+        fourth, product = product, fourth
     for i in range(2 * watched, 4 * watched):
         at[i] = 0.0 * z[0]
     for k in range(parts):
-        square = 0.0 * z[0]
+        square, sharp = 0.0 * z[0], 0.0 * z[0]
         for i in range(k, len(z), parts):
-            square = square + z[i] * z[i]
-        size = np.sqrt(square)
-        sharp, ever = size * part[2 * parts + k], size * part[3 * parts + k]
+            square, sharp = square + z[i] * z[i], sharp + fourth[i] * fourth[i]
+        ever = np.sqrt(square) * part[3 * parts + k]
+        sharp = np.sqrt(sharp) * part[2 * parts + k]
         for o in range(watched):
             of = share[o * parts + k]
             at[2 * watched + o] = at[2 * watched + o] + of * sharp

@@ -22,7 +22,7 @@ from tolstat.machines.elastic_machine.parameters import (
 from tolstat.moving import LinearMotion
 
 Entries = dict[tuple[int, int], Array]
-SLOW = 0.1  # of the fastest mass on its spring: the rate that scales phi0''
+SLOW = 0.02  # of the fastest mass on its spring: the rate that scales phi0''
 
 
 def generator(chains: Chains, turns: list[Array], order: int, rate: Array) -> Entries:
@@ -82,8 +82,8 @@ def motion_of(
     order = 3 if law.turn else max(len(piece) for piece in law.pieces)
     each = len(law.pieces)
     parts = range(programme.begin.shape[1] // each)
-    rate = SLOW * np.sqrt(c / J).max(axis=1)
     turns = [programme.turn[:, i * each] for i in parts]
+    rate = np.max([SLOW * np.sqrt(c / J).max(axis=1), *turns], axis=0)
     entries = generator(chains, turns, order, rate)
     scale = np.sqrt(J.sum(axis=1))[:, None] / rate[:, None] ** np.arange(1, order + 1)
     phases = marks.shape[1] - 1
