@@ -83,18 +83,18 @@ Each cell is 200 studies of 2048 trials with 20 contributors, unless said otherw
   none, or a part is named without its twin.
 - "Right": the first named cause is a planted one.
 
-*`python -m tests.coverage.causes`, 20 minutes of processor time. 2026-11-25: the rows
-of `|a - 2 b|`, `|a - 3 b|`, three or four parts between bars, four equal parts with two
-limits, a second limit. All others 2026-11-23, when nothing joined a pair.*
+*`python -m tests.coverage.causes`, 20 minutes of processor time.* Measured 2026-11-25:
+`|a - 2 b|`, `|a - 3 b|`, three or four parts between bars. Also four equal parts with
+two limits, and a second limit. Others 2026-11-23, when nothing joined a pair.
 
 {causes}
 
-- In `|a - 3 b|` part a has a tenth of the variance. b alone is a right answer: 40 of
-  2048 out of limit are 19 500 ppm, and 42 ppm with half the tolerance of b. "The pair"
-  counts only a and b together.
-- Told b, the 3 and the limit, a likelihood-ratio test finds a in 95, 100 and 100 % of
-  studies at 10, 20 and 40. Told b alone, the mean of a times the sign of b finds it in
-  52, 86 and 100 % (`found_if_told` in `causes.py`). So the pair could be named oftener.
+- In `|a - 3 b|` part a has a tenth of the variance. b alone is a right answer. 40 of
+  2048 are 19 500 ppm; half the tolerance of b leaves 42 ppm. "The pair" counts only
+  both together.
+- Told b, the 3 and the limit, a likelihood-ratio test finds a in 95, 100 and 100 %.
+  That is at 10, 20 and 40. Told b alone, the signs of b find it in 52, 86 and 100 %.
+  So the pair could be named oftener (`found_if_told` in `causes.py`).
 - A weaker part need not be named with a pair: a and b are right of `|2 a + 2 b - c|`.
 - Of `|a + 2 b - c|`, two of three are named as a pair in 14 % at 10 and 7 % at 40.
 
