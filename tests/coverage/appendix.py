@@ -79,8 +79,8 @@ quadrature, all others in closed form. "Past the end" has share 0.
 
 Each cell is 200 studies of 2048 trials with 20 contributors, unless said otherwise.
 
-- "Wrong", of a limit: an innocent part is named, two parts are named as a pair that is
-  none, or a part is named without its twin.
+- "Wrong", of a limit: an innocent part is named, or a pair that is none. Or a part is
+  named without its twin.
 - "Right": the first named cause is a planted one.
 
 *`python -m tests.coverage.causes`, 20 minutes of processor time.* Measured 2026-11-25:
