@@ -25,13 +25,6 @@ def test_demanded_yields_as_written(given, demanded):
     assert read_limit(given, "1").demanded == pytest.approx(demanded, abs=1e-12)
 
 
-@pytest.mark.parametrize("limit", ["<= 3 %", "1..3 %"])
-@pytest.mark.parametrize("ppk", [0.1, 0.67, 1, 1.33, 1.67, 2, 2.45, 2.6])
-def test_a_demanded_ppk_is_found_from_its_yield(ppk, limit):
-    found = read_limit({"limit": limit, "ppk": ppk}, "1").ppk
-    assert found == ppk if ppk <= 2 else found == pytest.approx(ppk, abs=2e-3)
-
-
 @pytest.mark.parametrize(
     ("given", "words"),
     [

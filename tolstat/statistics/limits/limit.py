@@ -59,8 +59,9 @@ class Limit(NamedTuple):
 
     @property
     def ppk(self) -> float:
-        """The demanded yield as the Ppk of a normal response: 2 for that of Ppk 2."""
-        return round(ppk_of(1 - self.demanded, self.ends), 6)
+        """The demanded yield as the Ppk of a normal response."""
+        typed = self.demand.partition("Ppk ")[2]
+        return float(typed) if typed else ppk_of(1 - self.demanded, self.ends)
 
 
 def within(values: Array, permitted: tuple[float, float]) -> Truths:
