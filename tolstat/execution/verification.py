@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 import warnings
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import TolstatError
@@ -106,19 +105,19 @@ def verify(
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
     chosen = chosen[~np.isnan(trials.deviations[chosen]).any(axis=1)]
     with Workers(workers, block=BLOCK) as crew, Workers(workers, block=1) as single:
-        differing = _differing(run, study, chosen, trials.deviations[chosen], crew)
+        nominal = _nominal_differs(run, study, single)
+        different = _differing(run, study, chosen, trials.deviations, crew)
         alone = chosen[:: len(chosen) // ALONE + 1]
-        apart = _differing(run, study, alone, trials.deviations[alone], single)
-    nominal_ran = run.nominal_values["status"] != Status.NOT_RUN.word
+        dependent = _differing(run, study, alone, trials.deviations, single)
     return Verification(
         run,
         _contradicting(run),
         otherwise,
         chosen,
-        chosen[differing[1:]],
+        different,
         alone,
-        alone[apart[1:]],
-        bool(differing[0] and (nominal_ran or run.complete)),
+        dependent,
+        nominal,
         tuple(run.made_otherwise(study.model.source_digest)),
     )
 
@@ -132,26 +131,33 @@ def _contradicting(run: Run) -> Integers:
     return np.flatnonzero(~known | (ran & (done != answered)))
 
 
+def _nominal_differs(run: Run, study: Study, workers: Workers) -> bool:
+    """Return whether the nominal trial now differs in any bit."""
+    stored = run.nominal_values
+    if stored["status"] == Status.NOT_RUN.word and not run.complete:
+        return False
+    codes = {word: code for code, word in run.words.items()}
+    status = codes.get(stored["status"], Status.NOT_RUN)
+    rows = np.zeros((1, len(run.contributors)))
+    found = workers.simulate(study.model, rows, study.settings)
+    responses = np.array([[stored[each.name] for each in run.responses]])
+    steps = None if run.steps is None else np.array([stored[STEPS]])
+    known = Answers(responses, np.array([status]), steps)
+    return bool(other_answers(found, known).any())
+
+
 def _differing(
     run: Run, study: Study, chosen: Integers, deviations: Array, workers: Workers
-) -> Truths:
-    """Return which of the nominal and the chosen trials now differ in any bit."""
-    alone = np.zeros((1, deviations.shape[1]))
-    found = workers.simulate(study.model, alone, study.settings)
-    if len(chosen):
-        cases = cases_among(study.cases, chosen)
-        again = workers.simulate_cases(study.model, cases, deviations)
-        found = Answers.joined([found, again])
-
-    def stored(name: str) -> NDArray[Any]:
-        return np.append(run.nominal_values[name], run.column(name)[chosen])
-
-    codes = {word: code for code, word in run.words.items()}
-    nominal = codes.get(run.nominal_values["status"], Status.NOT_RUN)
-    responses = np.stack([stored(each.name) for each in run.responses], axis=1)
-    steps = stored(STEPS) if run.steps is not None else None
-    status = np.append(nominal, run.status[chosen])
-    return other_answers(found, Answers(responses, status, steps))
+) -> Integers:
+    """Return which of the chosen trials now differ in any bit."""
+    if not len(chosen):
+        return chosen
+    cases = cases_among(study.cases, chosen)
+    found = workers.simulate_cases(study.model, cases, deviations[chosen])
+    responses = np.stack([run.column(e.name)[chosen] for e in run.responses], axis=1)
+    steps = None if run.steps is None else run.steps[chosen]
+    known = Answers(responses, run.status[chosen].astype(np.int64), steps)
+    return chosen[other_answers(found, known)]
 
 
 def other_answers(one: Answers, other: Answers) -> Truths:

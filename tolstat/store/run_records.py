@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntFlag
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -146,14 +146,9 @@ def joined(one: Audited, other: Audited) -> Audited:
             return {name: both(a[name], b[name]) for name in a}
         return np.concatenate([a, b])[order]
 
-    return Audited(
-        both(one.trials, other.trials),
-        one.settings,
-        both(one.status, other.status),
-        both(one.responses, other.responses),
-        both(one.at_random, other.at_random),
-        both(one.chosen_by, other.chosen_by),
-    )
+    names = "trials", "status", "responses", "at_random", "chosen_by"
+    found = {name: both(getattr(one, name), getattr(other, name)) for name in names}
+    return replace(one, **found)
 
 
 class WorstCase(NamedTuple):

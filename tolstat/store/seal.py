@@ -27,9 +27,7 @@ PATTERN = re.compile(
 )
 
 File = BinaryIO | io.RawIOBase
-Hole = tuple[
-    int, int
-]  # bytes that the digest leaves out: the first, and the next after
+Hole = tuple[int, int]  # bytes that the digest leaves out: the first, the next after
 
 
 def block_for(holes: int) -> int:

@@ -106,21 +106,14 @@ def check_replaceable(path: Path, *, force: bool) -> None:
         return
     if not path.is_file() or not is_run(path):
         raise RunFileError(f"{path} exists and is not a run; it is not replaced")
-    if not force:
-        raise RunFileError(
-            f"{path} exists already, and is replaced only by force",
-            *_next(path),
-        )
-
-
-def _next(path: Path) -> tuple[Advice, ...]:
-    """Return the advice for a run that exists."""
-    replace = Advice("replace", path)
+    if force:
+        return
+    advice = [Advice("replace", path)]
     with suppress(TolstatError):  # of another format, or too damaged to be read
         run = open_run(path, damaged=True)
         if run.damage or not run.complete:
-            return replace, Advice("resume", path, run.machine)
-    return (replace,)
+            advice.append(Advice("resume", path, run.machine))
+    raise RunFileError(f"{path} exists already, and is replaced only by force", *advice)
 
 
 def check_room(path: Path, size: int) -> None:
