@@ -10,35 +10,32 @@ from tolstat.arrays import Array, Integers
 from tolstat.integrator.problem import Solution
 from tolstat.status import Status
 
-STEPS_A_PERIOD = 8  # of the fastest mode
-LEAST_STEPS = 8  # of a phase, for what drives it
+A_STEP = 0.5 * np.pi  # turn of the fastest part in a step, at most
 MOST_STEPS = 20_000_000  # of a trial
-TERMS = 18  # of e^(G h), which thousands of steps multiply: (2 pi/8)^19/19! = 1e-19
-SERIES = 13  # terms of the solution inside a step: (2 pi/8)^14/14! = 4e-13, once
+TERMS = 24  # of e^(G h), which thousands of steps multiply: (pi/2)^25/25! = 5e-21
+SERIES = 17  # terms of the solution inside a step: (pi/2)^18/18! = 5e-13, once
 
 
 class LinearMotion(NamedTuple):
     """Trials that move by z' = G z from mark to mark.
 
-    The rows of z are positions, as many rates of these, then what drives them.
+    The rows of z are positions, as many others that alone change the positions, then
+    what drives both. They come in parts that do not act on each other, row i in part
+    i modulo their number. Peaks are found the sooner, the less |z| of a part grows by G
+    and the more alike its rows turn: best are modes, the squares of whose two rows add
+    up to the energy.
     """
 
-    positions: int  # their number
+    parts: int  # their number
+    driven: int  # rows that drive
     entries: Integers  # [entry, 2], row and column in G; others are zero in all trials
     G: Array  # [trial, entry], 1/s
-    fastest: Array  # [trial], 1/s, no mode moves faster
     marks: Array  # [trial, mark], s, ascending: start, when a phase begins, end
     # [trial, phase, row]: what jumps at the begin of the phase; what then drives
     change: Array
-    sums: Integers  # [term, 2], a watched quantity, and a position that it adds up
+    weight: Array  # [trial, watched, position], in the sum that is watched
     rest: Array  # [trial, phase, watched], what is added to the sums
     since: Array  # [trial, watched], phase from which its peak is taken
-
-
-def by_rows(pairs: Integers, n: int) -> tuple[Integers, Integers]:
-    """Return where each of n rows begins among ascending pairs, and their columns."""
-    row, column = np.ascontiguousarray(pairs.T)
-    return np.searchsorted(row, np.arange(n + 1)), column
 
 
 def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
@@ -54,65 +51,73 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
     Returns
     -------
     Solution
-        Peaks of the watched quantities; histories of these at the samples; steps.
+        Peaks of the watched quantities; histories of these at the samples; steps until
+        no later one could hold a peak.
     """
     # the first call loads the compiler, and compiles
-    from tolstat.integrator.propagator import Pack, follow
+    from tolstat.integrator.propagator import KEPT, Pack, follow
     from tolstat.lanes.vector import WIDTH
 
     taken = np.zeros(0) if samples is None else np.asarray(samples, float)
-    n, watched = motion.rest.shape[0], motion.rest.shape[2]
-    m = motion.change.shape[2]
-    span = np.diff(motion.marks, axis=1)
-    wanted = np.ceil(
-        span * (motion.fastest * (STEPS_A_PERIOD / (2.0 * np.pi)))[:, None]
-    )
-    count = np.where(span > 0.0, np.maximum(wanted, LEAST_STEPS), 0.0)
-    finite = np.isfinite(motion.G).all(axis=1) & np.isfinite(count).all(axis=1)
-    finite &= np.isfinite(motion.change).all(axis=(1, 2))
-    few = count.sum(axis=1) <= MOST_STEPS
-    count = np.where((finite & few)[:, None], count, 0.0)
-    h = span / np.maximum(count, 1.0)
+    row, column = np.ascontiguousarray(motion.entries.T)
+    n, _, m = motion.change.shape
+    watched = motion.rest.shape[2]
     packs = -(-n // WIDTH)
     # the last pack is filled up with its last trial
     filled = np.minimum(np.arange(packs * WIDTH), n - 1)
+    given = [motion.G, motion.marks, motion.change]
+    finite = np.all([np.isfinite(x.reshape(n, -1)).all(axis=1) for x in given], axis=0)
 
     def across(values: Array) -> Array:
-        of_trial = values[filled].reshape(packs, WIDTH, -1)
-        return np.ascontiguousarray(of_trial.transpose(0, 2, 1))
+        still = values if finite.all() else np.where(finite, values.T, 0.0).T
+        of_trial = still[filled].reshape(packs, WIDTH, -1)
+        found = room(packs, of_trial.shape[2])
+        found[:] = of_trial.transpose(0, 2, 1)
+        return found
 
     def back(values: Array, *shape: int) -> Array:
         of_trial = values.transpose(0, 2, 1).reshape(packs * WIDTH, *shape)
-        return np.ascontiguousarray(of_trial[:n])
+        found = np.ascontiguousarray(of_trial[:n])
+        found[failed] = np.nan
+        return found
 
     def room(*shape: int) -> Array:
-        return np.zeros((*shape, WIDTH))
+        # a vector of lanes in one line of the cache
+        size = int(np.prod(shape)) * WIDTH
+        found = np.zeros(size + WIDTH)
+        first = -found.ctypes.data % 64 // 8
+        return found[first : first + size].reshape(*shape, WIDTH)
 
-    first_entry, column = by_rows(motion.entries, m)
-    first_summed, summed = by_rows(motion.sums, watched)
-    given = [motion.G, motion.marks[:, :-1], h, count, motion.change, motion.rest]
-    G, begin, h_, steps, change, rest, since = map(across, [*given, motion.since])
+    counts = np.array([motion.parts, motion.driven])
+    G, marks, change = map(across, given)
+    weight, rest, since = map(across, (motion.weight, motion.rest, motion.since))
     samples_ = np.repeat(taken[:, None], WIDTH, axis=1)
-    greatest, least = room(packs, watched) - np.inf, room(packs, watched) + np.inf
+    extreme = room(packs, 2 * watched) - np.inf
     history = room(packs, len(taken) * watched) + np.nan
-    spare = [room(m), room(watched), *(room(m * m) for _ in range(3))]
-    spare += [room((1 + SERIES) * motion.positions), room(4 * watched)]
-    Gh = room(len(motion.entries))
+    steps = room(packs, 1)
+    size = m // motion.parts
+    columns = max(size, 2 * watched)
+    spare = [room(2), room(m), room(m), room(m * size), room(m * columns)]
+    spare += [room(m * columns), room(columns), room(weight.shape[1])]
+    spare += [room(4 * motion.parts), room(watched * motion.parts)]
+    spare += [room(4 * watched), room((1 + SERIES) * 2 * watched), room(2 * watched)]
+    spare += [room(2 * watched * (KEPT + m))]
     for i in range(packs):
         follow(Pack._make((
-            first_entry, column, first_summed, summed, G[i], Gh, begin[i], h_[i],
-            steps[i], change[i], rest[i], since[i], samples_, np.zeros(WIDTH, np.int64),
-            room(m), *spare, greatest[i], least[i], history[i],
+            row, column, counts, marks[i], G[i], change[i], weight[i],
+            rest[i], since[i], samples_, np.zeros(WIDTH, np.int64), *spare, extreme[i],
+            history[i], steps[i],
         )))  # fmt: skip
-    greatest, least = back(greatest, watched), back(least, watched)
-    history = back(history, len(taken), watched)
+    count = steps.transpose(0, 2, 1).reshape(-1)[:n]
+    finite &= np.isfinite(count)
+    few = count <= MOST_STEPS
     failed = ~(finite & few)
-    for values in (greatest, least, history):
-        values[failed] = np.nan
+    extremes = back(extreme, 2 * watched)
     status = np.where(few, Status.DONE, Status.TOO_MANY_STEPS)
     nothing = np.zeros((n, 0))
     return Solution(
-        np.zeros((n, 0, 0)), np.zeros((n, 0, 0)), greatest, least, nothing, history,
+        np.zeros((n, 0, 0)), np.zeros((n, 0, 0)), extremes[:, :watched],
+        -extremes[:, watched:], nothing, back(history, len(taken), watched),
         np.where(finite, status, Status.NOT_FINITE).astype(np.int64),
-        count.sum(axis=1).astype(np.int64), np.full((n, 2), np.nan),
+        np.where(finite, count, 0).astype(np.int64), np.full((n, 2), np.nan),
     )  # fmt: skip

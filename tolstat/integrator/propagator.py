@@ -1,9 +1,10 @@
 """Steps of linear equations, exact but for rounding, a trial in each lane.
 
 z' = G z within a phase, so z(t + h) = P z(t) with P = e^(G h), the same in all its
-steps. Between steps the solution is its Taylor series: that gives peaks and samples.
-The rows of z are positions, their rates, and what drives them. Each phase adds to the
-first two what jumps, and sets the last.
+steps. A watched quantity x is a sum of positions. Its values and slopes at both ends of
+a step give a cubic. At a share s of the step that errs by s^2 (1 - s)^2/24 times the
+fourth derivative of x by s, which is at most 144 M. So x lies below a polynomial in
+Bernstein's form, and this below its greatest coefficient: no peak is passed over.
 """
 
 from __future__ import annotations
@@ -14,286 +15,423 @@ import numpy as np
 from numba import types
 
 from tolstat.arrays import Array, Integers
-from tolstat.integrator.linear_motion import SERIES, TERMS
+from tolstat.integrator.linear_motion import A_STEP, MOST_STEPS, SERIES, TERMS
 from tolstat.integrator.signatures import integers, table
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH
 
-LOOKS = 8  # points of a step between which a peak is looked for
-ROUNDS = 60  # of Newton and bisection, at most
-REACH = 0.6  # a parabola rises by half a step times its steeper slope, at most
+OFTEN = 8  # steps between two looks at the sizes of the parts
+SAME = 1e-14  # of a watched quantity: as high
+ROUNDS = 1000  # of a search, at most; ten are usual
 LATE = 1e-9  # of a step: what rounding may put a sample behind the last mark
+STEP, REST, BOUND, KEPT = range(4)  # rows of a kept step, then z before it
 
 
 class Pack(NamedTuple):
     """Trials in lanes, and room for their steps."""
 
-    # entries of G that are not zero in all trials, by rows: the first of each row and
-    # behind all, their columns; the same of the positions that a watched sum adds up
-    first_entry: Integers
+    row: Integers  # of the entries of G that are not zero in all trials
     column: Integers
-    first_summed: Integers
-    summed: Integers
+    counts: Integers  # of parts; of rows that drive
+    marks: Array  # [mark, lane], s
     G: Array  # [entry, lane], 1/s
-    Gh: Array  # [entry, lane], over a step
-    begin: Array  # [phase, lane], s
-    h: Array  # [phase, lane], s
-    steps: Array  # [phase, lane]
     change: Array  # [phase times row, lane], of z
+    weight: Array  # [watched times position, lane]
     rest: Array  # [phase times watched, lane], what is added to the sums
     since: Array  # [watched, lane], phase from which its peak is taken
     samples: Array  # [sample, lane], s, the same in all lanes
     taken: Integers  # [lane], samples
+    clock: Array  # [2, lane]: length of a step, s; their number in the phase
     z: Array  # [row, lane]
     moved: Array  # [row, lane], z behind the step
-    wanted: Array  # [watched, lane], where a peak is looked for
-    P: Array  # [row times row, lane]
-    power: Array  # [row times row, lane]
-    product: Array  # [row times row, lane]
-    series: Array  # [term times position, lane]
-    at: Array  # [4 times watched, lane], values and slopes before and behind a step
-    greatest: Array  # [watched, lane]
-    least: Array  # [watched, lane]
+    P: Array  # [row times size of a part, lane]
+    power: Array  # [row times column, lane], of a Taylor series
+    product: Array  # [row times column, lane]
+    length: Array  # [column, lane], s, of its step
+    slope: Array  # [watched times position, lane], weights of the rates over a step
+    # [4 times part, lane], of |z| of a part: fastest turn, growth, 1/s; growth over
+    # some steps, over all
+    part: Array
+    share: Array  # [watched times part, lane], of a part's size
+    at: Array  # [4 times watched, lane], see `take_peaks` and `sizes`
+    series: Array  # [term times 2 times watched, lane]
+    above: Array  # [2 times watched, lane], bound of the last step
+    kept: Array  # [2 times watched times row of a kept step, lane]
+    # the greatest values so far, then those with the sign changed
+    extreme: Array  # [2 times watched, lane]
     history: Array  # [sample times watched, lane]
+    steps: Array  # [1, lane]
 
 
-_INTEGERS = "first_entry", "column", "first_summed", "summed", "taken"
+_INTEGERS = "row", "column", "counts", "taken"
 pack_type = types.BaseTuple.from_types(
     [integers if name in _INTEGERS else table for name in Pack._fields], Pack
 )
 
 
-@compiled()
-def times(width, factor, pack):
-    """Turn `power`, rows times width, into factor G h power."""
-    m = len(pack.z)
-    Gh, power, product = rows(pack.Gh), rows(pack.power), rows(pack.product)
-    for i in range(m):
-        begin, end = pack.first_entry[i], pack.first_entry[i + 1]
-        for k in range(0, width - 3, 4):  # these sums do not wait for each other
-            one = two = three = four = 0.0 * Gh[0]
-            for e in range(begin, end):
-                at = pack.column[e] * width + k
-                one = one + Gh[e] * power[at]
-                two = two + Gh[e] * power[at + 1]
-                three = three + Gh[e] * power[at + 2]
-                four = four + Gh[e] * power[at + 3]
-            at = i * width + k
-            product[at], product[at + 1] = one * factor, two * factor
-            product[at + 2], product[at + 3] = three * factor, four * factor
-        for k in range(width - width % 4, width):
-            total = 0.0 * Gh[0]
-            for e in range(begin, end):
-                total = total + Gh[e] * power[pack.column[e] * width + k]
-            product[i * width + k] = total * factor
-    for i in range(m * width):
-        power[i] = product[i]
+@compiled(within=True)
+def greater(a, b):
+    """Return the greater of two; b where either is no number."""
+    return np.where(a > b, a, b)
 
 
 @compiled()
-def propagator(h, pack):
-    """Fill G h and P = e^(G h) of all lanes."""
-    m = len(pack.z)
-    G, Gh, P, power = rows(pack.G), rows(pack.Gh), rows(pack.P), rows(pack.power)
+def measure(pack):
+    """Fill of each part how fast it may turn and grow, 1/s, and its share in each sum.
+
+    Norms of G by rows and columns bound its Euclidean one; Gershgorin's circles of its
+    symmetric part bound the growth of |z|.
+    """
+    m, parts, watched = len(pack.z), pack.counts[0], len(pack.since)
+    size, n = m // parts, len(pack.weight) // watched
+    G, dense, marks = rows(pack.G), rows(pack.P), rows(pack.marks)
+    part, share, weight = rows(pack.part), rows(pack.share), rows(pack.weight)
+    nothing = 0.0 * marks[0]
+    for i in range(m * size):
+        dense[i] = nothing
     for e in range(len(G)):
-        Gh[e] = G[e] * h
-    for i in range(m * m):
-        power[i] = 0.0 * h + (1.0 if i % (m + 1) == 0 else 0.0)
+        dense[pack.row[e] * size + pack.column[e] // parts] = G[e]
+    for k in range(parts):
+        widest, highest, growth = nothing, nothing, nothing
+        for i in range(size):
+            width, height, grown = nothing, nothing, nothing
+            for j in range(size):
+                there = dense[(i * parts + k) * size + j]
+                back = dense[(j * parts + k) * size + i]
+                width, height = width + np.abs(there), height + np.abs(back)
+                both = there + back
+                grown = grown + 0.5 * (both if i == j else np.abs(both))
+            widest, highest = greater(width, widest), greater(height, highest)
+            growth = greater(grown, growth)
+        part[k], part[parts + k] = np.sqrt(widest * highest), growth
+        part[3 * parts + k] = np.exp(growth * (marks[len(marks) - 1] - marks[0]))
+        for o in range(watched):
+            square = nothing
+            for i in range(k, n, parts):
+                square = square + weight[o * n + i] * weight[o * n + i]
+            share[o * parts + k] = np.sqrt(square)
+
+
+@compiled()
+def times(width, factor, power, product, pack):
+    """Fill the next term of Taylor series, rows times width: factor G h power."""
+    G, length = rows(pack.G), rows(pack.length)
+    for i in range(len(pack.z) * width):
+        product[i] = 0.0 * length[0]
+    for e in range(len(G)):
+        to, of, G_ = pack.row[e] * width, pack.column[e] * width, factor * G[e]
+        for k in range(width):
+            product[to + k] = product[to + k] + G_ * length[k] * power[of + k]
+
+
+@compiled()
+def prepare(h, pack):
+    """Fill what is the same in all steps of a phase: P = e^(G h), slopes, bounds."""
+    m, parts, watched = len(pack.z), pack.counts[0], len(pack.since)
+    size, n = m // parts, len(pack.weight) // watched
+    G, P, length = rows(pack.G), rows(pack.P), rows(pack.length)
+    power, product = rows(pack.power), rows(pack.product)
+    slope, weight, part = rows(pack.slope), rows(pack.weight), rows(pack.part)
+    for k in range(size):
+        length[k] = h
+    for i in range(m * size):
+        power[i] = 0.0 * h + (1.0 if i % size == i // size // parts else 0.0)
         P[i] = power[i]
     for term in range(1, TERMS + 1):
-        times(m, 1.0 / term, pack)
-        for i in range(m * m):
-            P[i] = P[i] + power[i]
+        times(size, 1.0 / term, power, product, pack)
+        for i in range(m * size):
+            P[i] = P[i] + product[i]
+        power, product = product, power
+    for i in range(watched * n):
+        slope[i] = 0.0 * h
+    for e in range(len(G)):
+        i, j, Gh = pack.row[e], pack.column[e] - n, G[e] * h
+        if i < n:
+            for o in range(0, watched * n, n):
+                slope[o + j] = slope[o + j] + weight[o + i] * Gh
+    for k in range(parts):
+        part[2 * parts + k] = np.exp(part[parts + k] * h * float(OFTEN)) * (1.0 / 144.0)
 
 
 @compiled()
-def expand(pack):
-    """Fill the Taylor series of all positions over the step, in shares of it."""
-    n = len(pack.series) // (SERIES + 1)
-    z, power, series = rows(pack.z), rows(pack.power), rows(pack.series)
+def sizes(z, pack):
+    """Fill M of each sum for some steps, and how far from rest it may ever come.
+
+    All derivatives of z follow the equations of z, and so do bounds of their growth.
+    """
+    parts, watched = pack.counts[0], len(pack.since)
+    at, part, share = rows(pack.at), rows(pack.part), rows(pack.share)
+    fourth, product = rows(pack.power), rows(pack.product)
+    rows(pack.length)[0] = rows(pack.clock)[0]
     for i in range(len(z)):
-        power[i] = z[i]
-    for i in range(n):
-        series[i] = z[i]
-    for term in range(1, SERIES + 1):
-        times(1, 1.0 / term, pack)
-        for i in range(n):
-            series[term * n + i] = power[i]
+        fourth[i] = z[i]
+    for _ in range(4):
+        times(1, 1.0, fourth, product, pack)
+        fourth, product = product, fourth
+    for i in range(2 * watched, 4 * watched):
+        at[i] = 0.0 * z[0]
+    for k in range(parts):
+        square, sharp = 0.0 * z[0], 0.0 * z[0]
+        for i in range(k, len(z), parts):
+            square, sharp = square + z[i] * z[i], sharp + fourth[i] * fourth[i]
+        ever = np.sqrt(square) * part[3 * parts + k]
+        sharp = np.sqrt(sharp) * part[2 * parts + k]
+        for o in range(watched):
+            of = share[o * parts + k]
+            at[2 * watched + o] = at[2 * watched + o] + of * sharp
+            at[3 * watched + o] = at[3 * watched + o] + of * ever
 
 
 @compiled(within=True)
-def read(phase, first, z, pack):
-    """Fill values of the watched quantities, from row `first`, and slopes behind."""
-    n, watched = len(pack.series) // (SERIES + 1), len(pack.greatest)
-    Z, at, rest = rows(z), rows(pack.at), rows(pack.rest)
-    for o in range(watched):
-        begin, end = pack.first_summed[o], pack.first_summed[o + 1]
-        value, slope = Z[pack.summed[begin]], Z[n + pack.summed[begin]]
-        for each in range(begin + 1, end):
-            value = value + Z[pack.summed[each]]
-            slope = slope + Z[n + pack.summed[each]]
-        at[first + o] = value + rest[phase * watched + o]
-        at[first + watched + o] = slope
+def read(o, n, rest, z, pack):
+    """Return the value of a watched quantity, and its slope over a step."""
+    weight, slope = rows(pack.weight), rows(pack.slope)
+    value, rate = rest, 0.0 * z[0]
+    for i in range(n):
+        value = value + weight[o * n + i] * z[i]
+        rate = rate + slope[o * n + i] * z[n + i]
+    return value, rate
 
 
 @compiled()
-def of_series(o, lane, share, pack):
-    """Return a watched sum, its slope and its bend at a share of the step."""
-    n = len(pack.series) // (SERIES + 1)
-    value, slope, bend = 0.0, 0.0, 0.0
-    for term in range(SERIES, -1, -1):
-        c = 0.0
-        for each in range(pack.first_summed[o], pack.first_summed[o + 1]):
-            c += pack.series[term * n + pack.summed[each], lane]
-        bend = bend * share + 2.0 * slope
-        slope = slope * share + value
-        value = value * share + c
-    return value, slope, bend
+def expand(first, last, width, pack):
+    """Fill the Taylor series of rows over their steps.
+
+    Their states are in the columns of `power`: one for each row, or one for all.
+    """
+    watched = len(pack.since)
+    n = len(pack.weight) // watched
+    series, weight = rows(pack.series), rows(pack.weight)
+    power, product = rows(pack.power), rows(pack.product)
+    for term in range(SERIES + 1):
+        for row in range(first, last):
+            of = (row if row < watched else row - watched) * n
+            column = row - first if width > 1 else 0
+            total = weight[of] * power[column]
+            for i in range(1, n):
+                total = total + weight[of + i] * power[i * width + column]
+            series[term * 2 * watched + row] = total
+        times(width, 1.0 / (term + 1), power, product, pack)
+        power, product = product, power
 
 
 @compiled()
-def refine(phase, o, lane, pack):
-    """Take the peaks of a watched quantity inside the step, where its slope is zero."""
-    rest = pack.rest[phase * len(pack.greatest) + o, lane]
-    left = 0.0
-    _, slope, _ = of_series(o, lane, left, pack)
-    for look in range(1, LOOKS + 1):
-        right = look / LOOKS
-        _, next_slope, _ = of_series(o, lane, right, pack)
-        if slope * next_slope < 0.0:
-            low, high, share = left, right, 0.5 * (left + right)
-            for _ in range(ROUNDS):
-                _, there, bend = of_series(o, lane, share, pack)
-                if there * slope > 0.0:
-                    low = share
-                else:
-                    high = share
-                after = share - there / bend
-                if not (low < after < high):
-                    after = 0.5 * (low + high)
-                if abs(after - share) < 1e-12:
-                    break
-                share = after
-            value, _, _ = of_series(o, lane, share, pack)
-            value += rest
-            pack.greatest[o, lane] = max(pack.greatest[o, lane], value)
-            pack.least[o, lane] = min(pack.least[o, lane], value)
-        left, slope = right, next_slope
+def climb(row, here, pack):
+    """Raise the greatest value of a row to the top of its step, where it is.
+
+    The step is walked through: a stretch is done with once its bound is not above the
+    greatest value; otherwise it is cut at the turn that Newton's method finds.
+    """
+    watched, series = len(pack.since), rows(pack.series)
+    M = 0.0 * series[row]
+    whole = M
+    for term in range(SERIES + 1):
+        c = np.abs(series[term * 2 * watched + row])
+        whole = whole + c
+        M = M + c * (term * (term - 1) * (term - 2) * (term - 3) / 144.0)
+    begin, a, a_ = 0.0 * M, series[row], series[2 * watched + row]
+    end, best = begin + 1.0, rows(pack.extreme)[row]
+    for _ in range(ROUNDS):
+        if not np.any(here):
+            break
+        b, b_, bend = 0.0 * M, 0.0 * M, 0.0 * M
+        for term in range(SERIES, -1, -1):
+            bend = bend * end + 2.0 * b_
+            b_ = b_ * end + b
+            b = b * end + series[term * 2 * watched + row]
+        h = end - begin
+        best = np.where(here, greater(b, best), best)
+        middle = 0.5 * (a + b) + h * (a_ - b_) * (1.0 / 6.0) + M * (h * h) * (h * h)
+        outer = greater(a + 0.25 * h * a_, b - 0.25 * h * b_)
+        passed = greater(outer, middle) <= best + SAME * whole
+        turn = end - b_ / bend
+        cut = np.where((turn > begin) & (turn < end), turn, 0.5 * (begin + end))
+        # a top just ahead is passed over closely
+        past = 2.0 * turn - end
+        ahead = np.where((past > end) & (past < 1.0), past, 1.0)
+        begin = np.where(passed, end, begin)
+        a, a_ = np.where(passed, b, a), np.where(passed, b_, a_)
+        here = here & (begin < 1.0)
+        end = np.where(passed, ahead, cut)
+    rows(pack.extreme)[row] = best
 
 
 @compiled()
-def take_samples(phase, step, pack):
-    """Store the watched quantities at the sample times of a step."""
-    watched, expanded = len(pack.greatest), False
-    n = len(pack.series) // (SERIES + 1)
-    for lane in range(WIDTH):
-        if not step < pack.steps[phase, lane]:
+def settle(first, last, pack):
+    """Fill the series of some rows over their kept steps."""
+    watched, m, width = len(pack.since), len(pack.z), last - first
+    series, kept = rows(pack.series), rows(pack.kept)
+    length, power = rows(pack.length), rows(pack.power)
+    for row in range(first, last):
+        of, sign = row * (KEPT + m), 1.0 if row < watched else -1.0
+        length[row - first] = kept[of + STEP]
+        for i in range(m):
+            power[i * width + row - first] = sign * kept[of + KEPT + i]
+    expand(first, last, width, pack)
+    for row in range(first, last):
+        rest = kept[row * (KEPT + m) + REST]
+        series[row] = series[row] + (rest if row < watched else -rest)
+
+
+@compiled()
+def keep(phase, h, running, z, pack):
+    """Keep the step that may hold the top, for each row; settle others that may."""
+    watched, m = len(pack.since), len(z)
+    above, extreme, rest = rows(pack.above), rows(pack.extreme), rows(pack.rest)
+    for row in range(2 * watched):
+        here = running & (above[row] > extreme[row])
+        if not np.any(here):
             continue
-        h = pack.h[phase, lane]
-        t = pack.begin[phase, lane] + step * h
+        kept = rows(pack.kept)[row * (KEPT + m) : (row + 1) * (KEPT + m)]
+        other = here & (kept[BOUND] > extreme[row])
+        if np.any(other):
+            settle(row, row + 1, pack)
+            climb(row, other, pack)
+        now = rest[phase * watched + (row if row < watched else row - watched)]
+        kept[BOUND] = np.where(here, above[row], kept[BOUND])
+        kept[STEP] = np.where(here, h, kept[STEP])
+        kept[REST] = np.where(here, now, kept[REST])
+        for i in range(m):
+            kept[KEPT + i] = np.where(here, z[i], kept[KEPT + i])
+
+
+@compiled(within=True)
+def take_peaks(phase, running, moved, pack):
+    """Raise the greatest values by the end of a step, and return where more may be."""
+    watched, rest = len(pack.since), rows(pack.rest)
+    n = len(pack.weight) // watched
+    at, above, extreme = rows(pack.at), rows(pack.above), rows(pack.extreme)
+    more = running & ~running
+    for o in range(watched):
+        a, a_, M = at[o], at[watched + o], at[2 * watched + o]
+        b, b_ = read(o, n, rest[phase * watched + o], moved, pack)
+        first, middle, third = a + 0.25 * a_, 0.5 * (a + b), b - 0.25 * b_
+        middle = middle + (a_ - b_) * (1.0 / 6.0)
+        top = greater(greater(first, third), middle + M)
+        bottom = greater(greater(-first, -third), M - middle)
+        high, low = greater(b, extreme[o]), greater(-b, extreme[watched + o])
+        more = more | (top > high) | (bottom > low)
+        at[o], at[watched + o] = b, b_
+        above[o], above[watched + o] = top, bottom
+        extreme[o], extreme[watched + o] = high, low
+    return more & running
+
+
+@compiled()
+def take_samples(phase, step, z, pack):
+    """Store the watched quantities at the sample times of a step."""
+    watched, expanded = len(pack.since), False
+    for lane in range(WIDTH):
+        if not step < pack.clock[1, lane]:
+            continue
+        h = pack.clock[0, lane]
+        t = pack.marks[phase, lane] + step * h
         while pack.taken[lane] < len(pack.samples):
             sample = pack.taken[lane]
             share = (pack.samples[sample, lane] - t) / h
             if share > 1.0 + LATE:
                 break
             if not expanded:
-                expand(pack)
+                rows(pack.length)[0] = rows(pack.clock)[0]
+                for i in range(len(z)):
+                    rows(pack.power)[i] = z[i]
+                expand(0, watched, 1, pack)
                 expanded = True
             for o in range(watched):
                 value = 0.0
                 for term in range(SERIES, -1, -1):
-                    value *= share
-                    for i in range(pack.first_summed[o], pack.first_summed[o + 1]):
-                        value += pack.series[term * n + pack.summed[i], lane]
+                    value = value * share + pack.series[term * 2 * watched + o, lane]
                 rest = pack.rest[phase * watched + o, lane]
                 pack.history[sample * watched + o, lane] = value + rest
             pack.taken[lane] += 1
 
 
 @compiled(within=True)
-def take_peaks(phase, h, running, pack):
-    """Raise the greatest and lower the least values by a step."""
-    watched = len(pack.greatest)
-    at, since, wanted = rows(pack.at), rows(pack.since), rows(pack.wanted)
-    greatest, least = rows(pack.greatest), rows(pack.least)
-    some = running & ~running
-    for o in range(watched):
-        a, a_ = at[o], at[watched + o]
-        b, b_ = at[2 * watched + o], at[3 * watched + o]
-        taking = running & (since[o] <= float(phase))
-        high, low = np.maximum(a, b), np.minimum(a, b)
-        top = np.maximum(greatest[o], high)
-        bottom = np.minimum(least[o], low)
-        greatest[o] = np.where(taking, top, greatest[o])
-        least[o] = np.where(taking, bottom, least[o])
-        # the slope in the middle, by the cubic through both ends
-        middle = 6.0 * (b - a) - h * (a_ + b_)
-        turns = (a_ * b_ < 0.0) | (middle * a_ < 0.0)
-        reach = REACH * h * np.maximum(np.abs(a_), np.abs(b_))
-        here = taking & turns & ((high + reach > top) | (low - reach < bottom))
-        wanted[o] = np.where(here, 1.0, 0.0)
-        some = some | here
-    if np.any(some):
-        expand(pack)
-        for o in range(watched):
-            for lane in range(WIDTH):
-                if pack.wanted[o, lane] > 0.0:
-                    refine(phase, o, lane, pack)
+def advance(running, z, moved, pack):
+    """Fill P z where trials run."""
+    m, parts, P = len(z), pack.counts[0], rows(pack.P)
+    size = m // parts
+    for first in range(0, m, parts):
+        for k in range(parts):
+            i = first + k
+            total = P[i * size] * z[k]
+            for j in range(1, size):
+                total = total + P[i * size + j] * z[j * parts + k]
+            moved[i] = np.where(running, total, z[i])
 
 
 @compiled(within=True)
-def advance(pack):
-    """Fill P z, four rows at a time: their sums do not wait for each other."""
-    m = len(pack.z)
-    z, moved, P = rows(pack.z), rows(pack.moved), rows(pack.P)
-    for i in range(0, m - 3, 4):
-        a, b, c, d = (i + 0) * m, (i + 1) * m, (i + 2) * m, (i + 3) * m
-        one, two, three, four = P[a] * z[0], P[b] * z[0], P[c] * z[0], P[d] * z[0]
-        for j in range(1, m):
-            one = one + P[a + j] * z[j]
-            two = two + P[b + j] * z[j]
-            three = three + P[c + j] * z[j]
-            four = four + P[d + j] * z[j]
-        moved[i], moved[i + 1], moved[i + 2], moved[i + 3] = one, two, three, four
-    for i in range(m - m % 4, m):
-        one = P[i * m] * z[0]
-        for j in range(1, m):
-            one = one + P[i * m + j] * z[j]
-        moved[i] = one
+def over(phase, pack):
+    """Return where no later step of the phase can raise a greatest value."""
+    watched = len(pack.since)
+    at, extreme, rest = rows(pack.at), rows(pack.extreme), rows(pack.rest)
+    done = extreme[0] == extreme[0]
+    for o in range(watched):
+        middle, bound = rest[phase * watched + o], at[3 * watched + o]
+        done = done & (middle + bound <= extreme[o])
+        done = done & (bound - middle <= extreme[watched + o])
+    return done
 
 
 @compiled(types.void(pack_type))
 def follow(pack):
     """Follow the trials of a pack from the first mark to the last."""
-    m, n, watched = len(pack.z), len(pack.series) // (SERIES + 1), len(pack.greatest)
-    z, moved = rows(pack.z), rows(pack.moved)
-    change, at = rows(pack.change), rows(pack.at)
-    for phase in range(len(pack.steps)):
+    m, watched, phases = len(pack.z), len(pack.since), len(pack.marks) - 1
+    z, moved, change = rows(pack.z), rows(pack.moved), rows(pack.change)
+    marks, clock, steps = rows(pack.marks), rows(pack.clock), rows(pack.steps)
+    at, since, part = rows(pack.at), rows(pack.since), rows(pack.part)
+    n, rest = len(pack.weight) // watched, rows(pack.rest)
+    extreme, kept = rows(pack.extreme), rows(pack.kept)
+    measure(pack)
+    fastest = part[0]
+    for k in range(1, pack.counts[0]):
+        fastest = greater(part[k], fastest)
+    total = 0.0 * fastest
+    for phase in range(phases):
+        total = total - np.floor((marks[phase] - marks[phase + 1]) * fastest / A_STEP)
+    few = total <= MOST_STEPS
+    searched, steps[0], clock[0] = few, np.where(few, 0.0, total), 0.0 * total
+    for i in range(m):
+        z[i] = 0.0 * total
+    for phase in range(phases):
         for i in range(m):
             jump = change[phase * m + i]
-            z[i] = z[i] + jump if i < 2 * n else jump
-        longest = 0.0
-        for lane in range(WIDTH):
-            longest = max(longest, pack.steps[phase, lane])
-        if longest == 0.0:
-            continue
-        h, count = rows(pack.h)[phase], rows(pack.steps)[phase]
-        other = phase == 0
-        for lane in range(WIDTH):
-            other |= pack.h[phase, lane] != pack.h[max(phase - 1, 0), lane]
-            other |= pack.steps[max(phase - 1, 0), lane] == 0.0
-        if other:  # equal phases in a row share their P
-            propagator(h, pack)
-        read(phase, 0, pack.z, pack)
-        for step in range(int(longest)):
-            running = count > float(step)
-            advance(pack)
-            read(phase, 2 * watched, pack.moved, pack)
-            take_peaks(phase, h, running, pack)
+            z[i] = z[i] + jump if i < m - pack.counts[1] else jump
+        span = marks[phase + 1] - marks[phase]
+        count = greater(-np.floor(-span * fastest / A_STEP), 0.0 * span + 1.0)
+        count = np.where(few & (span > 0.0), count, 0.0)
+        running = count > 0.0
+        h = span / greater(count, 0.0 * span + 1.0)
+        if np.any(running & (h != clock[0])):  # equal phases in a row share P
+            prepare(h, pack)
+        clock[0], clock[1] = h, count
+        for o in range(watched):
+            at[o], at[watched + o] = read(o, n, rest[phase * watched + o], z, pack)
+            fresh = since[o] >= float(phase)
+            for row in range(o, 2 * watched, watched):
+                i = row * (KEPT + m) + BOUND
+                kept[i] = np.where(fresh, -np.inf, kept[i])
+                now = np.where(fresh, -np.inf, extreme[row])
+                here = greater(at[o] if row == o else -at[o], now)
+                extreme[row] = np.where(running, here, now)
+        step = 0
+        while np.any(running):
+            if step % OFTEN == 0:
+                sizes(z, pack)
+                if phase == phases - 1:
+                    searched = searched & ~over(phase, pack)
+                    if len(pack.samples) == 0:
+                        running = running & searched
+            steps[0] = np.where(running & searched, steps[0] + 1.0, steps[0])
+            advance(running, z, moved, pack)
+            if np.any(take_peaks(phase, running, moved, pack)):
+                keep(phase, h, running, z, pack)
             if len(pack.samples) > 0:
-                take_samples(phase, step, pack)
-            for i in range(m):
-                z[i] = np.where(running, moved[i], z[i])
-            for o in range(2 * watched):
-                at[o] = at[2 * watched + o]
+                take_samples(phase, step, z, pack)
+            z, moved = moved, z
+            step += 1
+            running = running & (count > float(step))
+    settle(0, 2 * watched, pack)
+    for row in range(2 * watched):
+        climb(row, kept[row * (KEPT + m) + BOUND] > extreme[row], pack)

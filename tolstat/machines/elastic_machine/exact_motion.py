@@ -2,7 +2,10 @@
 
 Twists and not angles: a stiff spring behind a soft one keeps the digits of its torque.
 Each is counted from where it would rest under the load, so that it is driven by the
-programmed acceleration alone, and jumps where the load steps.
+programmed acceleration alone, and jumps where the load steps. Rows are sqrt(c_s) times
+the twists, sqrt(J_s) times the speeds of the masses against the programmed motion: half
+their squares add up to the energy. Then for each part of the programmed motion phi0''
+and its derivatives, each over one more power of a rate and times sqrt(sum of J).
 """
 
 from __future__ import annotations
@@ -11,7 +14,6 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.elastic_machine.declarations import Settings
-from tolstat.machines.elastic_machine.modes import natural_frequencies
 from tolstat.machines.elastic_machine.parameters import (
     Chains,
     Events,
@@ -22,32 +24,35 @@ from tolstat.machines.elastic_machine.parameters import (
 from tolstat.moving import LinearMotion
 
 Entries = dict[tuple[int, int], Array]
+SLOW = 0.02  # of the fastest mass on its spring: the rate that scales phi0''
 
 
-def generator(chains: Chains, turns: list[Array], order: int) -> Entries:
-    """Return G by row and column.
-
-    Rows are twists, their rates, then phi0'' and derivatives for each part of it.
-    """
+def generator(chains: Chains, turns: list[Array], order: int, rate: Array) -> Entries:
+    """Return G by row and column."""
     J, c, b = chains[:3]
     n, one = J.shape[1], np.ones(len(J))
-    found: Entries = {(s, n + s): one for s in range(n)}
+    found: Entries = {}
     for s in range(n):
-        inner = 1.0 / J[:, s - 1] if s else 0.0 * one
-        here = 1.0 / J[:, s]
-        # what the torques of the springs s-1, s, s+1 do to the twist of s
-        for r, pull in ((s - 1, inner), (s, -here - inner), (s + 1, here)):
-            if 0 <= r < n:
-                found[n + s, r] = pull * c[:, r]
-                found[n + s, n + r] = pull * b[:, r]
+        found[s, n + s] = np.sqrt(c[:, s] / J[:, s])
+        found[n + s, n + s] = -b[:, s] / J[:, s]
+        found[n + s, 2 * n] = -rate * np.sqrt(J[:, s] / J.sum(axis=1))
+    for s in range(1, n):
+        found[s, n + s - 1] = -np.sqrt(c[:, s] / J[:, s - 1])
+        found[n + s - 1, n + s - 1] -= b[:, s] / J[:, s - 1]
+        beside = b[:, s] / np.sqrt(J[:, s] * J[:, s - 1])
+        found[n + s, n + s - 1] = found[n + s - 1, n + s] = beside
+    for (i, j), value in list(found.items()):
+        if i < n:
+            found[j, i] = -value
     for part, turn in enumerate(turns):
         first = 2 * n + part * order
-        found[n, first] = -one  # the first spring is twisted by phi0
+        for s in range(n):
+            found[n + s, first] = found[n + s, 2 * n]
         for i in range(first, first + order - 1):
-            found[i, i + 1] = one
+            found[i, i + 1] = rate * one
         if turn.any():
-            found[first + 2, first + 1] = -turn * turn
-    return dict(sorted(found.items()))
+            found[first + 2, first + 1] = -turn * turn / rate
+    return found
 
 
 def driving(time: Array, programme: Programme, piece: int) -> Array:
@@ -74,12 +79,15 @@ def motion_of(
     Watched are, as in `motion.loads`, theta and what is left of it after the programmed
     motion, of each mass, but in place of the torques the twists of the springs.
     """
-    J, c, b = chains[:3]
+    J, c = chains[:2]
     n, law, marks = J.shape[1], settings.law, events.marks
     order = 3 if law.turn else max(len(piece) for piece in law.pieces)
     each = len(law.pieces)
     parts = range(programme.begin.shape[1] // each)
-    entries = generator(chains, [programme.turn[:, i * each] for i in parts], order)
+    turns = [programme.turn[:, i * each] for i in parts]
+    rate = np.max([SLOW * np.sqrt(c / J).max(axis=1), *turns], axis=0)
+    entries = generator(chains, turns, order, rate)
+    scale = np.sqrt(J.sum(axis=1))[:, None] / rate[:, None] ** np.arange(1, order + 1)
     phases = marks.shape[1] - 1
     rest = np.zeros((len(J), phases, 3 * n))  # of theta, nothing, of the twists
     change = np.zeros((len(J), phases, 2 * n + order * len(parts)))
@@ -91,23 +99,18 @@ def motion_of(
             rest[:, phase, 2 * n : 2 * n + mass] += acts[:, None] / c[:, :mass]
         for piece in range(programme.begin.shape[1]):
             holds = (events.on[:, piece] <= phase) & (phase < events.off[:, piece])
-            now = driving(marks[:, phase], programme, piece)[:, :order]
+            now = scale * driving(marks[:, phase], programme, piece)[:, :order]
             first = 2 * n + piece // each * order
             change[:, phase, first : first + order] += np.where(holds[:, None], now, 0)
-    change[:, :, :n] = -np.diff(rest[:, :, 2 * n :], axis=1, prepend=0.0)
-    k, d = natural_frequencies(J, c)[:, -1], natural_frequencies(J, b)[:, -1] ** 2
+    steps = np.diff(rest[:, :, 2 * n :], axis=1, prepend=0.0)
+    change[:, :, :n] = -np.sqrt(c)[:, None] * steps
     G = np.stack(list(entries.values()), axis=1)
     G[ends_late(chains, settings)] = np.nan  # ends as "not finite", without motion
-    within = [(o, i) for o in range(n) for i in range(o + 1)]
-    sums = [
-        *within,
-        *((n + o, i) for o, i in within),
-        *((2 * n + o, o) for o in range(n)),
-    ]
+    twists = np.eye(n) / np.sqrt(c)[:, None]
+    angles = np.tri(n) / np.sqrt(c)[:, None]
     since = np.zeros((len(J), 3 * n))
     since[:, n : 2 * n] = events.off[:, -1:]
-    fastest = 0.5 * (d + np.sqrt(d * d + 4.0 * k * k))
     return LinearMotion(
-        n, np.array(list(entries)), G, fastest, marks, change, np.array(sums), rest,
-        since,
+        1, order * len(parts), np.array(list(entries)), G, marks, change,
+        np.concatenate([angles, angles, twists], axis=1), rest, since,
     )  # fmt: skip

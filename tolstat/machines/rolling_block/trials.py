@@ -130,15 +130,15 @@ def followed(
     Solution
         Peaks are those of the elastic moments; histories those of the twists first.
     """
-    H = damping_matrix(drive.modes, drive.C, drive.zeta)
     if not settings.runge_kutta:
-        found = solve(motion_of(drive, H, loading.marks, loading.on_masses), samples)
+        found = solve(motion_of(drive, loading.marks, loading.on_masses), samples)
         for extreme in (found.greatest, found.least):
             extreme *= drive.C
         return found
     # only an integration needs these equations compiled
     from tolstat.machines.rolling_block.compiled import SYSTEM
 
+    H = damping_matrix(drive.modes, drive.C, drive.zeta)
     n = len(drive.zeta)
     one = np.ones(n)
     machine = (  # in the order of `motion.Machine`
