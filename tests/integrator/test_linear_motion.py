@@ -52,6 +52,31 @@ def test_no_peak_is_passed_over(power):
                 assert top[trial, o] == pytest.approx(known, abs=1e-10 * size)
 
 
+def test_a_bump_in_a_step_whose_cubic_dips():
+    """One step from zero down, and up to zero: only the bound tells of the bump."""
+    omega, end = np.array([5.0, 10.0, 20.0, 40.0]), 0.999 * np.pi / 80.0
+
+    def basis(t):
+        angle = np.multiply.outer(t, omega)
+        return np.concatenate([np.cos(angle), np.sin(angle)], axis=-1)
+
+    ends = basis(np.array([0.0, end]))
+    slopes = np.hstack([-omega * ends[:, MODES:], omega * ends[:, :MODES]])
+    conditions, inside = np.vstack([ends, slopes]), basis(np.linspace(0.0, end, 9999))
+    flat = np.linalg.svd(conditions)[2][-1]  # no value, no slope at the ends
+    flat *= np.sign(inside[5000] @ flat)
+    dip = 0.1 * np.max(inside @ flat) / end
+    start = flat + np.linalg.lstsq(conditions, [0.0, 0.0, -dip, dip], rcond=None)[0]
+    cosine, sine = start[None, :MODES], start[None, MODES:]
+    found = solve(
+        swinging(omega[None], np.ones((1, WATCHED, MODES)), cosine, sine, end)
+    )
+    assert found.steps[0] == 1
+    top = np.max(inside @ start)
+    assert top > 5.0 * dip * end
+    np.testing.assert_allclose(found.greatest[0], top, rtol=1e-6)
+
+
 def test_what_cannot_be_followed_says_so():
     """Not a number, and more steps than allowed; a neighbour is as without them."""
     omega = np.full((3, MODES), 7.0)

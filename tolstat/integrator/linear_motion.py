@@ -109,6 +109,7 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
             history[i], steps[i],
         )))  # fmt: skip
     count = steps.transpose(0, 2, 1).reshape(-1)[:n]
+    finite &= np.isfinite(count)
     few = count <= MOST_STEPS
     failed = ~(finite & few)
     extremes = back(extreme, 2 * watched)
@@ -118,5 +119,5 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
         np.zeros((n, 0, 0)), np.zeros((n, 0, 0)), extremes[:, :watched],
         -extremes[:, watched:], nothing, back(history, len(taken), watched),
         np.where(finite, status, Status.NOT_FINITE).astype(np.int64),
-        count.astype(np.int64), np.full((n, 2), np.nan),
+        np.where(finite, count, 0).astype(np.int64), np.full((n, 2), np.nan),
     )  # fmt: skip

@@ -50,7 +50,9 @@ class Pack(NamedTuple):
     product: Array  # [row times column, lane]
     length: Array  # [column, lane], s, of its step
     slope: Array  # [watched times position, lane], weights of the rates over a step
-    part: Array  # [4 times part, lane], see `measure` and `prepare`
+    # [4 times part, lane], of |z| of a part: fastest turn, growth, 1/s; growth over
+    # some steps, over all
+    part: Array
     share: Array  # [watched times part, lane], of a part's size
     at: Array  # [4 times watched, lane], see `take_peaks` and `sizes`
     series: Array  # [term times 2 times watched, lane]
@@ -78,8 +80,8 @@ def greater(a, b):
 def measure(pack):
     """Fill of each part how fast it may turn and grow, 1/s, and its share in each sum.
 
-    Norms of G by rows and columns bound its Euclidean one, and Gershgorin's circles of
-    its symmetric part the growth of |z|. Last how much |z| may grow in all.
+    Norms of G by rows and columns bound its Euclidean one; Gershgorin's circles of its
+    symmetric part bound the growth of |z|.
     """
     m, parts, watched = len(pack.z), pack.counts[0], len(pack.since)
     size, n = m // parts, len(pack.weight) // watched
@@ -268,55 +270,27 @@ def settle(first, last, pack):
             power[i * width + row - first] = sign * kept[of + KEPT + i]
     expand(first, last, width, pack)
     for row in range(first, last):
-        series[row] = series[row] + kept[row * (KEPT + m) + REST]
-
-
-@compiled()
-def top_of(a, a_, b, b_, M):
-    """Return bounds of the top of a step from its ends: one below, one above.
-
-    The polynomial is cut where its slope is zero by the slopes at its ends.
-    """
-    t = np.where((a_ > 0.0) & (b_ < 0.0), a_ / (a_ - b_), 0.5)
-    p, q = a + 0.25 * a_, b - 0.25 * b_
-    r = 0.5 * (a + b) + (a_ - b_) * (1.0 / 6.0) + M
-    p0, p1, p2, p3 = a + t * (p - a), p + t * (r - p), r + t * (q - r), q + t * (b - q)
-    q0, q1, q2 = p0 + t * (p1 - p0), p1 + t * (p2 - p1), p2 + t * (p3 - p2)
-    r0, r1 = q0 + t * (q1 - q0), q1 + t * (q2 - q1)
-    top = r0 + t * (r1 - r0)
-    above = greater(greater(p0, q0), greater(r0, top))
-    above = greater(above, greater(r1, greater(q2, p3)))
-    part = t - t * t
-    return top - 12.0 * M * (part * part), above
+        rest = kept[row * (KEPT + m) + REST]
+        series[row] = series[row] + (rest if row < watched else -rest)
 
 
 @compiled()
 def keep(phase, h, running, z, pack):
     """Keep the step that may hold the top, for each row; settle others that may."""
     watched, m = len(pack.since), len(z)
-    n = len(pack.weight) // watched
     above, extreme, rest = rows(pack.above), rows(pack.extreme), rows(pack.rest)
-    at = rows(pack.at)
     for row in range(2 * watched):
         here = running & (above[row] > extreme[row])
         if not np.any(here):
             continue
-        o, sign = (row, 1.0) if row < watched else (row - watched, -1.0)
-        a, a_ = read(o, n, rest[phase * watched + o], z, pack)
-        b, b_ = at[o], at[watched + o]
-        least, most = top_of(
-            sign * a, sign * a_, sign * b, sign * b_, at[2 * watched + o]
-        )
-        here = here & (most > extreme[row])
-        extreme[row] = np.where(here, greater(least, extreme[row]), extreme[row])
         kept = rows(pack.kept)[row * (KEPT + m) : (row + 1) * (KEPT + m)]
         other = here & (kept[BOUND] > extreme[row])
         if np.any(other):
             settle(row, row + 1, pack)
             climb(row, other, pack)
-        kept[BOUND] = np.where(here, most, kept[BOUND])
+        now = rest[phase * watched + (row if row < watched else row - watched)]
+        kept[BOUND] = np.where(here, above[row], kept[BOUND])
         kept[STEP] = np.where(here, h, kept[STEP])
-        now = sign * rest[phase * watched + o]
         kept[REST] = np.where(here, now, kept[REST])
         for i in range(m):
             kept[KEPT + i] = np.where(here, z[i], kept[KEPT + i])
