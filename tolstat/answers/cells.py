@@ -1,7 +1,5 @@
 """Cells that several answers share: limits, verdicts, estimates."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

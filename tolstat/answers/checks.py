@@ -1,7 +1,5 @@
 """Documents of checks: of a stored run, and of this computer."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

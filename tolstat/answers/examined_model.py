@@ -1,7 +1,5 @@
 """Examination of a model: a few trials, their steps, errors, and dependence."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Entries of a study with half their tolerance."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 

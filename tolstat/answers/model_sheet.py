@@ -1,7 +1,5 @@
 """Models: their list, and settings, contributors, responses and views of one."""
 
-from __future__ import annotations
-
 from tolstat import catalogue
 from tolstat.document.blocks import Document, Given, paragraph, shown, table_of
 from tolstat.document.inline import Name

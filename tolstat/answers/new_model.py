@@ -1,7 +1,5 @@
 """A template of a custom model that moves."""
 
-from __future__ import annotations
-
 import keyword
 from importlib.resources import files
 from pathlib import Path

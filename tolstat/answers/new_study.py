@@ -1,7 +1,5 @@
 """A commented study of a model: every setting, contributor and response."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby

@@ -1,7 +1,5 @@
 """Commands that documents and errors suggest as the next step."""
 
-from __future__ import annotations
-
 import os
 import shlex
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Other limits for a stored run; nothing is simulated."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Fields of every answer about a run: notes, title block, provenance."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

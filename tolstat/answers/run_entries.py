@@ -1,7 +1,5 @@
 """Stored runs as a table: a row for each."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

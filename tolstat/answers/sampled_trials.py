@@ -1,7 +1,5 @@
 """The trials of a run that its statistics rest on."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numbers in writing: digits, interval, or the reason why there is none."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ A sentence is worded once, with the numbers in it as numbers: a renderer writes 
 with its unit and its interval, in one form everywhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

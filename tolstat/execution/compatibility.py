@@ -1,7 +1,5 @@
 """Comparison of a run with its study, and whether the run can be resumed."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterator, Mapping
 from importlib.metadata import version

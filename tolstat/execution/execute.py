@@ -1,7 +1,5 @@
 """Runs of studies: started, resumed, extended."""
 
-from __future__ import annotations
-
 import os
 from concurrent.futures import Executor
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The run of a study before any of its trials has run."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

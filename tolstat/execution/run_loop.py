@@ -1,7 +1,5 @@
 """The loop of a run: nominal trial, stages in blocks, audit, diagnostics."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import chdir, suppress
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Self-check: versions and processor, and whether trials repeat bit for bit."""
 
-from __future__ import annotations
-
 import time
 import warnings
 from importlib.metadata import PackageNotFoundError, version

@@ -1,7 +1,5 @@
 """Verification of a run: checksums, deviations, trials evaluated again, and alone."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from pathlib import Path

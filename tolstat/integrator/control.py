@@ -1,7 +1,5 @@
 """Control of the step size."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.lanes.compiled import compiled

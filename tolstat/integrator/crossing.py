@@ -15,8 +15,6 @@ both sides lead back to it: the quantity slides, or bounces lower and lower. The
 side is 0 until its value differs from zero: the rates say what holds it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.integrator.peaks import look, vertex_of

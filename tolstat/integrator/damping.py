@@ -35,8 +35,6 @@ E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.7, Rosenbro
 methods and W-methods; the coefficients and their conditions are in `tableau`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.integrator import tableau

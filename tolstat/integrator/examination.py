@@ -4,8 +4,6 @@ The same trials are integrated again with one thing changed: the error of one st
 alone counts, the longest step or rtol is another. So every finding is an experiment.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any

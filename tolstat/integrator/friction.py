@@ -1,7 +1,5 @@
 """Dry friction of a part that slips or sticks: Coulomb's law."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.lanes.compiled import compiled

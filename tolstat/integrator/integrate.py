@@ -1,7 +1,5 @@
 """Interface of the integrator: the solution of equations for a block of trials."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar

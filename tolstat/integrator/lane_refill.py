@@ -4,8 +4,6 @@ Numbers are copied one by one, in loops: NumPy's assignments of slices would tak
 compiler half a minute, for checks of shapes that cannot fail.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.integrator import problem

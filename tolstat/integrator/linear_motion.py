@@ -1,7 +1,5 @@
 """Interface of the exact solution: linear motion from mark to mark, for a block."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ A lane whose trial ends takes the next trial of the block. Lanes never mix: the 
 of a trial is bitwise the same with any neighbours.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.integrator import problem

@@ -4,8 +4,6 @@ Compiled code does not check an index: rates that read a parameter too many woul
 what lies behind, and rates that fill a row too many would crash Python.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

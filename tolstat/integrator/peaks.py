@@ -1,7 +1,5 @@
 """Peaks and times above zero, at the accepted steps and between them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tolstat.integrator.problem import TIME

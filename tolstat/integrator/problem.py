@@ -1,7 +1,5 @@
 """Types of the integrator: its input, its state, its solution."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -7,8 +7,6 @@ fourth derivative of x by s, which is at most 144 M. So x lies below a polynomia
 Bernstein's form, and this below its greatest coefficient: no peak is passed over.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ They are explicit, with the rates as plain function pointers: one compiled integ
 serves all models, and the disk cache finds it.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from numba import types

@@ -7,8 +7,6 @@ h is the step (s), a vector; y the rows of states at its start; k its stages, K1
 of the literature, each rows of rates. The derivatives of the states come first.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

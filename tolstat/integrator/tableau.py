@@ -9,8 +9,6 @@ Appl. Math. 6 (1980) 19-26; the interpolant is L. F. Shampine's (Math. Comp. 46 
 135-150), the one of SciPy's RK45.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction as F
 
 C = (F(0), F(1, 5), F(3, 10), F(4, 5), F(8, 9), F(1), F(1))

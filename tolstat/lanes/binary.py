@@ -1,7 +1,5 @@
 """Building blocks of elementary functions: polynomials, and the bits of doubles."""
 
-from __future__ import annotations
-
 from llvmlite import ir
 from numba.extending import register_jitable
 

@@ -7,8 +7,6 @@ file and line, and for one state of the file: a moved line compiles again, and e
 never mix. Folders of digests that are long unused are removed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

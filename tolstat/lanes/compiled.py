@@ -1,7 +1,5 @@
 """Compilation in tolstat: cached by source, without the GIL."""
 
-from __future__ import annotations
-
 import shutil
 import warnings
 from collections.abc import Callable

@@ -4,8 +4,6 @@ Importing this file registers them with Numba: equations in plain NumPy compile 
 registers. Each is a few LLVM instructions.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types

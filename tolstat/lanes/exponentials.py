@@ -3,8 +3,6 @@
 log and exp also have forms in two doubles.
 """
 
-from __future__ import annotations
-
 import operator
 
 import numpy as np

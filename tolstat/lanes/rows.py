@@ -4,8 +4,6 @@ The same functions serve both ways of running the equations: uncompiled on NumPy
 arrays of any number of lanes, compiled on arrays of WIDTH lanes in registers.
 """
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Iterator
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """What the compiler is told: processor and level, which users may change."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterator
 from contextlib import contextmanager

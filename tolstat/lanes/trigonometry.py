@@ -4,8 +4,6 @@ sin and cos err by at most 2 ulp up to |x| = 1e6, and are NaN above. arctan has 
 relative error of at most 1.1e-13, with one division.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba.extending import overload, register_jitable
 

@@ -4,8 +4,6 @@ LLVM splits it on processors with narrower registers: the width is a constant of
 package, not of the processor. Operators of vectors and masks work lane by lane.
 """
 
-from __future__ import annotations
-
 import operator
 
 from llvmlite import ir

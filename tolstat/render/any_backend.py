@@ -3,8 +3,6 @@
 Pictures go to files alone. A backend that matplotlib knows stays the user's.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from contextlib import suppress

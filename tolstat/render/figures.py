@@ -1,7 +1,5 @@
 """Figures drawn: a plot, a chart or a listing, into a page or a file."""
 
-from __future__ import annotations
-
 import tolstat.render.any_backend  # noqa: F401
 
 # isort: split

@@ -1,7 +1,5 @@
 """Output files: which may be replaced, and how, so that none is incomplete."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable, Sequence

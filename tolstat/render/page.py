@@ -1,7 +1,5 @@
 """A document as a self-contained page of HTML."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from importlib.resources import files

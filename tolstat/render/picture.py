@@ -1,7 +1,5 @@
 """The style of pictures, and their output into a page or a file."""
 
-from __future__ import annotations
-
 import tolstat.render.any_backend  # noqa: F401
 
 # isort: split

@@ -1,7 +1,5 @@
 """A document on the screen: nothing is cut, texts are shown literally."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

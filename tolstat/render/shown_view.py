@@ -1,7 +1,5 @@
 """A view of a model in the units that are shown: as rows, as CSV, as a plot."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

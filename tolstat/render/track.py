@@ -1,7 +1,5 @@
 """Places along the logarithmic axis of intervals against a level, for a page."""
 
-from __future__ import annotations
-
 import math
 
 from tolstat.document.blocks import Ranges

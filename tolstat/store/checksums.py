@@ -3,8 +3,6 @@
 A checksum has 64 bits, over all that is stored of a trial.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterable, Mapping, Sequence

@@ -6,8 +6,6 @@ its owner, with the name of the field in front (`limit_words`). Any other record
 group. None and empty values are not written.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import cache

@@ -1,7 +1,5 @@
 """A lock beside the run file, for one writer; it names the process."""
 
-from __future__ import annotations
-
 import os
 import re
 import socket

@@ -1,7 +1,5 @@
 """A file in memory for HDF5, which ends the process if a disk is full."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterator
 from typing import Any, BinaryIO

@@ -1,7 +1,5 @@
 """Reading of run files."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Provenance of a run: versions, processor, time."""
 
-from __future__ import annotations
-
 import platform
 import sys
 from datetime import datetime

@@ -1,7 +1,5 @@
 """Records of a run: its study, its settings, its results at the end."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Mapping

@@ -6,8 +6,6 @@ but its own and those of the rows, which have other checksums. A file is sealed 
 is made; while trials run only rows change.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import re

@@ -1,7 +1,5 @@
 """Files beside a run: their names, what they may replace, and their room."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 import os

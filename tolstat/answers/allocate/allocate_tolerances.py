@@ -1,7 +1,5 @@
 """The cheapest tolerances that meet all limits: weighting finds, fresh runs prove."""
 
-from __future__ import annotations
-
 import math
 from concurrent.futures import Executor
 from numbers import Integral

@@ -1,7 +1,5 @@
 """The answer of an allocation: tolerances, costs, fractions out of limit."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple

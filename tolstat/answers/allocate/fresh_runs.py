@@ -1,7 +1,5 @@
 """Fresh runs of tolerances: their costs, and their fractions out of limit."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Iterator, Mapping

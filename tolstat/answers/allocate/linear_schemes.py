@@ -1,7 +1,5 @@
 """Tolerances by linear tolerance analysis: worst case, and root sum square."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import log_ndtr
 

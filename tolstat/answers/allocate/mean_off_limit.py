@@ -1,7 +1,5 @@
 """Limits that no permitted tolerance meets, and would if the mean were shifted."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 

@@ -1,7 +1,5 @@
 """The cheapest choice within some bounds: of continuous variables, lists, or both."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import product

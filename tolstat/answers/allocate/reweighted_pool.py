@@ -1,7 +1,5 @@
 """Trials with several sets of tolerances, weighted for any other set."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, lru_cache, partial

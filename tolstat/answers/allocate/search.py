@@ -3,8 +3,6 @@
 For the fractions that limits permit, for others, and for the cost of the drawing.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterable

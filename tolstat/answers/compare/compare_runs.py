@@ -1,7 +1,5 @@
 """Two or more runs compared: trial by trial where they are paired."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from string import ascii_uppercase
 

@@ -1,7 +1,5 @@
 """Runs compared with the first of them, as types; SI, differences less the first."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Trials out of limit in two designs: fractions, Ppk, trials that change sides."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from tolstat.answers.compare.pairing import Pairing

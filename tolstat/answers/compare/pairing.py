@@ -1,7 +1,5 @@
 """How two runs are paired: the same trials, common random numbers, or unpaired."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """What settles a verdict that integration errors leave undecided: a finer run."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from tolstat.answers.next_steps import as_typed, to_run_again, typed_setting

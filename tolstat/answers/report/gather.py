@@ -1,7 +1,5 @@
 """The summary and the report of a run, gathered from its file alone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace

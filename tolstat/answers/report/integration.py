@@ -1,7 +1,5 @@
 """Integration errors, from the trials of a run that were evaluated again."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Main causes of the out-of-limit trials of each limit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

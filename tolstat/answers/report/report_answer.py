@@ -1,7 +1,5 @@
 """The summary and the report of a run, as types. SI."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Variance contributions, from any trials or from those sampled for indices."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

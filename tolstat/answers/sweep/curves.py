@@ -1,7 +1,5 @@
 """A grid run as curves: a response over one axis, a curve for each other setting."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 

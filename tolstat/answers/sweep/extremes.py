@@ -1,7 +1,5 @@
 """The answer about a run of given trials: extremes, and trials out of limit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

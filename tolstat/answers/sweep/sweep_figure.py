@@ -1,7 +1,5 @@
 """Grid runs as curves: responses over the swept axis, several runs in one picture."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """One trial simulated again: its deviations, responses and history."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """A view as a document, and in a file: a picture, a table of numbers, a page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

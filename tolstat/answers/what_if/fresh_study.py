@@ -1,7 +1,5 @@
 """The study of a fresh run: that of a run, with other deviations or limits."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress

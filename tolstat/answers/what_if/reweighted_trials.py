@@ -1,7 +1,5 @@
 """Results with other distributions, from the stored trials reweighted."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple

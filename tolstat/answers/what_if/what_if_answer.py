@@ -1,7 +1,5 @@
 """Results of a run with other deviations: the answer and its document."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Diagnostics of a run: slopes, worst cases, halved tolerances."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 They are chosen at random, next to a limit, among the worst, and over the range.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from itertools import pairwise

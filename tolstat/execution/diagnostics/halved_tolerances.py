@@ -1,7 +1,5 @@
 """Fraction out of limit with halved tolerances, from weighted trials."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 

@@ -1,7 +1,5 @@
 """Tolerance analysis without sampling: slopes, and the worst case."""
 
-from __future__ import annotations
-
 from collections.abc import Generator, Sequence
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """A Dask cluster as an executor: its workers evaluate, this process alone writes."""
 
-from __future__ import annotations
-
 import logging
 import re
 import time

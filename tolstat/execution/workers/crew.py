@@ -1,7 +1,5 @@
 """Blocks of trials on the workers of an executor: threads here, or other processes."""
 
-from __future__ import annotations
-
 import math
 import os
 import time

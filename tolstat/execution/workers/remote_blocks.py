@@ -1,7 +1,5 @@
 """Blocks sent to other processes: models go by name, and their source is compared."""
 
-from __future__ import annotations
-
 import io
 import os
 import pickle

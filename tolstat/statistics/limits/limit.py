@@ -1,7 +1,5 @@
 """The limit of a response."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

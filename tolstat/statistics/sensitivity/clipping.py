@@ -1,7 +1,5 @@
 """The central 99 % of the trials, where few others dominate the variance."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple

@@ -7,8 +7,6 @@ If few trials may dominate the variance, it is that of the response clipped to t
 central 99 % of its trials.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor

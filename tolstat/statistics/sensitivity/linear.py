@@ -1,7 +1,5 @@
 """Linear tolerance analysis: root sum square of slopes times sigmas."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The contributors that are named as causes of units out of limit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable, Mapping
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Shares of a variance from the trials nearest to each other."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Deviations as normal scores; what correlated contributors do not share."""
 
-from __future__ import annotations
-
 import math
 import zlib
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """How deviations differ between the units out of limit and the others."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from functools import lru_cache

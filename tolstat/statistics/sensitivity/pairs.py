@@ -1,7 +1,5 @@
 """Contributors that only together explain the units out of limit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Linear regression of responses and of ranks, of all trials and without each part."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

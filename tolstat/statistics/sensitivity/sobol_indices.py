@@ -1,7 +1,5 @@
 """First-order and total Sobol' indices from trials sampled for them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
