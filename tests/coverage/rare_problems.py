@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +10,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.stats import chi2, norm, truncnorm, weibull_min
 
+from tests.coverage.rare_collections import COLLECTED
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions import (
     Lognormal,
@@ -301,6 +302,14 @@ MAKE = {
     "common part cancels, 1e-6": lambda: _apart(1e-6),
     "failing, 1e-5": lambda: _failing(1e-5),
 }
+
+
+def _collected(make):
+    parts, margin, share = make()
+    return RareProblem(_normal(parts), margin, share)
+
+
+MAKE |= {name: partial(_collected, make) for name, make in COLLECTED.items()}
 RARE_PROBLEMS = {name: cache(make) for name, make in MAKE.items()}
 
 
@@ -337,12 +346,26 @@ def intervals(name, rng, n):
 
 
 SIZE = 20_000
-STUDIES, MORE = 200, 400
+STUDIES, MORE, FEWER = 200, 400, 60
 LITERATURE = ("linear", "four branches", "misleading", "rods")  # more studies of these
+MANY = (  # inputs: studies of these take longest
+    "hundred equal, 1e-6",
+    "hundred equal, 1e-4",
+    "forty equal, 1e-7",
+    "fifty exponential, too small, 1e-6",
+    "paraboloid of a hundred",
+    "paraboloid of a hundred, inward",
+    "thirty kinds, 1e-6",
+    "noisy of fifty, 1e-5",
+    "steps of sixty, 3e-5",
+    "parallel of sixty, 1e-4",
+)
 JOBS = [
     (name, SIZE, intervals, MORE if name.startswith(LITERATURE) else STUDIES)
-    for name in RARE_PROBLEMS
+    for name in MAKE
+    if name not in COLLECTED
 ]
+JOBS += [(name, SIZE, intervals, FEWER) for name in MANY]
 JOBS += [
     ("four branches", 5000, intervals, MORE),
     ("two regions of ten parts, 1e-6", 8000, intervals, STUDIES),

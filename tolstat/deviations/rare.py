@@ -10,6 +10,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.deviations import rare_stage
+from tolstat.deviations.many_directions import approach, normal_of, one_region
 from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal
 from tolstat.deviations.samplers import Sampler, uniform
 from tolstat.deviations.subset_simulation import STEPS, subset_simulation
@@ -21,6 +22,7 @@ LEAST = 30  # trials out of limit; with fewer, those nearest to it are fitted
 MOST_OF_STAGE = 3 / 8  # independent points of a fit, per trial of a stage
 WORTH, FOR_EACH = 30, 12  # points that a fit needs; more for each direction
 STAGES = 7, 5, 0.5  # that adapt: least number, base, more for each direction
+MANY, EACH_OF_MANY = 16, 0.04  # directions that are many; trials of a stage then
 MOST_AT_ONE = 4  # stages at the spread of the study, before the last
 POINTS = 400  # of a fit
 ADDED, ADDED_SHARE = 10, 0.03  # parts added to the last fits; share of each
@@ -45,6 +47,10 @@ class Rare(Sampler):
     extended where few points dominate the fraction. A tenth comes from subset
     simulation, a tenth from the study, a twentieth from twice its spread. Only these
     weighted trials estimate the fraction; the tenth as in the study bounds the rest.
+
+    With 16 directions or more, and less than half of the trials that these searches
+    need, `approach` searches alone. If its two halves found the same trials, the last
+    stage samples from one normal distribution fitted to them.
 
     A sample depends on the seed, the number of trials, the names and earlier responses.
 
@@ -108,6 +114,14 @@ class Rare(Sampler):
     ) -> Generator[rare_stage.RareStage, Array, None]:
         """Yield stages; the arguments are as of `Sampler.stages`."""
         seeking = _Search(seed, streams)
+        if len(streams) >= MANY and 2 * trials < safe_trials(len(streams)):
+            each = round(EACH_OF_MANY * trials)
+            halves, used = yield from approach(seed, streams, each)
+            if one_region(halves):
+                mixture = _beside_study(normal_of(halves))
+                yield from seeking.stage(mixture, trials - used, 1.0, last=True)
+                return
+            trials -= used
         mixture = centred(SPREADS, len(streams))
         yield from seeking.stage(mixture, round(FIRST * trials), 0.0)
         near, used = yield from subset_simulation(seed, streams, round(STEP * trials))
@@ -122,14 +136,18 @@ class Rare(Sampler):
             if near:
                 mixture = mixture.beside(NEAR, near)
             yield from seeking.stage(mixture.beside(PLAIN, wide), each, spread)
-        plain, wide = (centred(np.array([s]), len(streams)) for s in (1.0, 2.0))
         found = seeking.fit(each)[0] if seeking.any_out_of_limit else near
         if found:
             mixture = found.beside(NEAR_LAST, near) if near else found
-            mixture = mixture.beside(WIDE, wide).beside(PLAIN, plain)
+            mixture = _beside_study(mixture)
         else:
-            mixture = plain
+            mixture = centred(np.array([1.0]), len(streams))
         yield from seeking.stage(mixture, left - seeking.trials, 1.0, last=True)
+
+
+def _beside_study(mixture: Mixture) -> Mixture:
+    plain, wide = (centred(np.array([s]), mixture.means.shape[1]) for s in (1.0, 2.0))
+    return mixture.beside(WIDE, wide).beside(PLAIN, plain)
 
 
 def trials_of_stage(trials: int, directions: int) -> int:

@@ -30,9 +30,10 @@ if TYPE_CHECKING:
     from tolstat.answers.rare.rare_answer import RareSummary
 
 STAGES = (
-    "Stage 0 is wide. The next stages, at 1 times the spread, approach the limit step "
-    "by step (subset simulation). Later stages sample where out-of-limit trials "
-    "were found, or the nearest ones. The last stage gives the fraction."
+    "Stages at more than 1 times the spread are wide. The first ones at 1 times the "
+    "spread approach the limit step by step (subset simulation). Later stages sample "
+    "where out-of-limit trials were found, or the nearest ones. The last stage gives "
+    "the fraction."
 )
 FIRST_ORDER = (
     "The out-of-limit trials nearest to the median deviations, in normal scores. A "
