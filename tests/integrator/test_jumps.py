@@ -342,3 +342,66 @@ def test_a_relay_holds_and_releases(ratio):
         ),
     }
     check(system, [0.2], [most, load], by_phases(phases, "above", [0.2]))
+
+
+@compiled(rates_signature)
+def pushed(moment, y, p, out):
+    """A block of 5 kg that p0 pushes; friction at rest p1, sliding p2; a flank, p3.
+
+    The flank's force is part of the load that the friction may hold.
+    """
+    x, v = rows(y)[0], rows(y)[1]
+    slips, grips = rows(moment)[SIDES], rows(moment)[SIDES + 1]
+    touches = rows(moment)[SIDES + 2]
+    load = rows(p)[0] + np.where(touches < 0.0, -rows(p)[3] * x, 0.0)
+    friction = dry_friction(slips, grips, load, rows(p)[2])
+    write(out, 0, (v, (load + friction) / 5.0, v, rows(p)[1] - np.abs(load), x))
+
+
+PUSHED = System(pushed, np.array([0.1, 0.1]), n_extremes=3, crossings=(0, 1, 2))
+PUSHES = np.array([0.0, 10.0, -10.0, 29.0, 35.0, -35.0, 40.0, 45.0, -45.0])
+AT_REST, SLIDING = 40.7, 29.3
+
+
+def test_a_part_at_rest_sticks_until_the_load_exceeds_the_friction_at_rest():
+    """Also where the load exceeds the sliding friction, and behind an idle mark."""
+    p = np.column_stack([PUSHES, *np.ones((3, 9)) * [[AT_REST], [SLIDING], [0.0]]])
+    marks = np.tile([0.0, 0.07, 0.2], (9, 1))
+    found = integrate(PUSHED, np.zeros((9, 2)), p, marks, Accuracy(1e-6, 0.002))
+    a = np.sign(PUSHES) * np.maximum(np.abs(PUSHES) - SLIDING, 0.0) / 5.0
+    a[np.abs(PUSHES) < AT_REST] = 0.0
+    np.testing.assert_allclose(found.states[:, -1, 0], a / 2 * 0.2**2, atol=1e-9)
+    np.testing.assert_allclose(found.states[:, -1, 1], a * 0.2, atol=1e-9)
+
+
+def test_a_part_that_stops_sticks_if_friction_at_rest_can_hold_it():
+    p = np.column_stack([PUSHES, *np.ones((3, 9)) * [[AT_REST], [SLIDING], [0.0]]])
+    start = np.tile([0.0, 0.1], (9, 1))
+    found = integrate(PUSHED, start, p, np.tile([0.0, 0.2], (9, 1)),
+                      Accuracy(1e-6, 0.002))  # fmt: skip
+    slows = (SLIDING - PUSHES) / 5.0  # while it slides forward
+    stops = slows * 0.2 > 0.1
+    sticks = stops & (np.abs(PUSHES) < AT_REST)
+    assert sticks.sum() == 4
+    x, v = found.states[:, -1].T
+    np.testing.assert_allclose(x[sticks], 0.1**2 / 2 / slows[sticks], rtol=1e-6)
+    np.testing.assert_allclose(v[sticks], 0.0, atol=1e-9)
+    np.testing.assert_allclose(v[~stops], 0.1 - 0.2 * slows[~stops], rtol=1e-6)
+
+
+def test_a_trial_does_not_begin_with_the_sides_of_the_one_before_it():
+    """The grip depends on the side of the flank; a lane takes one trial after another.
+
+    The first eight end in contact with the flank, the ninth is one of them again.
+    """
+    rng = np.random.default_rng(5)
+    p = np.column_stack([rng.uniform(-60, 60, 40), np.full(40, AT_REST),
+                         np.full(40, SLIDING), rng.uniform(2e3, 2e4, 40)])  # fmt: skip
+    start = np.column_stack([rng.uniform(-0.01, 0.01, 40), rng.normal(0, 0.1, 40)])
+    marks = np.tile([0.0, 0.3], (40, 1))
+    every = integrate(PUSHED, start, p, marks, Accuracy(1e-6, 0.01))
+    for i in range(40):
+        one = slice(i, i + 1)
+        alone = integrate(PUSHED, start[one], p[one], marks[one], Accuracy(1e-6, 0.01))
+        np.testing.assert_array_equal(every.states[one], alone.states)
+        np.testing.assert_array_equal(every.steps[one], alone.steps)

@@ -151,3 +151,9 @@ def test_a_mistake_is_refused(given, words):
     with pytest.raises(ModelError) as refused:
         solved(**given)
     assert words in str(refused.value)
+
+
+@pytest.mark.parametrize("name", ["start", "parameters", "marks"])
+def test_one_row_without_its_table_is_refused(name):
+    with pytest.raises(ModelError, match=f"{name} has shape"):
+        integrate(SYSTEM, **GIVEN | {name: GIVEN[name][0]})

@@ -12,7 +12,9 @@ the first stage is evaluated again, and the march continues with the former step
 Values below `ROUNDING` of the quantity's size are zero. A quantity that touches zero
 and returns at once gets its former side back. If it cannot leave zero on either side,
 both sides lead back to it: the quantity slides, or bounces lower and lower. Then its
-side is 0 until its value differs from zero: the rates say what holds it.
+side is 0 until its value differs from zero: the rates say what holds it. The side is
+also 0, at once, where the rates of a quantity at zero jump and those of side 0 hold it:
+a part that stops sticks if friction at rest can hold it.
 """
 
 import numpy as np
@@ -23,6 +25,8 @@ from tolstat.integrator.problem import (
     EVENT,
     JUMP,
     MARK_REACHED,
+    NOTHING,
+    PHASE,
     SIDES,
     SMALLEST,
     STEP,
@@ -34,6 +38,9 @@ from tolstat.lanes.compiled import compiled
 ROUNDING = 1e-12  # of the largest size in the trial: smaller values are zero
 NEAR_ZERO = 1e-3  # of that: the search for a crossing ends
 LOOKS = 40  # evaluations for one crossing: each halves the interval, but for one
+PROBE = 1e-3  # of the next step: how far the rates are followed from zero
+HELD = 0.01  # change of a quantity that is held, over the change on its side
+JUMPED = 1e-6  # relative change of a rate that jumps
 BACK = 8  # evaluations next to a start at zero, each at a quarter of the distance
 
 # what `lanes.returned` says of a quantity
@@ -174,20 +181,22 @@ def first_crossing(watch, t, h, permitted, lanes, step):
 
 
 @compiled()
-def choose_sides(lanes, step):
-    """Choose the sides where a trial or a phase begins; copy all to the moment.
-
-    The watched quantities there stand in `step.watched_middle`.
-    """
+def choose_sides(watch, lanes, step):
+    """Choose the sides where a trial or a phase begins; copy all to the moment."""
     sides, sizes, returned = lanes.side, lanes.size, lanes.returned
     begins = lanes.clock[EVENT] == MARK_REACHED
+    for _ in range(2):  # a quantity may depend on the side of another
+        for i in range(len(step.crossings)):
+            step.moment[SIDES + i] = sides[i]
+        watch(step.moment, lanes.y, lanes.p, step.filled_middle)
+        for i in range(len(step.crossings)):
+            value = step.watched_middle[step.crossings[i]]
+            sizes[i] = np.where(begins, np.maximum(sizes[i], np.abs(value)), sizes[i])
+            clear = np.abs(value) > ROUNDING * sizes[i]
+            chosen = begins & (clear | (sizes[i] == 0.0))
+            sides[i] = np.where(chosen, np.copysign(1.0, value), sides[i])
+            returned[i] = np.where(chosen, np.where(clear, LEFT, AT_ZERO), returned[i])
     for i in range(len(step.crossings)):
-        value = step.watched_middle[step.crossings[i]]
-        sizes[i] = np.where(begins, np.maximum(sizes[i], np.abs(value)), sizes[i])
-        clear = np.abs(value) > ROUNDING * sizes[i]
-        chosen = begins & (clear | (sizes[i] == 0.0))
-        sides[i] = np.where(chosen, np.copysign(1.0, value), sides[i])
-        returned[i] = np.where(chosen, np.where(clear, LEFT, AT_ZERO), returned[i])
         step.moment[SIDES + i] = sides[i]
 
 
@@ -196,6 +205,51 @@ def _hold(held, value, i, lanes):
     """Raise the size of a quantity that is held at a value: it stays zero there."""
     grown = np.maximum(lanes.size[i], 2.0 / ROUNDING * np.abs(value))
     lanes.size[i] = np.where(held, grown, lanes.size[i])
+
+
+@compiled()
+def _change_from_zero(rates, watch, side, i, lanes, step):
+    """Return the change of a quantity in a short time with a side, and its value."""
+    now, number = step.moment, step.crossings[i]
+    t, d = lanes.clock[TIME], PROBE * lanes.clock[STEP]
+    now[TIME], now[SIDES + i] = t, side
+    watch(now, lanes.y, lanes.p, step.filled_middle)
+    value = step.watched_middle[number]
+    rates(now, lanes.y, lanes.p, step.k[1])
+    for n in range(len(lanes.y)):
+        step.middle[n] = lanes.y[n] + d * step.k[1][n]
+    now[TIME] = t + d
+    watch(now, step.middle, lanes.p, step.filled_middle)
+    now[TIME] = t
+    return step.watched_middle[number] - value, value
+
+
+@compiled()
+def hold_at_zero(rates, watch, lanes, step):
+    """Give side 0 to quantities at zero that its rates hold there.
+
+    `step.k[1]` has the rates with the sides as they are. Return whether it was used.
+    """
+    clock = lanes.clock
+    K1, K2 = step.k[0], step.k[1]
+    jump = clock[EVENT] == MARK_REACHED
+    for n in range(len(lanes.y)):
+        off = JUMPED * (np.abs(K1[n]) + np.abs(K2[n]))
+        jump = jump | (np.abs(K2[n] - K1[n]) > off)
+    jump = jump & (clock[EVENT] != NOTHING) & (clock[PHASE] >= 0.0)
+    used = False
+    for i in range(len(step.crossings)):
+        side = lanes.side[i]
+        may = jump & (lanes.returned[i] == AT_ZERO) & (side != 0.0)
+        if not np.any(may):
+            continue
+        used = True
+        off, _ = _change_from_zero(rates, watch, side, i, lanes, step)
+        at_rest, value = _change_from_zero(rates, watch, 0.0 * side, i, lanes, step)
+        held = may & (np.abs(at_rest) < HELD * np.abs(off))
+        _hold(held, value, i, lanes)
+        lanes.side[i] = step.moment[SIDES + i] = np.where(held, 0.0, side)
+    return used
 
 
 @compiled()

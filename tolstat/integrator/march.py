@@ -14,6 +14,7 @@ from tolstat.integrator.crossing import (
     choose_sides,
     first_crossing,
     go_on,
+    hold_at_zero,
     take_jump,
 )
 from tolstat.integrator.damping import damped_part
@@ -44,12 +45,13 @@ def _renew_rates(rates, watch, jump, lanes, step):
     K1, K2 = k[0], k[1]
     now[problem.TIME], now[problem.PHASE] = clock[problem.TIME], clock[problem.PHASE]
     if len(step.crossings) > 0:
-        watch(now, lanes.y, lanes.p, step.filled_middle)
-        choose_sides(lanes, step)
+        choose_sides(watch, lanes, step)
     if len(step.jumped) > 0:
         jump(now, lanes.y, lanes.p, step.jumped)
         take_jump(lanes, step)
     rates(now, lanes.y, lanes.p, K2)
+    if len(step.crossings) > 0 and hold_at_zero(rates, watch, lanes, step):
+        rates(now, lanes.y, lanes.p, K2)
     renewed = clock[problem.EVENT] != problem.NOTHING
     for i in range(len(K1)):
         K1[i] = np.where(renewed, K2[i], K1[i])

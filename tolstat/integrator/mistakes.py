@@ -25,7 +25,12 @@ def check_block(system: System, block: Block) -> None:
     ModelError
         With the name of the argument, what it is, and what is expected.
     """
-    trials, phases = len(block.start), block.marks.shape[1] - 1
+    trials = len(block.start)
+    for name in ("start", "parameters", "marks"):
+        if len(shape := getattr(block, name).shape) != 2:
+            words = "a row for each trial is expected"
+            raise ModelError(f"integrate: {name} has shape {shape}: {words}")
+    phases = block.marks.shape[1] - 1
     scale, (rtol, longest, most) = np.asarray(system.scale), block.accuracy
 
     def expect(holds: bool | np.bool_, name: str, given: object, words: str) -> None:

@@ -77,8 +77,8 @@ class System:
         for each damped state and each of these, the slope of the rate over the state.
     crossings : tuple of int
         Watched quantities, counted with extremes first, whose change of sign is a kink
-        or a jump of the rates: a step ends there, see `crossing`. The quantities
-        themselves depend on time, states and parameters alone.
+        or a jump of the rates: a step ends there, see `crossing`. A quantity depends on
+        time, states, parameters and the sides of other crossings.
     jump : callable, optional
         Compiled as `rates`; fills `out` with the states and the sides behind a
         crossing, as after an impact. `moment` has the sides without it.
