@@ -1,7 +1,5 @@
 """Trials out of limit in many directions, and one normal distribution for them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Generator, Mapping
 
