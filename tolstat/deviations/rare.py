@@ -1,7 +1,5 @@
 """Rare-event sampling: trials out of limit are searched in stages, then weighted."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Generator, Mapping
 from types import MappingProxyType

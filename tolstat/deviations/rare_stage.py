@@ -1,7 +1,5 @@
 """Trials of a rare run that are sampled at once, in the space of normal scores."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Subset simulation: trials that approach a limit step by step."""
 
-from __future__ import annotations
-
 from collections.abc import Generator, Mapping
 from typing import NamedTuple
 

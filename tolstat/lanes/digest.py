@@ -13,8 +13,6 @@ that is reached, and so do statements that are executed when a file is loaded. C
 is imported by a text is not detected, and neither is a data file.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import sysconfig

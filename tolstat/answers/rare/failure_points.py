@@ -1,7 +1,5 @@
 """The most probable failure points, and which of their parts lie far out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

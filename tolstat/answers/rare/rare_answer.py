@@ -1,7 +1,5 @@
 """The answer about a rare run: the fraction out of one limit, the trials there. SI."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

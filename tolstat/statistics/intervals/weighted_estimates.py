@@ -1,7 +1,5 @@
 """Shares and quantiles of other distributions, from weighted trials."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from itertools import count
