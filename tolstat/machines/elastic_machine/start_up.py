@@ -28,7 +28,7 @@ F = TypeVar("F", Array, Polynomial)
 
 
 def polynomial(s: F) -> F:
-    """Return f of the polynomial law, of its values s or of the polynomial s."""
+    """Return f of the polynomial law at s, or as a polynomial of the polynomial s."""
     return 12.0 * s * (1.0 - s) * (1.0 - s)
 
 
@@ -40,7 +40,7 @@ _POLYNOMIAL = tuple(float(_F.deriv(order)(0.0)) for order in range(4))
 def spectrum_of_polynomial(rho: Array) -> Array:
     """Return lambda, by parts; below one turn, where powers cancel, by quadrature.
 
-    By parts, from the derivatives of f at both ends: at the last, f and f_ are 0.
+    By parts, from the derivatives of f at both ends. At s = 1 f and f_ are 0.
     """
     x, weight = np.polynomial.legendre.leggauss(24)
     s = 0.5 + 0.5 * x
@@ -50,8 +50,8 @@ def spectrum_of_polynomial(rho: Array) -> Array:
     ja = 2j * np.pi * np.maximum(np.abs(rho), 1.0)
     end = np.exp(-ja)
     _, f_, f__, f___ = _POLYNOMIAL
-    second = f__ - (f__ + f___) * end
-    by_parts = f_ / ja**2 + second / ja**3 + f___ * (1.0 - end) / ja**4
+    jump = f__ - (f__ + f___) * end  # of the second derivative, at both ends
+    by_parts = f_ / ja**2 + jump / ja**3 + f___ * (1.0 - end) / ja**4
     return np.abs(np.where(np.abs(rho) < 1.0, few_turns, by_parts))
 
 
