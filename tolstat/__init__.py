@@ -1,7 +1,5 @@
 """Monte Carlo tolerance analysis with the dynamics in the loop."""
 
-from __future__ import annotations
-
 import importlib
 from typing import TYPE_CHECKING, Any
 

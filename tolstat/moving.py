@@ -7,8 +7,6 @@ block of trials; `solve` that of a `LinearMotion`, exactly. The compiler is load
 the first name that needs it.
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import TYPE_CHECKING, Any
 

@@ -18,7 +18,6 @@ from scipy.integrate import solve_ivp
 
 import tolstat
 from tests.conftest import ROOT
-from tolstat import catalogue
 from tolstat.cli.main import main
 
 TOLSTAT = Path(sys.executable).with_name("tolstat")
@@ -51,19 +50,19 @@ def call(folder, *words, code=0):
     return done.stdout + done.stderr
 
 
-def typed(folder, *words):
+def typed(folder, *words, code=0):
     """Call a command as a shell does, in a process of its own."""
     done = subprocess.run(
         [TOLSTAT, *words], cwd=folder, capture_output=True, text=True, check=False
     )
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == code, done.stderr
     return done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_every_command(own, name, monkeypatch):
+def test_every_command(own, name):
     machine = ["--machine", f"{name}.py:{KINDS[name]}"]
-    # the first as a shell does, the others in this process
+    # as a shell does; the next ones in this process
     done = typed(own, "run", f"{name}.toml", "--trials", "1000", *machine)
     assert "1000 trials" in done and "verdict" in done
     assert name in call(own, "models", *machine)
@@ -76,12 +75,13 @@ def test_every_command(own, name, monkeypatch):
     found = json.loads(call(own, "report", f"{name}.h5", "--json"))
     for each in found["responses"].values():
         assert each["root_sum_square"]["shares"]
-    monkeypatch.setattr(catalogue, "_given", {})  # as in a new process
-    unknown = call(own, "trial", f"{name}.h5", "7", code=2)
+    # a new process does not know the machine
+    unknown = typed(own, "trial", f"{name}.h5", "7", code=2)
     assert "--machine FILE.py:NAME" in unknown
     # the command beside a worst trial does what it says
     plain = re.sub(r"</?span[^>]*>", "", page)
     (words, *_) = re.findall(r"<code>tolstat (trial [^<]*)</code>", plain)
+    assert "--machine" in words  # this process knows the model without it
     assert "bit for bit as stored" in call(own, *words.split())
 
 

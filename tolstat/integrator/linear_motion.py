@@ -19,9 +19,9 @@ class LinearMotion(NamedTuple):
 
     The rows of z are positions, as many others that alone change the positions, then
     what drives both. They come in parts that do not act on each other, row i in part
-    i modulo their number. Peaks are found the sooner, the less |z| of a part grows by G
-    and the more alike its rows turn: best are modes, the squares of whose two rows add
-    up to the energy.
+    i modulo their number. Peaks are found the sooner, the less the norm of z of
+    a part grows by G, and the more alike its rows turn. Best are modes, the squares of
+    whose two rows add up to the energy.
     """
 
     parts: int  # their number

@@ -12,9 +12,9 @@ from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import ModelError, TolstatError, UnitError, told
 from tolstat.model.contract import STEP, Answers, Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
@@ -30,7 +30,6 @@ RESERVED = (
 DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "number"}
 DECLARATIONS = "name", "failures", "assumptions", "views", "moves", "integrates"
 STREAMS = {"stdout": 1, "stderr": 2}  # of the process, with their descriptors
-Whole = NDArray[np.int64]
 TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
 
 
@@ -165,7 +164,9 @@ def numbers_of(
     return found
 
 
-def _check_declared(model: Model, declared: Iterable[Any]) -> None:
+def _check_declared(
+    model: Model, declared: Iterable[Contributor | Response | StudyNumber]
+) -> None:
     """Refuse names that cannot be typed, texts that cannot be printed, wrong units."""
     names: set[str] = set()
     for each in declared:
@@ -220,7 +221,7 @@ def _evaluated(model: Model, rows: Array, settings: Any) -> Answers:
         return complete(model, outcome, len(rows), settings)
 
 
-def impossible(model: Model, deviations: Array, settings: Any) -> Whole:
+def impossible(model: Model, deviations: Array, settings: Any) -> Integers:
     """Return which trials of deviations[trial, contributor], SI, cannot be built.
 
     int64[trial]: 0 if a trial can be built, else its status.
@@ -243,7 +244,7 @@ def check_possible(model: Model, trial: Array, settings: Any, called: str) -> No
 
 def _failing(
     model: Model, where: str, told: Mapping[str, ArrayLike], trials: int
-) -> Iterator[tuple[int, NDArray[np.bool_]]]:
+) -> Iterator[tuple[int, Truths]]:
     """Yield the status of each word, and the trials that end with it."""
     if not isinstance(told, Mapping):
         raise model.fault(f"{where} must be a mapping by failure, not {told!r}")
@@ -300,7 +301,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
     return Answers(np.where(done[:, None], responses, np.nan), status, steps)
 
 
-def _whole(model: Model, what: str, values: ArrayLike, trials: int) -> Whole:
+def _whole(model: Model, what: str, values: ArrayLike, trials: int) -> Integers:
     found = _shaped(model, what, values, (trials,))
     if not (np.isfinite(found) & (found >= 0) & (found == np.round(found))).all():
         raise model.fault(f"{what} must be whole numbers from 0")

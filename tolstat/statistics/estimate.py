@@ -67,3 +67,8 @@ def enclosing(value: float, lower: float, upper: float) -> Estimate:
         shown = value if math.isfinite(value) else math.nan
         return Estimate(shown, reason=FAILED_THERE)
     return Estimate(value, min(lower, value), max(upper, value))
+
+
+def without_interval(found: Estimate) -> Estimate:
+    """Return an estimate without its interval, which dependent trials mislead."""
+    return Estimate(found.value, reason=RANDOM_ONLY) if found.sure else found

@@ -1,8 +1,10 @@
 """Trials with several sets of tolerances, weighted for any other set."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
@@ -16,7 +18,7 @@ from tolstat.deviations.density_ratio import (
     equal_parts,
 )
 from tolstat.deviations.dependence import Dependence
-from tolstat.deviations.distributions import Constant
+from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.statistics.intervals.shares import gamma_ends
 from tolstat.study.cost_entry import Priced
 from tolstat.study.shift_entry import distributions_of
@@ -40,51 +42,34 @@ class Pool:
     """
 
     def __init__(self, study: Study) -> None:
-        self.study, self.priced = study, study.deviating.priced
+        self.study = study
         self.trials = 0
         self._sampled: list[tuple[Choice, int]] = []  # how many with which tolerances
         # of those out of limit, and of some within all limits
-        self._deviations = dict[str, Array]()
+        self._deviations = {name: np.zeros(0) for name in _loosest(study)}
         self._out = np.zeros((len(study.limits) + 1, 0), np.bool_)  # the last: of any
         self._times = np.zeros(0)  # how many each stands for
+        self._weights = _Weights(study, self._deviations, self._sampled)
 
     def add(self, choice: Choice, seed: int, out_of_limit: Truths) -> None:
         """Take the trials of a run; deviations are sampled again rather than stored."""
         trials = out_of_limit.shape[1]
         study = with_choice(self.study, choice, seed, trials)
         names = [each.name for each in study.description.contributors]
-        sampled, before = study.deviations(), self._deviations
+        sampled = study.deviations()
         out, step = np.asarray(out_of_limit.any(axis=0)), max(trials // OTHERS, 1)
         kept = out.copy()
         kept[::step] = True
         self._deviations = {
-            name: np.hstack([before.get(name, ()), sampled[kept, names.index(name)]])
-            for name, each in study.deviating.distributions.items()
-            if not isinstance(each, Constant)
+            name: np.hstack([before, sampled[kept, names.index(name)]])
+            for name, before in self._deviations.items()
         }
         every = np.vstack([out_of_limit, out])
         self._out = np.hstack([self._out, every[:, kept]])
         self._times = np.hstack([self._times, np.where(out, 1.0, float(step))[kept]])
         self._sampled.append((choice, trials))
         self.trials += trials
-        # densities are over that of the loosest tolerances, which the mixture contains:
-        # where that is negligible, any other number would do
-        ends = [each.ends[1] for each in self.priced]
-        loosest = study.deviating.distributions | distributions_of(self.priced, ends)
-        self._ratio = DensityRatio(
-            self._deviations,
-            {name: loosest[name] for name in self._deviations},
-            study.deviating.dependence,
-        )
-        self._mixtures = dict[bool, Array]()
-        vars(self).pop("_blocks", None)
-
-    @cached_property
-    def _blocks(self) -> list[tuple[list[int], Weighting]]:
-        return [
-            (entries, lru_cache(KEPT)(self._weights_of(entries, alone)))
-            for entries, _, alone in _blocks(self.study)
-        ]
+        self._weights = _Weights(self.study, self._deviations, self._sampled)
 
     def upper_ends(
         self, choice: Choice, miss: float = MISS, *, exact: bool = False
@@ -96,7 +81,7 @@ class Pool:
         is larger with the chance `miss`. Exact weights are computed instead of
         interpolated, which takes longer.
         """
-        weights = self._weights(choice, exact=exact) / self.trials
+        weights = self._weights.of(choice, exact=exact) / self.trials
         counted = weights * self._times
         total = counted.sum()  # 0 where no trial is like it
         usual = float((counted * weights).sum() / total) if total else 1.0
@@ -104,37 +89,101 @@ class Pool:
             [gamma_ends(weights[of], usual, 1 - 2 * miss)[1] for of in self._out]
         )
 
-    def _weights(self, choice: Choice, *, exact: bool = False) -> Array:
+
+class _Block(NamedTuple):
+    """Correlated entries, by number, or a tolerance and its shift.
+
+    Weights are a product over the blocks.
+    """
+
+    entries: tuple[int, ...]
+    names: frozenset[str]  # their contributors, and those correlated with these
+    alone: bool  # no correlation, not even of their own parts with each other
+
+
+def _blocks(study: Study) -> list[_Block]:
+    """Return the entries in blocks that are independent of each other."""
+    dependence = study.deviating.dependence
+    found: list[_Block] = []
+    for i, each in enumerate(study.deviating.priced):
+        own = list(each.specified)
+        joints = dependent_groups(own, dependence)
+        joints += [equal_parts(name, dependence) for name in own]
+        names = frozenset(name for joint in joints for name in joint)
+        joined = [block for block in found if block.names & names]
+        found = [block for block in found if block not in joined]
+        found.append(
+            _Block(
+                tuple(sorted(sum((block.entries for block in joined), (i,)))),
+                names.union(*(block.names for block in joined)),
+                not joined and all(len(joint) == 1 for joint in joints),
+            )
+        )
+    return found
+
+
+class _Weights:
+    """Weights of trials with these deviations, which were sampled with some choices."""
+
+    def __init__(
+        self,
+        study: Study,
+        deviations: Mapping[str, Array],
+        sampled: Sequence[tuple[Choice, int]],
+    ) -> None:
+        self._priced, self._sampled = study.deviating.priced, sampled
+        # densities are over that of the loosest tolerances, which the mixture contains:
+        # where that is negligible, any other number would do
+        self._ratio = DensityRatio(
+            deviations, _loosest(study), study.deviating.dependence
+        )
+        self._by_block = [
+            (block.entries, lru_cache(KEPT)(self._of_block(block, deviations)))
+            for block in _blocks(study)
+        ]
+        self._mixtures: dict[bool, Array] = {}
+
+    def of(self, choice: Choice, *, exact: bool) -> Array:
         """Return the density of each with a choice over that of the pool.
 
         Exact ones are computed without tables, which blur the end of a zone.
         """
-
-        def over_loosest(choice: Choice) -> Array:
-            if exact:
-                return self._of(range(len(choice)), choice)
-            found = np.ones(len(self._times))
-            for entries, weights in self._blocks:
-                found *= weights(tuple(choice[i] for i in entries))
-            return found
-
+        over_loosest = self._exact if exact else self._interpolated
         if exact not in self._mixtures:
-            parts = (n / self.trials * over_loosest(each) for each, n in self._sampled)
+            trials = sum(n for _, n in self._sampled)
+            parts = (n / trials * over_loosest(each) for each, n in self._sampled)
             self._mixtures[exact] = np.asarray(sum(parts))
         found: Array = over_loosest(choice) / self._mixtures[exact]
         return found
 
-    def _weights_of(self, entries: Sequence[int], alone: bool) -> Weighting:
-        """Return the function that weights a block, from a table if possible."""
-        priced = self.priced[entries[0]]
-        if alone and priced.law:
-            return _Table(priced, self._deviations).weights
-        return partial(self._of, entries)
+    def _interpolated(self, choice: Choice) -> Array:
+        """Return the densities over those of the loosest, block by block."""
+        each = (of(tuple(choice[i] for i in block)) for block, of in self._by_block)
+        return np.asarray(math.prod(each))
 
-    def _of(self, entries: Sequence[int], own: Choice) -> Array:
+    def _exact(self, choice: Choice) -> Array:
+        """Return them of all entries at once."""
+        return self._of_entries(range(len(choice)), choice)
+
+    def _of_entries(self, entries: Sequence[int], own: Choice) -> Array:
         """Return the densities of some entries over those of the loosest."""
-        new = distributions_of([self.priced[i] for i in entries], own)
+        new = distributions_of([self._priced[i] for i in entries], own)
         return self._ratio.weights(new)
+
+    def _of_block(self, block: _Block, deviations: Mapping[str, Array]) -> Weighting:
+        """Return the function that weights a block, from a table if possible."""
+        priced = self._priced[block.entries[0]]
+        if block.alone and priced.law:
+            return _Table(priced, deviations).weights
+        return partial(self._of_entries, block.entries)
+
+
+def _loosest(study: Study) -> dict[str, Distribution]:
+    """Return what deviates, with the loosest tolerances."""
+    priced = study.deviating.priced
+    ends = [each.ends[1] for each in priced]
+    every = study.deviating.distributions | distributions_of(priced, ends)
+    return {n: each for n, each in every.items() if not isinstance(each, Constant)}
 
 
 class _Table:
@@ -186,27 +235,6 @@ class _Table:
             with np.errstate(divide="ignore"):
                 self._at[number] = found, np.log(found)
         return self._at[number]
-
-
-def _blocks(study: Study) -> list[tuple[list[int], set[str], bool]]:
-    """Return the numbers of entries in blocks that are independent of each other.
-
-    Correlated entries, or a tolerance and its shift; with the contributors of a block
-    and those correlated with these, and whether nothing in it is correlated.
-    """
-    dependence = study.deviating.dependence
-    found: list[tuple[list[int], set[str], bool]] = []
-    for i, each in enumerate(study.deviating.priced):
-        own = list(each.specified)
-        joints = dependent_groups(own, dependence)
-        joints += [equal_parts(name, dependence) for name in own]
-        names = {name for joint in joints for name in joint}
-        joined = [block for block in found if block[1] & names]
-        alone = not joined and all(len(joint) == 1 for joint in joints)
-        entries = sorted(sum((block[0] for block in joined), [i]))
-        found = [block for block in found if block not in joined]
-        found.append((entries, names.union(*(block[1] for block in joined)), alone))
-    return found
 
 
 def with_choice(study: Study, choice: Choice, seed: int, trials: int) -> Study:

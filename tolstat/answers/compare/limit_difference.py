@@ -3,8 +3,7 @@
 from typing import NamedTuple
 
 from tolstat.answers.compare.pairing import Pairing
-from tolstat.answers.report.variance import without_interval
-from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.estimate import Estimate, without_interval
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.replicates import mean_of_replicates
 from tolstat.statistics.intervals.shares import proportion

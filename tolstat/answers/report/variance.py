@@ -7,7 +7,7 @@ from tolstat.answers.report.report_answer import SobolIndices
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.execution.diagnostics.halved_tolerances import effects_of
 from tolstat.model.description import kinds_of_part
-from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
+from tolstat.statistics.estimate import Estimate, without_interval
 from tolstat.statistics.intervals.jackknife import HEAVY
 from tolstat.statistics.sensitivity.clipping import clipped
 from tolstat.statistics.sensitivity.contributions import Contributions, contributions
@@ -55,11 +55,6 @@ def at_most_all(share: Estimate) -> Estimate:
         return Estimate(1.0, reason="estimated above 100 %")
     value, lower, upper = (min(x, 1.0) for x in share[:3])  # NaN stays NaN
     return Estimate(value, lower, upper, share.reason)
-
-
-def without_interval(found: Estimate) -> Estimate:
-    """Return an estimate without its interval, which dependent trials mislead."""
-    return Estimate(found.value, reason=RANDOM_ONLY) if found.sure else found
 
 
 def _of_each(

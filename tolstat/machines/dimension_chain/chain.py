@@ -43,10 +43,8 @@ def answers(
 
     The worst case is NaN if the formula has no value somewhere within the tolerances,
     or jumps there as at a pole. The others are NaN if it has no value or no slope in
-    their middle. Margulis, Mitin, dimension-functional analysis of wave gears with
-    rolling bodies (2010), print no equations. Of a linear chain the worst case is the
-    sum of |xi| T/2 to either side of the middle, sigma the root of the sum of (xi
-    sigma_i)^2.
+    their middle. Of a linear chain the worst case is the sum of |xi| T/2 to either side
+    of the middle, sigma the root of the sum of (xi sigma_i)^2.
     """
     used = {n: s for n, s in spreads.items() if n in formula.used and s.lower < s.upper}
     constant = {n: s.mean for n, s in spreads.items() if n not in used}

@@ -1,6 +1,6 @@
 """Settings, contributors and responses of the elastic machine."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,41 +50,62 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
-        for fault in self._faults():
-            raise ModelError(fault)
-
-    def _faults(self) -> Iterator[str]:
         n = len(self.inertia)
         for name in ("stiffness", "damping"):
             if (found := len(getattr(self, name))) != n:
-                yield f"{name} has {found} numbers, inertia has {n}: every mass has one of each (damping: 0 for none). The defaults have four masses"
+                raise ModelError(
+                    f"{name} has {found} numbers, inertia has {n}: every mass has one "
+                    "of each (damping: 0 for none). The defaults have four masses"
+                )
         for i, step in enumerate(self.load_torque, start=1):
             where = f"load_torque, row {i}"
             if step["mass"] > n:
                 masses = "1 mass" if n == 1 else f"{n} masses"
-                yield f"{where}: mass = {step['mass']} does not exist, inertia lists {masses}; load_torque = [] for no load"
+                raise ModelError(
+                    f"{where}: mass = {step['mass']} does not exist, inertia lists "
+                    f"{masses}; load_torque = [] for no load"
+                )
             if not step["time"] < self.horizon:
-                yield f"{where}: time = {step['time']:g} s is not before the horizon of {self.horizon:g} s; enlarge the horizon"
-        yield from self._faults_of_motion()
+                raise ModelError(
+                    f"{where}: time = {step['time']:g} s is not before the horizon of "
+                    f"{self.horizon:g} s; enlarge the horizon"
+                )
+        self._check_motion()
         if self.speed == 0 and not any(s["torque"] for s in self.load_torque):
-            yield "final_speed = 0 and no load torque: nothing moves the machine"
+            raise ModelError(
+                "final_speed = 0 and no load torque: nothing moves the machine"
+            )
 
-    def _faults_of_motion(self) -> Iterator[str]:
-        """Yield why a programmed motion is none, or does not end in time."""
+    def _check_motion(self) -> None:
+        """Refuse a programmed motion that is none, or does not end in time."""
         times = [row["time"] for row in self.acceleration]
         table = self.start_up_law == "table"
         if table and (len(times) < 2 or times[-1] <= 0.0 or times != sorted(times)):
-            yield 'start_up_law = "table" takes two or more rows of acceleration, their times ascending and the last above 0 s'
+            raise ModelError(
+                'start_up_law = "table" takes two or more rows of acceleration, their '
+                "times ascending and the last above 0 s"
+            )
         if not table and times:
-            yield 'acceleration is given: it counts with start_up_law = "table" alone'
+            raise ModelError(
+                'acceleration is given: it counts with start_up_law = "table" alone'
+            )
         if table and self.braking_time:
-            yield "braking_time: a table brakes by its own rows; leave braking_time at 0"
+            raise ModelError(
+                "braking_time: a table brakes by its own rows; leave braking_time at 0"
+            )
         t0, end = self.nominal_start_up, self.braking_start + self.braking_time
         name = "acceleration, last time" if table else "start_up_time"
         if not t0 < self.horizon:
-            yield f"{name} = {t0:g} s does not end before the horizon of {self.horizon:g} s; enlarge the horizon"
+            raise ModelError(
+                f"{name} = {t0:g} s does not end before the horizon of "
+                f"{self.horizon:g} s; enlarge the horizon"
+            )
         if self.braking_time and not t0 <= self.braking_start < end < self.horizon:
-            yield f"braking lasts from {self.braking_start:g} s to {end:g} s: it must begin after the start-up ({t0:g} s) and end before the horizon ({self.horizon:g} s)"
+            raise ModelError(
+                f"braking lasts from {self.braking_start:g} s to {end:g} s: it must "
+                f"begin after the start-up ({t0:g} s) and end before the horizon "
+                f"({self.horizon:g} s)"
+            )
 
     @property
     def law(self) -> Law:

@@ -95,8 +95,8 @@ def left_by(modes: Modes, pieces: Array) -> Array:
 
     float64[mode, mass], rad, of one chain: |rho_s^(m)| k/sqrt(1 - zeta^2) times
     |integral of phi0'' e^(zeta k (t - t_e)) e^(-j k_d t)| to its end t_e; NaN for a
-    mode that does not swing. Of float64[piece, 7]: begin and end, s; phi0'' at the
-    begin, rad/s2, three derivatives, and its turn.
+    mode that does not swing. `pieces` of the motion, float64[piece, 7], hold begin and
+    end, s; phi0'' at the begin, rad/s2; its three derivatives; and its turn, rad/s.
     """
     x, weight = np.polynomial.legendre.leggauss(16)
     root = np.sqrt(np.where(modes.zeta < 1.0, 1.0 - modes.zeta**2, np.nan))

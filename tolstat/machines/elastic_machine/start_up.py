@@ -16,29 +16,42 @@ choice made here.
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy import sinc
+from numpy.polynomial import Polynomial
 
 from tolstat.arrays import Array
+
+F = TypeVar("F", Array, Polynomial)
+
+
+def polynomial(s: F) -> F:
+    """Return f of the polynomial law at s, or as a polynomial of the polynomial s."""
+    return 12.0 * s * (1.0 - s) * (1.0 - s)
+
+
+# its derivatives by s behind the start
+_F = polynomial(Polynomial((0.0, 1.0)))
+_POLYNOMIAL = tuple(float(_F.deriv(order)(0.0)) for order in range(4))
 
 
 def spectrum_of_polynomial(rho: Array) -> Array:
     """Return lambda, by parts; below one turn, where powers cancel, by quadrature.
 
-    By parts, from what f is at both ends: its first derivative 12 and 0, its second
-    -48 and 24, its third 72.
+    By parts, from the derivatives of f at both ends. At s = 1 f and f_ are 0.
     """
     x, weight = np.polynomial.legendre.leggauss(24)
     s = 0.5 + 0.5 * x
-    f = 12.0 * s * (1.0 - s) * (1.0 - s)
     slow = np.minimum(np.abs(rho), 1.0)
     wave = np.exp(-2j * np.pi * np.multiply.outer(slow, s))
-    few_turns = (wave * (0.5 * weight * f)).sum(axis=-1)
+    few_turns = (wave * (0.5 * weight * polynomial(s))).sum(axis=-1)
     ja = 2j * np.pi * np.maximum(np.abs(rho), 1.0)
     end = np.exp(-ja)
-    by_parts = 12.0 / ja**2 - (48.0 + 24.0 * end) / ja**3 + 72.0 * (1.0 - end) / ja**4
+    _, f_, f__, f___ = _POLYNOMIAL
+    jump = f__ - (f__ + f___) * end  # of the second derivative, at both ends
+    by_parts = f_ / ja**2 + jump / ja**3 + f___ * (1.0 - end) / ja**4
     return np.abs(np.where(np.abs(rho) < 1.0, few_turns, by_parts))
 
 
@@ -104,7 +117,7 @@ LAWS = {
     ),
     "polynomial": Law(
         spectrum_of_polynomial, 16.0 / 9.0, (), (), "speed by a polynomial",
-        ((0.0, 12.0, -48.0, 72.0),),
+        (_POLYNOMIAL,),
     ),
     # three rectangles, 2/3, 2/9 and 1/9 long, folded
     "trapezoidal": Law(

@@ -88,22 +88,27 @@ class Asked:
 
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
-        for fault in self._faults():
-            raise ModelError(fault)
-
-    def _faults(self) -> Iterator[str]:
         if self.radius is not None and self.inner_radius is not None:
-            yield "radius and inner_radius are both given; give one of them"
+            raise ModelError("radius and inner_radius are both given; give one of them")
         if not self.middle_radius > 0.5 * self.thickness:
-            yield f"thickness = {self.thickness:g} m with radius = {self.middle_radius:g} m: a ring has an inner radius above 0"
+            raise ModelError(
+                f"thickness = {self.thickness:g} m with radius = "
+                f"{self.middle_radius:g} m: a ring has an inner radius above 0"
+            )
         if not self.support_angle < math.pi:
-            yield f"support_angle = {typed('rad', self.support_angle)}: it must be below 180 deg"
+            given = typed("rad", self.support_angle)
+            raise ModelError(f"support_angle = {given}: it must be below 180 deg")
         lobes = self.out_of_roundness_harmonics
         if len(set(lobes)) < len(lobes):
-            yield f"out_of_roundness_harmonics = {list(lobes)}: list each harmonic once"
+            raise ModelError(
+                f"out_of_roundness_harmonics = {list(lobes)}: list each harmonic once"
+            )
         for k in range(1, NAMED_LOBES + 1):
             if k not in lobes and any(map(self.nominal, (amplitude(k), phase(k)))):
-                yield f"{amplitude(k)} or its phase is given, but {k} is not in out_of_roundness_harmonics = {list(lobes)}"
+                raise ModelError(
+                    f"{amplitude(k)} or its phase is given, but {k} is not in "
+                    f"out_of_roundness_harmonics = {list(lobes)}"
+                )
 
     def nominal(self, name: str) -> float:
         """Return the nominal value of a contributor; 0 of lobes without a setting."""
@@ -148,8 +153,13 @@ def _lobes() -> Iterator[tuple[str, type, Any]]:
 
 
 # written out, these would be twenty-four equal declarations
-NAMED = {"__module__": __name__, "__doc__": "Settings of the ring, SI."}
-Settings = dataclasses.make_dataclass("Settings", _lobes(), bases=(Asked,), namespace=NAMED, frozen=True)  # fmt: skip
+Settings = dataclasses.make_dataclass(
+    "Settings",
+    _lobes(),
+    bases=(Asked,),
+    namespace={"__module__": __name__, "__doc__": "Settings of the ring, SI."},
+    frozen=True,
+)
 
 
 _PARTS = (
@@ -197,8 +207,8 @@ CRITICAL = ("zero_speed", "flutter_speed")
 def description_of(settings: Asked) -> Description:
     """Return contributors and responses: as many lobes as the settings name.
 
-    Near the speed at which its lowest frequency is zero the ring has no static depth, and
-    no growth about it.
+    Near the speed at which its lowest frequency is zero the ring has no static depth,
+    and no growth about it.
     """
     lobes = [
         each

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import accumulate
 from typing import Any
@@ -93,27 +92,37 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
-        for fault in self._faults():
-            raise ModelError(fault)
-
-    def _faults(self) -> Iterator[str]:
         for key in ("combination", "reference"):
             given = getattr(self, key)
             for stage, at, n in zip("ABCD", given, self.positions, strict=True):
                 if at >= n:
-                    yield f"{key} = {list(given)}: stage {stage} has the positions 0 to {n - 1}, not {at}"
+                    raise ModelError(
+                        f"{key} = {list(given)}: stage {stage} has the positions 0 to "
+                        f"{n - 1}, not {at}"
+                    )
         for key in ("link_damping", "loss_factors"):
             if len(getattr(self, key)) not in (0, len(structure.LINKS)):
-                yield f"{key}: one number for each of the {len(structure.LINKS)} links is expected, or none"
+                raise ModelError(
+                    f"{key}: one number for each of the {len(structure.LINKS)} links "
+                    "is expected, or none"
+                )
         if len(self.delay) == 2:
-            yield "delay: one time is expected, or three: from 31 to 32, to 33, to 34"
+            raise ModelError(
+                "delay: one time is expected, or three: from 31 to 32, to 33, to 34"
+            )
         if self.entries[-1] >= self.horizon:
-            yield f"delay: stand 34 enters after {self.entries[-1]:g} s, and the horizon is {self.horizon:g} s; enlarge the horizon"
+            raise ModelError(
+                f"delay: stand 34 enters after {self.entries[-1]:g} s, and the horizon "
+                f"is {self.horizon:g} s; enlarge the horizon"
+            )
         for load in self.response_loads:
             if load not in structure.LOADS:
-                yield f"response_loads: no load {load}; 1 is the motor, {', '.join(map(str, structure.STANDS))} are the stands"
+                raise ModelError(
+                    f"response_loads: no load {load}; 1 is the motor, "
+                    f"{', '.join(map(str, structure.STANDS))} are the stands"
+                )
         if len(set(self.response_loads)) < len(self.response_loads):
-            yield "response_loads: a load is given twice"
+            raise ModelError("response_loads: a load is given twice")
 
     @property
     def gearbox(self) -> structure.Gearbox:
@@ -155,7 +164,10 @@ class Settings:
 _C = Contributor
 _R = Response
 
-JOINED = {ij: f"{structure.MASSES[i]} to {structure.MASSES[j]}" for ij, (i, j) in zip(structure.LINK_NAMES, structure.LINKS, strict=True)}  # fmt: skip
+JOINED = {
+    ij: f"{structure.MASSES[i]} to {structure.MASSES[j]}"
+    for ij, (i, j) in zip(structure.LINK_NAMES, structure.LINKS, strict=True)
+}
 CONTRIBUTORS = (
     *(_C(f"inertia_{i}", "1", f"Q{i}", f"moment of inertia: {mass}", "(1)", part="inertias") for i, mass in enumerate(structure.MASSES, start=1)),
     *(_C(f"stiffness_{ij}", "1", f"C{ij}", f"torsional stiffness: {joined}", "(1)", part="stiffnesses") for ij, joined in JOINED.items()),

@@ -46,9 +46,9 @@ def named_orders(settings: Settings) -> dict[str, float]:
 def forbidden(omega: Array, orders: list[float], band: float) -> tuple[Array, Array]:
     """Return the speeds at which an excitation is within the band of a frequency.
 
-    Lower and upper ends, forbidden too, of the motor's speed, rad/s, float64[trial,
-    order and mode], of omega[trial, mode], rad/s; excitations per turn of the motor;
-    and a share of the natural frequency.
+    Of natural frequencies omega[trial, mode], rad/s; `orders`, excitations per turn of
+    the motor; and `band`, a share of the natural frequency. Returns lower and upper
+    ends of the motor's speed, rad/s, float64[trial, order and mode]: forbidden, too.
     """
     critical = np.concatenate([omega / order for order in orders], axis=1)
     return critical * (1.0 - band), critical * (1.0 + band)
@@ -115,7 +115,7 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
     lower, upper = forbidden(omega, list(orders.values()), settings.band)
     begin, end = free_gaps(lower[:1], upper[:1], settings.speed_range)
     free = [(b, e) for b, e in zip(begin[0], end[0], strict=True) if e > b]
-    drawn = slice(min(1, len(omega) - 1), None)  # the others, or the first alone
+    drawn = others_or_first(omega)
     hits = np.zeros(POINTS)
     for low, high in zip(lower[drawn], upper[drawn], strict=True):
         hits += np.any((n >= low[:, None]) & (n <= high[:, None]), axis=0)
@@ -149,6 +149,11 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
             Panel.of("Rolling speed", *rolling),
         ),
     )
+
+
+def others_or_first(omega: Array) -> slice:
+    """Return the drives of which a fraction is taken: the first if it is alone."""
+    return slice(min(1, len(omega) - 1), None)
 
 
 def ends_of(counts: Array, machines: int) -> tuple[Array, Array]:
@@ -187,7 +192,7 @@ def resonances(deviations: Array, settings: Settings) -> Listing:
     place = np.flatnonzero(meets)[np.argsort(lower[0, meets])]
     order, mode = np.divmod(place, n_modes)
     turns = np.array(list(orders.values()))[order]
-    work, drawn = settings.working_speed, slice(min(1, len(omega) - 1), None)
+    work, drawn = settings.working_speed, others_or_first(omega)
     hit = (lower[drawn][:, place] <= work) & (work <= upper[drawn][:, place])
     sure = ends_of(hit.sum(axis=0), len(hit))
     names = ("from, 95 %", "to, 95 %") if len(omega) > 1 else ()

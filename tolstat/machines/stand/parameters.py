@@ -32,13 +32,6 @@ Parameters = namedtuple(
     "m per_m I_s per_I_s h_1 h_2 dl_s off skew dh "  # carriage
     "mu mu_rot g c_s H_s delta F0 x_roll beta1 beta2 beta3 beta4 beta5",
 )
-WHEELS = {7: "r3", 8: "r3", 10: "r2", 11: "r2"}  # with run-out, and their radius
-# nominal values by what deviates relative to them
-RELATIVE = {
-    "m": "carriage_mass", "I_s": "carriage_inertia", "mu": "friction",
-    "c3": "shaft_9_stiffness", "c_s": "guide_stiffness", "Hk3": "mesh_damping",
-    "Hc3": "shaft_9_damping", "H_s": "guide_damping", "F0": "rolling_force",
-}  # fmt: skip
 
 
 def named(deviations: Array) -> dict[str, Array]:
@@ -50,7 +43,9 @@ def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
     """Return the parts of trials, from deviations d by name."""
     N = settings
     dl, dr = d["rod_difference"], d["crank_difference"]
+    k30, k31, k32 = (N.k3 * (1 + d[f"mesh_stiffness_{i}"]) for i in range(3))
     k1, k2 = (N.k * (1 + d[f"rod_stiffness_{i}"]) for i in (1, 2))
+    I1, I2 = (N.I * (1 + d[f"wheel_inertia_{i}"]) for i in (1, 2))
     a_1, a_2 = (N.dl_s / 2 + d[f"hinge_arm_{i}"] for i in (1, 2))
     dh = N.dh + d["guide_length"]
     shaft_12 = 0.0 if settings.drive == "balanced" else 1.0
@@ -64,15 +59,21 @@ def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
         r_2=N.r + dr / 2 + d["crank_radius_2"],
         h_1=N.h + d["hinge_height_1"], h_2=N.h + d["hinge_height_2"],
         a_1=a_1, a_2=a_2, dl_s=a_1 + a_2, dh=dh, delta=delta,
-        **{f"k3{i}": N.k3 * (1 + d[f"mesh_stiffness_{i}"]) for i in range(3)},
-        k1=k1, k2=k2,
+        k30=k30, k31=k31, k32=k32, k1=k1, k2=k2,
         H1=N.H * k1 / N.k * (1 + d["rod_damping_1"]),
         H2=N.H * k2 / N.k * (1 + d["rod_damping_2"]),
         half_c1=d["joint_clearance_1"] / 2, half_c2=d["joint_clearance_2"] / 2,
-        **{f"I{i}": N.I * (1 + d[f"wheel_inertia_{i}"]) for i in (1, 2)},
+        I1=I1, I2=I2, I_s=N.I_s * (1 + d["carriage_inertia"]),
+        m=N.m * (1 + d["carriage_mass"]),
+        mu=N.mu * (1 + d["friction"]),
         c2=shaft_12 * N.c2 * (1 + d["shaft_12_stiffness"]),
+        c3=N.c3 * (1 + d["shaft_9_stiffness"]),
+        c_s=N.c_s * (1 + d["guide_stiffness"]),
+        Hk3=N.Hk3 * (1 + d["mesh_damping"]),
         Hc2=shaft_12 * N.Hc2 * (1 + d["shaft_12_damping"]),
-        **{name: getattr(N, name) * (1 + d[of]) for name, of in RELATIVE.items()},
+        Hc3=N.Hc3 * (1 + d["shaft_9_damping"]),
+        H_s=N.H_s * (1 + d["guide_damping"]),
+        F0=N.F0 * (1 + d["rolling_force"]),
     )  # fmt: skip
 
 
@@ -103,7 +104,8 @@ def faults(deviations: Array, settings: Settings) -> dict[str, Truths]:
     )
     reach = np.minimum(p.l1 - p.r_1 - np.abs(p.h_1), p.l2 - p.r_2 - np.abs(p.h_2))
     _, _, sin_alpha = initial_position(p)
-    off = [np.abs(d[f"runout_{i}"]) / getattr(N, r) for i, r in WHEELS.items()]
+    radii = {7: N.r3, 8: N.r3, 10: N.r2, 11: N.r2}
+    off = [np.abs(d[f"runout_{i}"]) / r for i, r in radii.items()]
     off += [np.abs(d[f"tooth_position_{i}"]) / N.r3 for i in (1, 2)]
     return {
         declarations.NOTHING: ~((positive > 0) & (not_negative >= 0)),
@@ -149,6 +151,9 @@ def build(deviations: Array, settings: Settings) -> Parameters:
     """Return the parameters of deviations[trial, contributor], each float64[n]."""
     d, N = named(deviations), settings
     parts = parts_of(d, settings)
+    psi1, psi2 = (d[f"crank_angle_{i}"] for i in (1, 2))
+    E7, E8, E10, E11 = (d[f"runout_{i}"] for i in (7, 8, 10, 11))
+    th7, th8, th10, th11 = (d[f"runout_phase_{i}"] for i in (7, 8, 10, 11))
     phi31_0, _, _ = initial_position(parts)
     B = gear_deformations(parts, settings)
     one = np.ones_like(parts.m)
@@ -158,11 +163,9 @@ def build(deviations: Array, settings: Settings) -> Parameters:
     parted = parts._asdict()
     a_1, a_2 = parted.pop("a_1"), parted.pop("a_2")
     per_I1, per_I2 = 1 / parted.pop("I1"), 1 / parted.pop("I2")
-    alike = ("g", "x_roll", "beta1", "beta2", "beta3", "beta4", "beta5")
 
     return Parameters(
         **parted,
-        **{name: getattr(N, name) * one for name in alike},
         # drive law
         omega0=settings.crank_speed * N.r3 / N.r1 * one,
         t1=settings.start_up * one,
@@ -173,16 +176,20 @@ def build(deviations: Array, settings: Settings) -> Parameters:
         i3=N.r3 / N.r2 * one, per_r3=1 / N.r3 * one,
         s1=d["tooth_position_1"], s2=d["tooth_position_2"],
         # run-out
-        **{f"E{i}c": d[f"runout_{i}"] * np.cos(d[f"runout_phase_{i}"]) for i in WHEELS},
-        **{f"E{i}s": d[f"runout_{i}"] * np.sin(d[f"runout_phase_{i}"]) for i in WHEELS},
+        E7c=E7 * np.cos(th7), E7s=E7 * np.sin(th7),
+        E8c=E8 * np.cos(th8), E8s=E8 * np.sin(th8),
+        E10c=E10 * np.cos(th10), E10s=E10 * np.sin(th10),
+        E11c=E11 * np.cos(th11), E11s=E11 * np.sin(th11),
         # wheels
         per_I1=per_I1, per_I2=per_I2,
-        **{f"cos_psi{i}": np.cos(d[f"crank_angle_{i}"]) for i in (1, 2)},
-        **{f"sin_psi{i}": np.sin(d[f"crank_angle_{i}"]) for i in (1, 2)},
+        cos_psi1=np.cos(psi1), sin_psi1=np.sin(psi1),
+        cos_psi2=np.cos(psi2), sin_psi2=np.sin(psi2),
         # rods
         link=one * (settings.variant == "equalized"),
         # carriage
         off=(a_1 - a_2) / 2, skew=(a_1 - a_2) / parts.dl_s,
         per_m=1 / parts.m, per_I_s=1 / parts.I_s,
-        mu_rot=parts.mu * arm,
+        mu_rot=parts.mu * arm, g=N.g * one, x_roll=N.x_roll * one,
+        beta1=N.beta1 * one, beta2=N.beta2 * one, beta3=N.beta3 * one,
+        beta4=N.beta4 * one, beta5=N.beta5 * one,
     )  # fmt: skip

@@ -116,7 +116,7 @@ def responses_of(
 
     run = Powers(*solution.quadratures[:, END].T)
     energy = Powers(*(solution.quadratures[:, END] - solution.quadratures[:, WINDOW]).T)
-    greatest, least = solution.greatest.T, solution.least.T  # rod forces first
+    greatest, least = Loads(*solution.greatest.T), Loads(*solution.least.T)
     lost = sum(energy[1:])
     residual = energy.drive - (stored(END) - stored(WINDOW)) - lost
     # a time that is summed step by step may exceed the window by some ulps
@@ -128,8 +128,10 @@ def responses_of(
         **{f"{name}_energy": values for name, values in energy._asdict().items()},
         "energy_residual": residual / energy.drive,
         **Loads(*solution.peak.T)._asdict(),
-        **{f"rod_tension_{i}": np.maximum(greatest[i - 1], 0.0) for i in (1, 2)},
-        **{f"rod_compression_{i}": np.maximum(-least[i - 1], 0.0) for i in (1, 2)},
+        "rod_tension_1": np.maximum(greatest.rod_force_1, 0.0),
+        "rod_tension_2": np.maximum(greatest.rod_force_2, 0.0),
+        "rod_compression_1": np.maximum(-least.rod_force_1, 0.0),
+        "rod_compression_2": np.maximum(-least.rod_force_2, 0.0),
         **dict(zip(("jam_share", "free_share_1", "free_share_2"), shares, strict=True)),
         **{name: each for name, each in contacts._asdict().items() if name[0] != "s"},
     }
