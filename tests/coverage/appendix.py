@@ -97,11 +97,10 @@ two limits, and a second limit. Others 2026-11-23, when nothing joined a pair.
   That is at 10, 20 and 40. Told b alone, the signs of b find it in 52, 86 and 100 %.
   So the pair could be named oftener (`found_if_told` in `causes.py`).
 - A weaker part need not be named with a pair: a and b are right of `|2 a + 2 b - c|`.
-- **Incomplete pairs are the exception.** "Wrong" is within 5 % for innocent parts. Of
-  the uneven sum `|a + 2 b - c|`, two of three are also named as a pair: 14 % are wrong
-  at 10, 9.5 % at 20, 6.5 % at 40. An innocent part is named in 2, 2.5 and 5 %. Six per
-  cent of `|a + b + c|` at 10 hold 2 % with an innocent part, six of four equal parts
-  with two limits at 20 hold 4 % (`innocent` in `causes.py`).
+- **Incomplete pairs are the exception.** The error rate of 5 % holds for innocent
+  parts. Of the uneven sum `|a + 2 b - c|` two parts are often named as a pair, without
+  the third. So 14, 9.5 and 6.5 % are wrong at 10, 20 and 40. Innocent parts are named
+  in 2, 2.5 and 5 % of these (`innocent` in `causes.py`).
 
 ## Problems
 
