@@ -97,6 +97,13 @@ def test_the_commands_of_the_page_run(grid, tmp_path):
     assert scroll_widths(page, tmp_path, [390, 1100]) == [390, 1100]
 
 
+def test_the_sentence_that_all_limits_are_met_fits_a_phone(tmp_path):
+    run = tolstat.run(CHAIN | {"limits": {"gap": ">= -9 mm"}}, output=tmp_path / "m.h5")
+    page = tolstat.report(run).save(tmp_path / "m.html")
+    assert "240 of 240 combinations meet the limit" in page.read_text()
+    assert scroll_widths(page, tmp_path, [390]) == [390]
+
+
 def test_a_table_and_a_single_point_have_a_page(tmp_path):
     (tmp_path / "cases.csv").write_text("a [mm],b [mm]\n0,0\n0.5,0.6\n0.1,0.2\n")
     table = {k: v for k, v in CHAIN.items() if k != "grid"} | {"sampling": "table"}

@@ -4,7 +4,8 @@
 
 Of each problem and number out of limit, 200 studies of 2048 trials. "wrong", of a
 limit: a named part is not in the formula, two parts are named as a pair that is none,
-or a part without its twin. "right": the first named cause is a planted one.
+or a part without its twin. "right": the first named cause is a planted one. Of studies
+with a second limit, "wrong" is the mean over both, and "right" is so for both.
 """
 
 from __future__ import annotations
@@ -155,7 +156,7 @@ def _responses(planted, x, noise):
 
 
 def study(name, out, number):
-    """Return for each limit whether a wrong, the right, and any cause is named."""
+    """Return for each limit whether a wrong, the right, any, an innocent is named."""
     planted = PROBLEMS[name]
     rng = np.random.default_rng([number, out, zlib.crc32(name.encode())])
     k = planted.contributors
@@ -191,11 +192,12 @@ def _judged(planted, found, limit, limits):
     guilty = {*planted.guilty, *(j for each in planted.first for j in each)}
     parts = [_numbers(each) for each in found.parts if not each.correlated]
     pairs = [_numbers(each) for each in found.pairs]
-    wrong = any(not each <= guilty for each in parts + pairs)
-    wrong |= any(
+    innocent = any(not each <= guilty for each in parts + pairs)
+    innocent |= any(
         each.correlated and not _numbers(each) & guilty for each in found.parts
     )
     planted_pairs = [{*e} for e in planted.first if planted.pair and len(e) == 2]
+    wrong = innocent
     wrong |= any(len(each) == 2 and each not in planted_pairs for each in pairs)
     for twins in map(set, planted.twins):
         wrong |= any(each & twins and not each >= twins for each in parts)
@@ -207,7 +209,7 @@ def _judged(planted, found, limit, limits):
     right = not first if not may else any(each in may for each in first)
     if planted.pair and limits == 1:
         right = any(each in pairs for each in planted_pairs) or first == may[1:]
-    return wrong, right, bool(parts or pairs)
+    return wrong, right, bool(parts or pairs), innocent
 
 
 def rates(name, out, studies=STUDIES):
@@ -219,6 +221,12 @@ def rates(name, out, studies=STUDIES):
     )
     return {"problem": name, "out": out, "studies": studies, "wrong": wrong,
             "right": right, "named": some}  # fmt: skip
+
+
+def innocent(name, out, studies=STUDIES):
+    """Return the share of limits with an innocent part named: a part of "wrong"."""
+    found = [study(name, out, number) for number in range(studies)]
+    return np.mean([each[3] for of in found for each in of])
 
 
 def found_if_told(out, studies=500):

@@ -67,8 +67,12 @@ class Density:
 class DensityRatio:
     """Weights of trials as if their parts came from other distributions.
 
-    Given are, for every contributor that deviates: float64[trial] deviations, SI, and
-    the distributions and the dependence they were sampled with.
+    Parameters
+    ----------
+    deviations : mapping of str to float64[trial]
+        Deviations of every contributor that deviates, SI.
+    distributions, dependence
+        What these were sampled with.
     """
 
     def __init__(

@@ -33,11 +33,11 @@ def draw_in_stages(
     trials: int,
     dependence: Dependence,
 ) -> Course:
-    """Yield trials stage by stage, from a sampler by its name.
+    """Yield stages of trials with deviations, from a sampler by its name.
 
     `contributors` are all of the model, in order; without a distribution they are zero.
-    Each comes with its deviations, float64[trial, contributor], SI. Send the margins of
-    each stage as for `Sampler.stages`.
+    Each stage comes with float64[trial, contributor], its deviations, SI. Send the
+    margins of its trials as for `Sampler.stages`.
     """
     streams = streams_of(contributors, distributions, dependence)
     stages = SAMPLERS[sampling].stages(seed, streams, trials)

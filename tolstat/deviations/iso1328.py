@@ -82,11 +82,19 @@ def run_out(diameter: float, module: float, flank_class: int) -> float:
 
 
 def zone(error: str, diameter: float, module: float, flank_class: int) -> Tolerance:
-    """Return the zone of a deviation of a gear in a class, 1 to 11, m.
+    """Return the zone of a deviation of a gear in a class, m.
 
-    The error is "run-out": the amplitude, half of what an indicator shows over a turn;
-    or "pitch": the position of a tooth. The diameter is that of reference, the module
-    the normal one, m. Raises `GradeError` if the standard does not cover them.
+    Raises `GradeError` if the standard does not cover the arguments.
+
+    Parameters
+    ----------
+    error : str
+        "run-out": the amplitude, half of what an indicator shows over a turn; "pitch":
+        the position of a tooth.
+    diameter, module : float
+        Reference diameter and normal module, m.
+    flank_class : int
+        1 to 11.
     """
     if error == "run-out":
         return Tolerance(0.0, 0.5 * run_out(diameter, module, flank_class))

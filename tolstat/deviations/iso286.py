@@ -79,8 +79,9 @@ def width(grade: int, size: float) -> float:
 def zone(text: str, size: float) -> Tolerance:
     """Return the zone of a grade on a drawing: deviations from the nominal size, m.
 
-    "IT7", "js7" and "JS7" lie half above and half below the nominal size, m; "h7" below
-    it (a shaft), "H7" above it (a hole). Raises `GradeError` if the grade is unknown.
+    "IT7", "js7" and "JS7" lie half above and half below the nominal size, `size`, m;
+    "h7" below it (a shaft), "H7" above it (a hole). Raises `GradeError` if the grade is
+    unknown, or the standard's table lacks this size.
     """
     found = _WRITTEN.fullmatch(text.strip())
     if found is None or found[1] not in ("IT", *POSITIONS):

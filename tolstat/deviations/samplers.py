@@ -44,7 +44,8 @@ class Sampler:
     # whether the trials are a sample of production: their statistics estimate those of
     # the units that will be built
     sample: ClassVar[bool] = True
-    aims: ClassVar[bool] = False  # whether it searches the limit of one response
+    # whether it searches the limit of one response, which the study names
+    aims: ClassVar[bool] = False
     # stored columns of the sampling of each trial: name and sentence
     columns: ClassVar[Mapping[str, str]] = {}
 

@@ -67,8 +67,15 @@ def integration_error(
 ) -> IntegrationError:
     """Compare a response with the same trials integrated precisely.
 
-    `representative` tells which of bool[n] trials represent trials of similar response:
-    chosen at random or by this response. One chosen by another response may be unusual.
+    Parameters
+    ----------
+    values : float64[trial]
+        The response as stored, NaN in failed trials.
+    trials, precise : int64[n], float64[n]
+        The trials that were integrated again, and their precise responses.
+    representative : bool[n]
+        Which of these represent trials of similar response: chosen at random or by this
+        response. A trial chosen by another response may be unusual.
     """
     errors = values[trials] - precise
     done = np.isfinite(errors)

@@ -18,7 +18,7 @@ from tolstat.answers.report.gather import report_of
 from tolstat.document.blocks import Section, Table
 from tolstat.render.screen import as_text, show
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.yields import UNDECIDED
+from tolstat.statistics.limits.yields import MET, UNDECIDED
 
 DEGREE = np.pi / 180
 STUDY = {
@@ -157,12 +157,19 @@ def test_few_trials_state_how_many_would_tell(tmp_path):
     assert 0 < n < 10 and causes.named == () and causes.main is None
     assert 40 / n * 4096 <= causes.needed < 44.1 / n * 4096
     assert (
-        as_text(cause.main) == f"too few ({n}; about {causes.needed} trials would tell)"
+        as_text(cause.main) == f"too few ({n}); about {causes.needed} trials would tell"
     )
     # the step that decides adds as many trials: one command for both
     (step,) = steps_of(found)
     assert step.startswith("Add trials to decide gap")
     assert int(step.split("--trials ")[1].rstrip(".")) >= causes.needed
+
+
+def test_a_met_limit_asks_for_no_trials_that_tell_causes(tmp_path):
+    links = {"a": 0.1, "b": 0.1}
+    found, causes, cause = chain(tmp_path, "a + b", links, "<= 20.155 mm", 4096)
+    assert found.limits["gap"].yields.verdict == MET and causes.needed
+    assert as_text(cause.main) == f"too few ({causes.trials_out_of_limit})"
 
 
 def test_causes_of_most_trials_are_not_named(tmp_path):

@@ -174,7 +174,7 @@ def _cause_cell(each: ResponseSummary) -> Cell:
     variance: Parts = ()
     if causes.reason != OFF_CENTRE and (most := each.largest_share):
         variance = say("variance: {} {}", Name(most[0]), of_variance(most[1]))
-    return Cell(text(no_cause(causes)), variance)
+    return Cell(text(no_cause(each)), variance)
 
 
 def of_variance(share: Estimate) -> Parts:
@@ -206,11 +206,14 @@ def also(causes: Causes) -> str:
     return f"; also {'; '.join(new)}" if new else ""
 
 
-def no_cause(causes: Causes) -> str:
-    """Say why no cause is named."""
-    if causes.reason == RANDOM_ONLY:
+def no_cause(each: ResponseSummary) -> str:
+    """Say why no cause is named, and how many trials would tell of a limit not met."""
+    causes, limited = each.causes, each.limited
+    if causes is None or causes.reason == RANDOM_ONLY:
         return "causes are named for random trials only"
-    return causes.reason or "no significant difference"
+    more = causes.needed and limited and limited.yields.verdict != MET
+    tell = f"; about {causes.needed} trials would tell" if more else ""
+    return f"{causes.reason or 'no significant difference'}{tell}"
 
 
 def next_steps(found: RunSummary) -> tuple[Parts, ...]:

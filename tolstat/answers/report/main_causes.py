@@ -97,7 +97,7 @@ def _causes(
     elif count < LEAST:
         digits = 10.0 ** math.floor(math.log10(TELLING * trials / count) - 1)
         needed = int(math.ceil(TELLING * trials / count / digits) * digits)
-        reason = f"too few ({count}; about {needed} trials would tell)"
+        reason = f"too few ({count})"
     elif count > MOST * trials:
         reason = TOO_MANY
     return Causes(count, reason, needed, tuple(named), contributors, kinds)

@@ -194,7 +194,7 @@ def _causes(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
         return ()
     out, known = causes.trials_out_of_limit, causes.contributors
     failed = ", failed ones among them" if found.trials.failed else None
-    none = None if causes.named else f": {no_cause(causes)}"
+    none = None if causes.named else f": {no_cause(each)}"
     correlated = found.assumptions.correlation and known
     return (
         blocks.paragraph(counted(out, "trial"), " out of limit", failed, none, "."),

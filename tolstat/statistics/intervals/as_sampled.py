@@ -24,8 +24,13 @@ def mean_as_sampled(
     The interval is Student's, corrected for the skewness gamma, and wider by 3
     gamma^2/n. There is none if |gamma| > 0.6 sqrt(n): about three trials decide the
     mean. With replicates, whose scatter counts then, it is a tenth wider, and the bound
-    is 0.2. `replicate` is the number of the independent randomisation that each trial
-    belongs to, int64[n]; without it trials are independent.
+    is 0.2.
+
+    Parameters
+    ----------
+    replicate : int64[n], optional
+        Number of the independent randomisation that each trial belongs to; without it
+        trials are independent.
 
     References
     ----------

@@ -50,9 +50,14 @@ def mean_of_replicates(
     """Estimate the mean of Latin hypercube or Sobol' trials.
 
     The interval is Student's, of the replicates' means, a tenth wider, and wider by the
-    possible contribution of units that no replicate contains. Given are the response,
-    float64[trial], none NaN, and `replicate`, int64[trial]: the number of the
-    independent randomisation that each trial belongs to.
+    possible contribution of units that no replicate contains.
+
+    Parameters
+    ----------
+    values : float64[trial]
+        The response, none NaN.
+    replicate : int64[trial]
+        Number of the independent randomisation that each trial belongs to.
 
     References
     ----------
@@ -119,8 +124,9 @@ def quantile_of_replicates(
 ) -> Estimate:
     """Estimate a quantile of Latin hypercube or Sobol' trials.
 
-    The interval ends at the values at the ends of the interval of the share below it;
-    there is none if fewer than thirty trials are expected outside it.
+    At each value, the fraction of units below it has an interval. The quantile may be
+    any value whose interval contains `share`. There is no interval if fewer than thirty
+    trials are expected outside. Other arguments are as of `mean_of_replicates`.
 
     References
     ----------

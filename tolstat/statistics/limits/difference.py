@@ -36,8 +36,12 @@ def exchange(first: Truths, second: Truths) -> Exchange:
     The interval is exact. The difference of yields is the share that changes sides,
     times the fraction worse less better of these. Both factors have intervals of
     Clopper and Pearson, each with half the error. The second is conditional on the
-    number that changes sides, as in McNemar's test. Given are bool[trial], whether each
-    unit is within, in either design; trials are independent.
+    number that changes sides, as in McNemar's test.
+
+    Parameters
+    ----------
+    first, second : bool[trial]
+        Whether each unit is within, in either design; trials are independent.
 
     References
     ----------
@@ -129,8 +133,12 @@ def difference_of_ppk(
 
     It is second less first, with the interval of a jackknife that leaves out a
     twentieth of both at a time, a tenth wider; none if few trials dominate a variance.
-    Given are float64[trial], the response in either design, of trials that are done:
-    the same trials in the same order, or independent trials.
+
+    Parameters
+    ----------
+    first, second : float64[trial]
+        The response in either design, of trials that are done: the same trials in the
+        same order, or independent trials.
     """
     few = min(len(first), len(second))
     if few < LEAST_OF_MOMENTS:
