@@ -31,7 +31,9 @@ accuracy_type = _tuple_type(Accuracy, rtol=number, max_step=number, max_steps=wh
 block_type = _tuple_type(
     Block, samples=numbers, watch_from=whole, accuracy=accuracy_type
 )
-results_type = _tuple_type(Results, arrived=tables, history=tables)
+results_type = _tuple_type(
+    Results, arrived=tables, history=tables, status=integers, steps=integers
+)
 lanes_type = _tuple_type(Lanes)
 step_type = _tuple_type(
     Step, k=tables, crossings=integers, damped=integers, sloped=integers
