@@ -64,8 +64,9 @@ def begin_damping(h, step):
 
 
 @compiled(within=True)
-def damp(stage, k, damped, lambda_h, share):
+def damp(stage, step):
     """Damp the rates of a stage, counted from 0; undamped rates follow in its rows."""
+    k, damped = step.k, step.damped
     n, K = len(damped), k[stage]
     for j in range(n):
         i = damped[j]
@@ -73,7 +74,7 @@ def damp(stage, k, damped, lambda_h, share):
         for earlier in range(1, stage):
             before = before + G[stage, earlier] * k[earlier][i]
         K[len(K) - n + j] = K[i]
-        K[i] = (K[i] - lambda_h[j] * before) * share[j]
+        K[i] = (K[i] - step.lambda_h[j] * before) * step.share[j]
 
 
 @compiled(within=True)

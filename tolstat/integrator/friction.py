@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from tolstat.arrays import Array
 from tolstat.lanes.compiled import compiled
 
 
 @compiled(within=True)
-def dry_friction(slips, grips, load, sliding):
+def dry_friction(slips: Array, grips: Array, load: Array, sliding: Array) -> Array:
     """Return the force of dry friction on a part, N.
 
     The part sticks while its sliding speed stays at zero and the friction at rest

@@ -150,31 +150,51 @@ def _unsolved(system: System, block: Block) -> Results:
         arrived=room(block.marks.shape[1], n_states + system.n_quadratures),
         watched=room(2 * system.n_extremes + system.n_above),
         history=room(len(block.samples), n_states),
-        ends=room(4),
+        status=np.full(n, Status.NOT_RUN.value),
+        steps=np.zeros(n, np.int64),
+        ended=room(2),
     )
 
 
 def _solution(system: System, block: Block, results: Results) -> Solution:
-    arrived, watched, history, ends = results
     n_states, n = block.start.shape[1], system.n_extremes
-    status, steps = ends[:, :2].T.astype(np.int64)
-    states, quadratures = np.split(arrived, [n_states], axis=2)
-    peaks = np.split(watched, [n, 2 * n], axis=1)
-    found = [states, quadratures, *peaks, history, status, steps, ends[:, 2:]]
-    return Solution._make(found)
+    states, quadratures = np.split(results.arrived, [n_states], axis=2)
+    greatest, least, above = np.split(results.watched, [n, 2 * n], axis=1)
+    return Solution(
+        states=states,
+        quadratures=quadratures,
+        greatest=greatest,
+        least=least,
+        above=above,
+        history=results.history,
+        status=results.status,
+        steps=results.steps,
+        ended=results.ended,
+    )
 
 
 def _idle_lanes(system: System, block: Block) -> Lanes:
-    n_states, n_quadratures = block.start.shape[1], system.n_quadratures
-    watched = system.n_extremes, system.n_extremes, system.n_above
-    sides = [len(system.crossings)] * 3
-    counts = [CLOCK_ROWS, n_states, n_quadratures, *watched, *sides]
-    ends = np.cumsum(counts)
-    whole = _lanes(ends[-1])
+    counts = {
+        "clock": CLOCK_ROWS,
+        "y": block.start.shape[1],
+        "quadratures": system.n_quadratures,
+        "greatest": system.n_extremes,
+        "least": system.n_extremes,
+        "above": system.n_above,
+        "side": len(system.crossings),
+        "size": len(system.crossings),
+        "returned": len(system.crossings),
+    }
+    end = dict(zip(counts, np.cumsum([*counts.values()]).tolist(), strict=True))
+    whole = _lanes(end["returned"])
     whole[[PHASE, TRIAL]] = -1.0
-    parts = [*np.split(whole, ends[:-1]), _lanes(block.parameters.shape[1])]
-    parts += [whole, whole[ends[0] : ends[2]], whole[ends[2] : ends[5]]]
-    return Lanes._make(parts)
+    return Lanes(
+        **{name: whole[end[name] - n : end[name]] for name, n in counts.items()},
+        p=_lanes(block.parameters.shape[1]),
+        whole=whole,
+        arrived=whole[end["clock"] : end["quadratures"]],
+        watched=whole[end["quadratures"] : end["above"]],
+    )
 
 
 def _room_for_steps(system: System, lanes: Lanes) -> Step:

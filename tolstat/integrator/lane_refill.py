@@ -78,11 +78,11 @@ def _end(lane, status, lanes, results):
             total += lanes.quadratures[i, lane]
         if not np.isfinite(total):
             status = Status.NOT_FINITE
-    results.ends[trial, 0] = status.value
-    results.ends[trial, 1] = clock[problem.COUNT, lane]
+    results.status[trial] = status.value
+    results.steps[trial] = int(clock[problem.COUNT, lane])
     if status != Status.DONE:
-        results.ends[trial, 2] = clock[problem.TIME, lane]
-        results.ends[trial, 3] = clock[problem.WORST, lane]
+        results.ended[trial, problem.TIME_ENDED] = clock[problem.TIME, lane]
+        results.ended[trial, problem.WORST_STATE] = clock[problem.WORST, lane]
     clock[problem.TRIAL, lane] = clock[problem.PHASE, lane] = -1.0
     clock[problem.STEP, lane] = 0.0
 

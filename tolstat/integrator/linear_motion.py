@@ -8,7 +8,7 @@ from tolstat.arrays import Array, Integers
 from tolstat.integrator.problem import Solution
 from tolstat.status import Status
 
-A_STEP = 0.5 * np.pi  # turn of the fastest part in a step, at most
+MOST_TURN = 0.5 * np.pi  # of the fastest part in a step
 MOST_STEPS = 20_000_000  # of a trial
 TERMS = 24  # of e^(G h), which thousands of steps multiply: (pi/2)^25/25! = 5e-21
 SERIES = 17  # terms of the solution inside a step: (pi/2)^18/18! = 5e-13, once
@@ -86,26 +86,55 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
         first = -found.ctypes.data % 64 // 8
         return found[first : first + size].reshape(*shape, WIDTH)
 
-    counts = np.array([motion.parts, motion.driven])
     G, marks, change = map(across, given)
     weight, rest, since = map(across, (motion.weight, motion.rest, motion.since))
-    samples_ = np.repeat(taken[:, None], WIDTH, axis=1)
     extreme = room(packs, 2 * watched) - np.inf
     history = room(packs, len(taken) * watched) + np.nan
     steps = room(packs, 1)
     size = m // motion.parts
     columns = max(size, 2 * watched)
-    spare = [room(2), room(m), room(m), room(m * size), room(m * columns)]
-    spare += [room(m * columns), room(columns), room(weight.shape[1])]
-    spare += [room(4 * motion.parts), room(watched * motion.parts)]
-    spare += [room(4 * watched), room((1 + SERIES) * 2 * watched), room(2 * watched)]
-    spare += [room(2 * watched * (KEPT + m))]
+    same = {
+        "row": row,
+        "column": column,
+        "parts": motion.parts,
+        "driven": motion.driven,
+        "samples": np.repeat(taken[:, None], WIDTH, axis=1),
+        "clock": room(2),
+        "z": room(m),
+        "moved": room(m),
+        "P": room(m * size),
+        "power": room(m * columns),
+        "product": room(m * columns),
+        "length": room(columns),
+        "slope": room(weight.shape[1]),
+        "turn": room(motion.parts),
+        "growth": room(motion.parts),
+        "soon": room(motion.parts),
+        "ever": room(motion.parts),
+        "share": room(watched * motion.parts),
+        "value": room(watched),
+        "rate": room(watched),
+        "sharp": room(watched),
+        "reach": room(watched),
+        "series": room((1 + SERIES) * 2 * watched),
+        "above": room(2 * watched),
+        "kept": room(2 * watched * (KEPT + m)),
+    }
     for i in range(packs):
-        follow(Pack._make((
-            row, column, counts, marks[i], G[i], change[i], weight[i],
-            rest[i], since[i], samples_, np.zeros(WIDTH, np.int64), *spare, extreme[i],
-            history[i], steps[i],
-        )))  # fmt: skip
+        pack = Pack(
+            marks=marks[i],
+            G=G[i],
+            change=change[i],
+            weight=weight[i],
+            rest=rest[i],
+            since=since[i],
+            taken=np.zeros(WIDTH, np.int64),
+            extreme=extreme[i],
+            history=history[i],
+            steps=steps[i],
+            **same,
+        )
+        follow(pack)
     count = steps.transpose(0, 2, 1).reshape(-1)[:n]
     finite &= np.isfinite(count)
     few = count <= MOST_STEPS

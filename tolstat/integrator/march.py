@@ -71,6 +71,8 @@ def _take_samples(lanes, k, block, results):
         t, trial = clock[problem.TIME, lane], int(clock[problem.TRIAL, lane])
         sample = int(clock[problem.SAMPLE, lane])
         while sample < len(block.samples):
+            # read here: outside the loop LLVM multiplies by 1/h, and histories change
+            # in the last digit
             h = clock[problem.TRIED, lane]
             theta = (block.samples[sample] - t) / h
             if theta > 1.0:

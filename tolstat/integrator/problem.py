@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Integers
 from tolstat.errors import ModelError
 
 # the clock of each lane, the state of its trial, has a row for each of these;
@@ -39,6 +38,8 @@ NOTHING = 0.0
 MARK_REACHED = 1.0
 FAILED = 2.0
 CROSSED = 3.0
+
+TIME_ENDED, WORST_STATE = range(2)  # columns of `Solution.ended`
 
 
 class Moment(NamedTuple):
@@ -161,10 +162,10 @@ class Solution(NamedTuple):
     least: Array  # [trial, extreme]
     above: Array  # [trial, quantity above zero], s
     history: Array  # [trial, sample, state]
-    status: NDArray[np.int64]  # [trial], of `tolstat.status.Status`
-    steps: NDArray[np.int64]  # [trial]
-    # [trial, 2], of a trial that failed: time, s, and number of the state with the
-    # largest error
+    status: Integers  # [trial], of `tolstat.status.Status`
+    steps: Integers  # [trial]
+    # [trial, 2], of a trial that failed: TIME_ENDED, s, and WORST_STATE, the number of
+    # the state with the largest error
     ended: Array
 
     @property
@@ -179,7 +180,9 @@ class Results(NamedTuple):
     arrived: Array  # [trial, mark, state then quadrature]
     watched: Array  # [trial, greatest then least then time above zero]
     history: Array  # [trial, sample, state]
-    ends: Array  # [trial, 4]: status, steps, and the columns of `Solution.ended`
+    status: Integers  # [trial]
+    steps: Integers  # [trial]
+    ended: Array  # [trial, 2], with the columns TIME_ENDED and WORST_STATE
 
 
 class Lanes(NamedTuple):
@@ -216,6 +219,6 @@ class Step(NamedTuple):
     slope: Array  # [damped times sloped, lane]
     lambda_h: Array  # [damped, lane], lambda times the step
     share: Array  # [damped, lane], 1/(1 + g h lambda)
-    crossings: NDArray[np.int64]  # [crossing], which of the watched quantities
-    damped: NDArray[np.int64]  # [damped], which states
-    sloped: NDArray[np.int64]  # [sloped], which quadratures
+    crossings: Integers  # [crossing], which of the watched quantities
+    damped: Integers  # [damped], which states
+    sloped: Integers  # [sloped], which quadratures

@@ -13,13 +13,13 @@ import numpy as np
 from numba import types
 
 from tolstat.arrays import Array, Integers
-from tolstat.integrator.linear_motion import A_STEP, MOST_STEPS, SERIES, TERMS
-from tolstat.integrator.signatures import integers, table
+from tolstat.integrator.linear_motion import MOST_STEPS, MOST_TURN, SERIES, TERMS
+from tolstat.integrator.signatures import integers, tuple_type, whole
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH
 
-OFTEN = 8  # steps between two looks at the sizes of the parts
+LOOK_EVERY = 8  # steps between two looks at the sizes of the parts
 SAME = 1e-14  # of a watched quantity: as high
 ROUNDS = 1000  # of a search, at most; ten are usual
 LATE = 1e-9  # of a step: what rounding may put a sample behind the last mark
@@ -31,7 +31,9 @@ class Pack(NamedTuple):
 
     row: Integers  # of the entries of G that are not zero in all trials
     column: Integers
-    counts: Integers  # of parts; of rows that drive
+    taken: Integers  # [lane], samples
+    parts: int
+    driven: int  # rows
     marks: Array  # [mark, lane], s
     G: Array  # [entry, lane], 1/s
     change: Array  # [phase times row, lane], of z
@@ -39,7 +41,6 @@ class Pack(NamedTuple):
     rest: Array  # [phase times watched, lane], what is added to the sums
     since: Array  # [watched, lane], phase from which its peak is taken
     samples: Array  # [sample, lane], s, the same in all lanes
-    taken: Integers  # [lane], samples
     clock: Array  # [2, lane]: length of a step, s; their number in the phase
     z: Array  # [row, lane]
     moved: Array  # [row, lane], z behind the step
@@ -48,11 +49,15 @@ class Pack(NamedTuple):
     product: Array  # [row times column, lane]
     length: Array  # [column, lane], s, of its step
     slope: Array  # [watched times position, lane], weights of the rates over a step
-    # [4 times part, lane], of |z| of a part: fastest turn, growth, 1/s; growth over
-    # some steps, over all
-    part: Array
+    turn: Array  # [part, lane], 1/s, fastest of |z| of a part
+    growth: Array  # [part, lane], 1/s
+    soon: Array  # [part, lane], how |z| grows over `LOOK_EVERY` steps, over 144
+    ever: Array  # [part, lane], over all
     share: Array  # [watched times part, lane], of a part's size
-    at: Array  # [4 times watched, lane], see `take_peaks` and `sizes`
+    value: Array  # [watched, lane], at the begin of a step
+    rate: Array  # [watched, lane], over the step
+    sharp: Array  # [watched, lane], M for some steps
+    reach: Array  # [watched, lane], how far from rest it may ever come
     series: Array  # [term times 2 times watched, lane]
     above: Array  # [2 times watched, lane], bound of the last step
     kept: Array  # [2 times watched times row of a kept step, lane]
@@ -62,9 +67,8 @@ class Pack(NamedTuple):
     steps: Array  # [1, lane]
 
 
-_INTEGERS = "row", "column", "counts", "taken"
-pack_type = types.BaseTuple.from_types(
-    [integers if name in _INTEGERS else table for name in Pack._fields], Pack
+pack_type = tuple_type(
+    Pack, row=integers, column=integers, taken=integers, parts=whole, driven=whole
 )
 
 
@@ -81,10 +85,10 @@ def measure(pack):
     Norms of G by rows and columns bound its Euclidean one; Gershgorin's circles of its
     symmetric part bound the growth of |z|.
     """
-    m, parts, watched = len(pack.z), pack.counts[0], len(pack.since)
+    m, parts, watched = len(pack.z), pack.parts, len(pack.since)
     size, n = m // parts, len(pack.weight) // watched
-    G, dense, marks = rows(pack.G), rows(pack.P), rows(pack.marks)
-    part, share, weight = rows(pack.part), rows(pack.share), rows(pack.weight)
+    G, dense, marks = pack.G, pack.P, pack.marks
+    share, weight = pack.share, pack.weight
     nothing = 0.0 * marks[0]
     for i in range(m * size):
         dense[i] = nothing
@@ -102,8 +106,8 @@ def measure(pack):
                 grown = grown + 0.5 * (both if i == j else np.abs(both))
             widest, highest = greater(width, widest), greater(height, highest)
             growth = greater(grown, growth)
-        part[k], part[parts + k] = np.sqrt(widest * highest), growth
-        part[3 * parts + k] = np.exp(growth * (marks[len(marks) - 1] - marks[0]))
+        pack.turn[k], pack.growth[k] = np.sqrt(widest * highest), growth
+        pack.ever[k] = np.exp(growth * (marks[len(marks) - 1] - marks[0]))
         for o in range(watched):
             square = nothing
             for i in range(k, n, parts):
@@ -114,7 +118,7 @@ def measure(pack):
 @compiled()
 def times(width, factor, power, product, pack):
     """Fill the next term of Taylor series, rows times width: factor G h power."""
-    G, length = rows(pack.G), rows(pack.length)
+    G, length = pack.G, pack.length
     for i in range(len(pack.z) * width):
         product[i] = 0.0 * length[0]
     for e in range(len(G)):
@@ -126,11 +130,11 @@ def times(width, factor, power, product, pack):
 @compiled()
 def prepare(h, pack):
     """Fill what is the same in all steps of a phase: P = e^(G h), slopes, bounds."""
-    m, parts, watched = len(pack.z), pack.counts[0], len(pack.since)
+    m, parts, watched = len(pack.z), pack.parts, len(pack.since)
     size, n = m // parts, len(pack.weight) // watched
-    G, P, length = rows(pack.G), rows(pack.P), rows(pack.length)
-    power, product = rows(pack.power), rows(pack.product)
-    slope, weight, part = rows(pack.slope), rows(pack.weight), rows(pack.part)
+    G, P, length = pack.G, pack.P, pack.length
+    power, product = pack.power, pack.product
+    slope, weight = pack.slope, pack.weight
     for k in range(size):
         length[k] = h
     for i in range(m * size):
@@ -149,7 +153,8 @@ def prepare(h, pack):
             for o in range(0, watched * n, n):
                 slope[o + j] = slope[o + j] + weight[o + i] * Gh
     for k in range(parts):
-        part[2 * parts + k] = np.exp(part[parts + k] * h * float(OFTEN)) * (1.0 / 144.0)
+        grown = np.exp(pack.growth[k] * h * float(LOOK_EVERY))
+        pack.soon[k] = grown * (1.0 / 144.0)
 
 
 @compiled()
@@ -158,33 +163,31 @@ def sizes(z, pack):
 
     All derivatives of z follow the equations of z, and so do bounds of their growth.
     """
-    parts, watched = pack.counts[0], len(pack.since)
-    at, part, share = rows(pack.at), rows(pack.part), rows(pack.share)
-    fourth, product = rows(pack.power), rows(pack.product)
-    rows(pack.length)[0] = rows(pack.clock)[0]
+    parts, watched = pack.parts, len(pack.since)
+    share, sharp, reach = pack.share, pack.sharp, pack.reach
+    fourth, product = pack.power, pack.product
+    pack.length[0] = pack.clock[0]
     for i in range(len(z)):
         fourth[i] = z[i]
     for _ in range(4):
         times(1, 1.0, fourth, product, pack)
         fourth, product = product, fourth
-    for i in range(2 * watched, 4 * watched):
-        at[i] = 0.0 * z[0]
+    for o in range(watched):
+        sharp[o] = reach[o] = 0.0 * z[0]
     for k in range(parts):
-        square, sharp = 0.0 * z[0], 0.0 * z[0]
+        square, bend = 0.0 * z[0], 0.0 * z[0]
         for i in range(k, len(z), parts):
-            square, sharp = square + z[i] * z[i], sharp + fourth[i] * fourth[i]
-        ever = np.sqrt(square) * part[3 * parts + k]
-        sharp = np.sqrt(sharp) * part[2 * parts + k]
+            square, bend = square + z[i] * z[i], bend + fourth[i] * fourth[i]
+        ever, soon = np.sqrt(square) * pack.ever[k], np.sqrt(bend) * pack.soon[k]
         for o in range(watched):
             of = share[o * parts + k]
-            at[2 * watched + o] = at[2 * watched + o] + of * sharp
-            at[3 * watched + o] = at[3 * watched + o] + of * ever
+            sharp[o], reach[o] = sharp[o] + of * soon, reach[o] + of * ever
 
 
 @compiled(within=True)
 def read(o, n, rest, z, pack):
     """Return the value of a watched quantity, and its slope over a step."""
-    weight, slope = rows(pack.weight), rows(pack.slope)
+    weight, slope = pack.weight, pack.slope
     value, rate = rest, 0.0 * z[0]
     for i in range(n):
         value = value + weight[o * n + i] * z[i]
@@ -200,8 +203,8 @@ def expand(first, last, width, pack):
     """
     watched = len(pack.since)
     n = len(pack.weight) // watched
-    series, weight = rows(pack.series), rows(pack.weight)
-    power, product = rows(pack.power), rows(pack.product)
+    series, weight = pack.series, pack.weight
+    power, product = pack.power, pack.product
     for term in range(SERIES + 1):
         for row in range(first, last):
             of = (row if row < watched else row - watched) * n
@@ -221,7 +224,7 @@ def climb(row, here, pack):
     The step is walked through: a stretch is done with once its bound is not above the
     greatest value; otherwise it is cut at the turn that Newton's method finds.
     """
-    watched, series = len(pack.since), rows(pack.series)
+    watched, series = len(pack.since), pack.series
     M = 0.0 * series[row]
     whole = M
     for term in range(SERIES + 1):
@@ -229,7 +232,7 @@ def climb(row, here, pack):
         whole = whole + c
         M = M + c * (term * (term - 1) * (term - 2) * (term - 3) / 144.0)
     begin, a, a_ = 0.0 * M, series[row], series[2 * watched + row]
-    end, best = begin + 1.0, rows(pack.extreme)[row]
+    end, best = begin + 1.0, pack.extreme[row]
     for _ in range(ROUNDS):
         if not np.any(here):
             break
@@ -252,15 +255,15 @@ def climb(row, here, pack):
         a, a_ = np.where(passed, b, a), np.where(passed, b_, a_)
         here = here & (begin < 1.0)
         end = np.where(passed, ahead, cut)
-    rows(pack.extreme)[row] = best
+    pack.extreme[row] = best
 
 
 @compiled()
 def settle(first, last, pack):
     """Fill the series of some rows over their kept steps."""
     watched, m, width = len(pack.since), len(pack.z), last - first
-    series, kept = rows(pack.series), rows(pack.kept)
-    length, power = rows(pack.length), rows(pack.power)
+    series, kept = pack.series, pack.kept
+    length, power = pack.length, pack.power
     for row in range(first, last):
         of, sign = row * (KEPT + m), 1.0 if row < watched else -1.0
         length[row - first] = kept[of + STEP]
@@ -276,12 +279,12 @@ def settle(first, last, pack):
 def keep(phase, h, running, z, pack):
     """Keep the step that may hold the top, for each row; settle others that may."""
     watched, m = len(pack.since), len(z)
-    above, extreme, rest = rows(pack.above), rows(pack.extreme), rows(pack.rest)
+    above, extreme, rest = pack.above, pack.extreme, pack.rest
     for row in range(2 * watched):
         here = running & (above[row] > extreme[row])
         if not np.any(here):
             continue
-        kept = rows(pack.kept)[row * (KEPT + m) : (row + 1) * (KEPT + m)]
+        kept = pack.kept[row * (KEPT + m) : (row + 1) * (KEPT + m)]
         other = here & (kept[BOUND] > extreme[row])
         if np.any(other):
             settle(row, row + 1, pack)
@@ -297,12 +300,12 @@ def keep(phase, h, running, z, pack):
 @compiled(within=True)
 def take_peaks(phase, running, moved, pack):
     """Raise the greatest values by the end of a step, and return where more may be."""
-    watched, rest = len(pack.since), rows(pack.rest)
+    watched, rest = len(pack.since), pack.rest
     n = len(pack.weight) // watched
-    at, above, extreme = rows(pack.at), rows(pack.above), rows(pack.extreme)
+    value, rate, above, extreme = pack.value, pack.rate, pack.above, pack.extreme
     more = running & ~running
     for o in range(watched):
-        a, a_, M = at[o], at[watched + o], at[2 * watched + o]
+        a, a_, M = value[o], rate[o], pack.sharp[o]
         b, b_ = read(o, n, rest[phase * watched + o], moved, pack)
         first, middle, third = a + 0.25 * a_, 0.5 * (a + b), b - 0.25 * b_
         middle = middle + (a_ - b_) * (1.0 / 6.0)
@@ -310,7 +313,7 @@ def take_peaks(phase, running, moved, pack):
         bottom = greater(greater(-first, -third), M - middle)
         high, low = greater(b, extreme[o]), greater(-b, extreme[watched + o])
         more = more | (top > high) | (bottom > low)
-        at[o], at[watched + o] = b, b_
+        value[o], rate[o] = b, b_
         above[o], above[watched + o] = top, bottom
         extreme[o], extreme[watched + o] = high, low
     return more & running
@@ -331,9 +334,9 @@ def take_samples(phase, step, z, pack):
             if share > 1.0 + LATE:
                 break
             if not expanded:
-                rows(pack.length)[0] = rows(pack.clock)[0]
+                pack.length[0] = pack.clock[0]
                 for i in range(len(z)):
-                    rows(pack.power)[i] = z[i]
+                    pack.power[i] = z[i]
                 expand(0, watched, 1, pack)
                 expanded = True
             for o in range(watched):
@@ -348,7 +351,7 @@ def take_samples(phase, step, z, pack):
 @compiled(within=True)
 def advance(running, z, moved, pack):
     """Fill P z where trials run."""
-    m, parts, P = len(z), pack.counts[0], rows(pack.P)
+    m, parts, P = len(z), pack.parts, pack.P
     size = m // parts
     for first in range(0, m, parts):
         for k in range(parts):
@@ -363,10 +366,10 @@ def advance(running, z, moved, pack):
 def over(phase, pack):
     """Return where no later step of the phase can raise a greatest value."""
     watched = len(pack.since)
-    at, extreme, rest = rows(pack.at), rows(pack.extreme), rows(pack.rest)
+    extreme, rest = pack.extreme, pack.rest
     done = extreme[0] == extreme[0]
     for o in range(watched):
-        middle, bound = rest[phase * watched + o], at[3 * watched + o]
+        middle, bound = rest[phase * watched + o], pack.reach[o]
         done = done & (middle + bound <= extreme[o])
         done = done & (bound - middle <= extreme[watched + o])
     return done
@@ -375,19 +378,22 @@ def over(phase, pack):
 @compiled(types.void(pack_type))
 def follow(pack):
     """Follow the trials of a pack from the first mark to the last."""
+    pack = rows(pack)
     m, watched, phases = len(pack.z), len(pack.since), len(pack.marks) - 1
-    z, moved, change = rows(pack.z), rows(pack.moved), rows(pack.change)
-    marks, clock, steps = rows(pack.marks), rows(pack.clock), rows(pack.steps)
-    at, since, part = rows(pack.at), rows(pack.since), rows(pack.part)
-    n, rest = len(pack.weight) // watched, rows(pack.rest)
-    extreme, kept = rows(pack.extreme), rows(pack.kept)
+    z, moved, change = pack.z, pack.moved, pack.change
+    marks, clock, steps = pack.marks, pack.clock, pack.steps
+    since, value = pack.since, pack.value
+    n, rest = len(pack.weight) // watched, pack.rest
+    extreme, kept = pack.extreme, pack.kept
     measure(pack)
-    fastest = part[0]
-    for k in range(1, pack.counts[0]):
-        fastest = greater(part[k], fastest)
+    fastest = pack.turn[0]
+    for k in range(1, pack.parts):
+        fastest = greater(pack.turn[k], fastest)
     total = 0.0 * fastest
     for phase in range(phases):
-        total = total - np.floor((marks[phase] - marks[phase + 1]) * fastest / A_STEP)
+        total = total - np.floor(
+            (marks[phase] - marks[phase + 1]) * fastest / MOST_TURN
+        )
     few = total <= MOST_STEPS
     searched, steps[0], clock[0] = few, np.where(few, 0.0, total), 0.0 * total
     for i in range(m):
@@ -395,9 +401,9 @@ def follow(pack):
     for phase in range(phases):
         for i in range(m):
             jump = change[phase * m + i]
-            z[i] = z[i] + jump if i < m - pack.counts[1] else jump
+            z[i] = z[i] + jump if i < m - pack.driven else jump
         span = marks[phase + 1] - marks[phase]
-        count = greater(-np.floor(-span * fastest / A_STEP), 0.0 * span + 1.0)
+        count = greater(-np.floor(-span * fastest / MOST_TURN), 0.0 * span + 1.0)
         count = np.where(few & (span > 0.0), count, 0.0)
         running = count > 0.0
         h = span / greater(count, 0.0 * span + 1.0)
@@ -405,17 +411,18 @@ def follow(pack):
             prepare(h, pack)
         clock[0], clock[1] = h, count
         for o in range(watched):
-            at[o], at[watched + o] = read(o, n, rest[phase * watched + o], z, pack)
+            now = rest[phase * watched + o]
+            value[o], pack.rate[o] = read(o, n, now, z, pack)
             fresh = since[o] >= float(phase)
             for row in range(o, 2 * watched, watched):
                 i = row * (KEPT + m) + BOUND
                 kept[i] = np.where(fresh, -np.inf, kept[i])
                 now = np.where(fresh, -np.inf, extreme[row])
-                here = greater(at[o] if row == o else -at[o], now)
+                here = greater(value[o] if row == o else -value[o], now)
                 extreme[row] = np.where(running, here, now)
         step = 0
         while np.any(running):
-            if step % OFTEN == 0:
+            if step % LOOK_EVERY == 0:
                 sizes(z, pack)
                 if phase == phases - 1:
                     searched = searched & ~over(phase, pack)

@@ -16,7 +16,7 @@ tables = types.float64[:, :, ::1]
 integers = types.int64[::1]
 
 
-def _tuple_type(names: type[Any], **others: Any) -> Any:
+def tuple_type(names: type[Any], **others: Any) -> Any:
     """Return the type of a named tuple: every field is a table except for `others`."""
     fields = [others.get(name, table) for name in names._fields]
     return types.BaseTuple.from_types(fields, names)
@@ -27,13 +27,15 @@ rates_signature = types.void(table, table, table, table)
 rates_type = types.FunctionType(rates_signature)
 
 number, whole = types.float64, types.int64
-accuracy_type = _tuple_type(Accuracy, rtol=number, max_step=number, max_steps=whole)
-block_type = _tuple_type(
+accuracy_type = tuple_type(Accuracy, rtol=number, max_step=number, max_steps=whole)
+block_type = tuple_type(
     Block, samples=numbers, watch_from=whole, accuracy=accuracy_type
 )
-results_type = _tuple_type(Results, arrived=tables, history=tables)
-lanes_type = _tuple_type(Lanes)
-step_type = _tuple_type(
+results_type = tuple_type(
+    Results, arrived=tables, history=tables, status=integers, steps=integers
+)
+lanes_type = tuple_type(Lanes)
+step_type = tuple_type(
     Step, k=tables, crossings=integers, damped=integers, sloped=integers
 )
 

@@ -20,7 +20,7 @@ from tolstat.lanes.vector import (
 
 
 def call(builder, name, *values):
-    """Return a call of one of LLVM's functions of vectors, or of a mask."""
+    """Write a call of one of LLVM's functions of vectors, or of a mask."""
     of_vector = values[0].type == DOUBLES
     result = DOUBLES if of_vector else ir.IntType(1)
     full_name = f"llvm.{name}.v{WIDTH}{'f64' if of_vector else 'i1'}"
@@ -35,7 +35,7 @@ def of_llvm(name):
 
 
 def _extremum(predicate):
-    """Return the greater or the lesser; NaN stays, so diverged trials are detected."""
+    """Return a function that writes an extremum; NaN stays: failures are detected."""
 
     def write(builder, a, b):
         first = comparison(predicate)(builder, a, b)
@@ -46,7 +46,7 @@ def _extremum(predicate):
 
 
 def _is_finite(builder, x):
-    """Return which lanes hold a number, not infinity or NaN."""
+    """Write which lanes hold a number, not infinity or NaN."""
     size = call(builder, "fabs", x)
     return comparison("<")(builder, size, ir.Constant(DOUBLES, [np.inf] * WIDTH))
 
@@ -66,5 +66,5 @@ teach(np.isfinite, _is_finite, mask, vector)
 
 @instructions(vector, vector, vector, vector)
 def multiply_add(builder, a, b, c):
-    """Return a b + c, rounded once."""
+    """Write a b + c, rounded once."""
     return call(builder, "fma", a, b, c)

@@ -19,7 +19,7 @@ from numba.np.arrayobj import populate_array
 from numpy.typing import NDArray
 
 from tolstat.lanes import exponentials, trigonometry  # noqa: F401  NumPy's on them
-from tolstat.lanes.vector import DOUBLES, WIDTH, Held, teach, vector
+from tolstat.lanes.vector import DOUBLES, WIDTH, Taught, teach, vector
 
 Names = TypeVar("Names")
 
@@ -61,7 +61,7 @@ def named(names: type[Names], array: NDArray[np.float64]) -> Names:
     return names(*array[: len(names._fields)])  # type: ignore[attr-defined]
 
 
-class RowsType(Held):
+class RowsType(Taught):
     """Rows of lanes: the address of the first and their number."""
 
     def __init__(self) -> None:
@@ -72,7 +72,7 @@ class RowsType(Held):
         return Conversion.safe if _is_array_of_rows(other) else None
 
 
-class StackType(Held):
+class StackType(Taught):
     """Tables of rows: the address of the first, and the number of rows of each."""
 
     def __init__(self) -> None:

@@ -24,11 +24,11 @@ DOUBLES = ir.VectorType(ir.DoubleType(), WIDTH)
 BITS = ir.VectorType(ir.IntType(1), WIDTH)
 
 
-class Held(types.Type):
-    """What is held in registers: Numba's own functions do not take it."""
+class Taught(types.Type):
+    """A type that only functions given to `teach` take, and none of Numba's own."""
 
 
-class VectorType(Held):
+class VectorType(Taught):
     """A float64 in every lane."""
 
     value = DOUBLES
@@ -43,7 +43,7 @@ class VectorType(Held):
         return None
 
 
-class MaskType(Held):
+class MaskType(Taught):
     """A truth value in every lane."""
 
     value = BITS
@@ -131,8 +131,8 @@ def teach(function, write, result, *arguments):
         metadata = {"target": "cpu"}  # noqa: RUF012  tried before Numba's own
 
         def generic(self, args, kws):
-            held = any(isinstance(each, Held) for each in args)
-            if kws or not held or len(args) != len(arguments):
+            taught = any(isinstance(each, Taught) for each in args)
+            if kws or not taught or len(args) != len(arguments):
                 return None
             pairs = zip(args, arguments, strict=True)
             fits = all(self.context.can_convert(*pair) is not None for pair in pairs)
