@@ -48,8 +48,9 @@ def test_the_table_holds_what_the_page_claims():
     assert set(table.index) == {(name, m) for name in PROBLEMS for m in OUT}
     assert table["studies"].eq(STUDIES).all()
     wrong, right = table["wrong"], table["right"]
+    # 5 % is the error rate of innocent parts; "wrong" counts incomplete names too
     assert wrong.mean() < 0.03 and wrong.drop(UNEVEN).max() <= 0.06
-    # the exception, not within 5 %: incomplete pairs of an uneven sum
+    # incomplete pairs of an uneven sum are the exception
     assert wrong[UNEVEN].max() <= 0.14
     assert (right.xs(40, level="out").drop(PAIR) > 0.92).all()
     assert right[PAIR, 40] > 0.75
