@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
+from tolstat.errors import ModelError
 from tolstat.integrator.linear_motion import LinearMotion, solve
 from tolstat.status import Status
 
@@ -88,3 +93,91 @@ def test_what_cannot_be_followed_says_so():
     assert np.isnan(found.peak[:2]).all()
     alone = solve(swinging(omega[2:], amplitude[2:], one[2:], one[2:]))
     np.testing.assert_array_equal(found.peak[2:], alone.peak)
+
+
+def coupled(**other):
+    """Two masses in a row and what drives them, as one part."""
+    entries = [(0, 2), (1, 3), (2, 0), (3, 1), (2, 4)]
+    motion = LinearMotion(
+        1, 1, np.array(entries), np.array([[3.0, 4.0, -3.0, -4.0, 1.0]]),
+        np.array([[0.0, 2.0]]), np.array([[[0.0, 0.0, 0.0, 0.0, 1.0]]]),
+        np.ones((1, 1, 2)), np.zeros((1, 1, 1)), np.zeros((1, 1)),
+    )  # fmt: skip
+    return motion._replace(**other)
+
+
+def entry(row, column):
+    """The last entry, which drives the first speed, in another place."""
+    return np.array([(0, 2), (1, 3), (2, 0), (3, 1), (row, column)])
+
+
+REFUSED = {
+    "a position by a driving row": ({"entries": entry(0, 4)}, "entry [[0, 4]]"),
+    "a position by a position": ({"entries": entry(1, 0)}, "rows 0 to 1 depend on sp"),
+    "across parts": (
+        {"parts": 2, "driven": 0, "change": np.zeros((1, 1, 4)),
+         "entries": entry(2, 1)},
+        "entry [[2, 1]]: both are expected in a part, row % 2",
+    ),
+    "parts that divide nothing": ({"parts": 2}, "parts 2: a number that divides 5"),
+    "no parts": ({"parts": 0}, "parts 0: "),
+    "a row too many": ({"entries": entry(5, 0)}, "entry [[5, 0]]: rows 0 to 4 exist"),
+    "a row below none": ({"entries": entry(2, -1)}, "entry [[2, -1]]: rows 0 to 4"),
+    "an entry twice": ({"entries": entry(2, 0)}, "entry [[2, 0]]: each entry is expec"),
+    "one driving row too many": ({"driven": 2}, "change has shape (1, 1, 5): (1"),
+    "a rate too few": ({"G": np.ones((1, 4))}, "G has shape (1, 4): (1, 5)"),
+    "a sum too many": ({"rest": np.zeros((1, 1, 2))}, "rest has shape (1, 1, 2)"),
+    "marks that descend": ({"marks": np.array([[1.0, 0.0]])}, "marks: ascending times"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("other", "words"), REFUSED.values(), ids=REFUSED)
+def test_a_motion_that_does_not_fit_is_refused(other, words):
+    solve(coupled())
+    with pytest.raises(ModelError) as refused:
+        solve(coupled(**other))
+    assert words in str(refused.value)
+
+
+def test_samples_outside_the_marks_are_refused():
+    with pytest.raises(ModelError, match="samples from 0 to 3 s: times from 0 to 2 s"):
+        solve(coupled(), np.array([0.0, 3.0]))
+
+
+def test_a_driven_mass_has_the_peak_of_its_closed_form():
+    """Its position is (1 - cos 3 t)/3: x' = 3 v, v' = -3 x + 1, from rest."""
+    found = solve(coupled())
+    np.testing.assert_allclose(found.peak, 2.0 / 3.0, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "other", [{"weight": [[[np.nan, 1.0]]]}, {"rest": [[[np.inf]]]}]
+)
+def test_a_sum_that_is_no_number_fails(other):
+    given = {name: np.array(each) for name, each in other.items()}
+    found = solve(coupled(**given))
+    assert [*found.status] == [Status.NOT_FINITE]
+    assert np.isnan(found.peak).all()
+
+
+def test_a_motion_that_overflows_fails():
+    growing = np.array([[3.0, 4.0, 3.0, 4.0, 1.0]])
+    found = solve(coupled(G=growing, marks=np.array([[0.0, 1000.0]])))
+    assert [*found.status] == [Status.NOT_FINITE]
+
+
+def test_a_search_without_end_fails():
+    """One round is too few for the peak of any step; uncompiled, for its constant."""
+    code = (
+        "from tests.integrator.test_linear_motion import coupled\n"
+        "from tolstat.integrator import linear_motion, propagator\n"
+        "print(*linear_motion.solve(coupled()).status)\n"
+        "propagator.ROUNDS = 1\n"
+        "print(*linear_motion.solve(coupled()).status)"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    known = Status.DONE, Status.TOO_MANY_STEPS
+    assert found.stdout.split() == [str(int(each)) for each in known]

@@ -32,38 +32,52 @@ def check_block(system: System, block: Block) -> None:
             raise ModelError(f"integrate: {name} has shape {shape}: {words}")
     phases = block.marks.shape[1] - 1
     scale, (rtol, longest, most) = np.asarray(system.scale), block.accuracy
-
-    def expect(holds: bool | np.bool_, name: str, given: object, words: str) -> None:
-        if not holds:
-            raise ModelError(f"integrate: {name} {given}: {words}")
-
-    def expect_ascending(name: str, times: Array) -> None:
-        if np.any(np.diff(times) < 0):
-            raise ModelError(f"integrate: {name}: ascending times are expected")
-
+    function = "integrate"
     states = f"a size for each of {block.start.shape[1]} states is expected"
-    expect(scale.shape == block.start.shape[1:], "scale has shape", scale.shape, states)
-    sizes = "sizes above zero are expected"
-    expect(np.all(scale > 0) and np.isfinite(scale).all(), "scale", scale, sizes)
+    fits = scale.shape == block.start.shape[1:]
+    expect(fits, function, f"scale has shape {scale.shape}", states)
+    sizes = np.all(scale > 0) and np.isfinite(scale).all()
+    expect(sizes, function, f"scale {scale}", "sizes above zero are expected")
     for name, table in (("parameters", block.parameters), ("marks", block.marks)):
         rows = f"a row for each of {trials} trials is expected"
-        expect(len(table) == trials, f"{name} has", f"{len(table)} rows", rows)
-    expect(phases > 0, "marks has", f"{phases + 1} columns", "start and end are needed")
+        expect(len(table) == trials, function, f"{name} has {len(table)} rows", rows)
+    check_times(function, block.marks, block.samples)
     above = "a number above zero is expected"
-    expect(0 < rtol < np.inf, "rtol", rtol, above)
-    expect(longest > 0, "max_step", longest, above)
-    expect(most > 0, "max_steps", most, above)
+    expect(0 < rtol < np.inf, function, f"rtol {rtol}", above)
+    expect(longest > 0, function, f"max_step {longest}", above)
+    expect(most > 0, function, f"max_steps {most}", above)
     known = f"a phase from 0 to {phases - 1} is expected"
-    expect(0 <= block.watch_from < phases, "watch_from", block.watch_from, known)
-    expect(np.isfinite(block.marks).all(), "marks", "", "finite times are expected")
-    expect_ascending("marks", block.marks)
-    expect_ascending("samples", block.samples)
-    if trials and len(block.samples):
-        first, last = block.marks[:, 0].max(), block.marks[:, -1].min()
+    first = block.watch_from
+    expect(0 <= first < phases, function, f"watch_from {first}", known)
+
+
+def expect(holds: bool | np.bool_, function: str, given: str, words: str) -> None:
+    """Refuse what was given to a function, unless it holds what is expected."""
+    if not holds:
+        raise ModelError(f"{function}: {given}: {words}")
+
+
+def check_times(function: str, marks: Array, samples: Array) -> None:
+    """Refuse times that do not ascend or are not finite, and samples outside marks.
+
+    Raises
+    ------
+    ModelError
+        With the name of the argument, what it is, and what is expected.
+    """
+    columns = marks.shape[1]
+    needed = "start and end are needed"
+    expect(columns > 1, function, f"marks has {columns} columns", needed)
+    expect(np.isfinite(marks).all(), function, "marks", "finite times are expected")
+    for name, times in (("marks", marks), ("samples", samples)):
+        ascend = np.all(np.diff(times) >= 0)
+        expect(ascend, function, name, "ascending times are expected")
+    if len(marks) and len(samples):
+        first, last = marks[:, 0].max(), marks[:, -1].min()
+        inside = first <= samples[0] and samples[-1] <= last
+        given = f"samples from {samples[0]:g} to {samples[-1]:g} s"
         within = f"times from {first:g} to {last:g} s are expected, start and end"
-        ends = block.samples[0], block.samples[-1]
-        inside = first <= ends[0] and ends[1] <= last
-        expect(inside, "samples", f"from {ends[0]:g} to {ends[1]:g} s", within)
+        expect(inside, function, given, within)
 
 
 def check_equations(system: System, block: Block) -> None:

@@ -1,10 +1,11 @@
-"""Steps of linear equations, exact but for rounding, a trial in each lane.
+"""Steps of linear equations by e^(G h), a trial in each lane.
 
 z' = G z within a phase, so z(t + h) = P z(t) with P = e^(G h), the same in all its
 steps. A watched quantity x is a sum of positions. Its values and slopes at both ends of
 a step give a cubic. At a share s of the step that errs by s^2 (1 - s)^2/24 times the
 fourth derivative of x by s, which is at most 144 M. So x lies below a polynomial in
-Bernstein's form, and this below its greatest coefficient: no peak is passed over.
+Bernstein's form, and this below its greatest coefficient: no peak is passed over that
+is higher by more than the error that `linear_motion.solve` states.
 """
 
 from typing import NamedTuple
@@ -21,7 +22,7 @@ from tolstat.lanes.vector import WIDTH
 
 LOOK_EVERY = 8  # steps between two looks at the sizes of the parts
 SAME = 1e-14  # of a watched quantity: as high
-ROUNDS = 1000  # of a search, at most; ten are usual
+ROUNDS = 10_000  # of a search, at most: 20 are usual; a trial that needs more fails
 LATE = 1e-9  # of a step: what rounding may put a sample behind the last mark
 STEP, REST, BOUND, KEPT = range(4)  # rows of a kept step, then z before it
 
@@ -225,18 +226,19 @@ def climb(row, here, pack):
     greatest value; otherwise it is cut at the turn that Newton's method finds.
     """
     watched, series = len(pack.since), pack.series
-    M = 0.0 * series[row]
-    whole = M
+    whole = 0.0 * series[row]
     for term in range(SERIES + 1):
-        c = np.abs(series[term * 2 * watched + row])
-        whole = whole + c
-        M = M + c * (term * (term - 1) * (term - 2) * (term - 3) / 144.0)
-    begin, a, a_ = 0.0 * M, series[row], series[2 * watched + row]
+        whole = whole + np.abs(series[term * 2 * watched + row])
+    begin, a, a_ = 0.0 * whole, series[row], series[2 * watched + row]
     end, best = begin + 1.0, pack.extreme[row]
     for _ in range(ROUNDS):
         if not np.any(here):
             break
-        b, b_, bend = 0.0 * M, 0.0 * M, 0.0 * M
+        b, b_, bend, M = 0.0 * end, 0.0 * end, 0.0 * end, 0.0 * end
+        for term in range(SERIES, 3, -1):  # M up to the end of the stretch
+            c = np.abs(series[term * 2 * watched + row])
+            power = term * (term - 1) * (term - 2) * (term - 3) / 144.0
+            M = M * end + c * power
         for term in range(SERIES, -1, -1):
             bend = bend * end + 2.0 * b_
             b_ = b_ * end + b
@@ -247,7 +249,10 @@ def climb(row, here, pack):
         outer = greater(a + 0.25 * h * a_, b - 0.25 * h * b_)
         passed = greater(outer, middle) <= best + SAME * whole
         turn = end - b_ / bend
-        cut = np.where((turn > begin) & (turn < end), turn, 0.5 * (begin + end))
+        # a turn that is reached gains nothing: only halves then get on
+        gains = np.abs(b_ * (end - turn)) > SAME * whole
+        inside = (turn > begin) & (turn < end) & gains
+        cut = np.where(inside, turn, 0.5 * (begin + end))
         # a top just ahead is passed over closely
         past = 2.0 * turn - end
         ahead = np.where((past > end) & (past < 1.0), past, 1.0)
@@ -256,6 +261,7 @@ def climb(row, here, pack):
         here = here & (begin < 1.0)
         end = np.where(passed, ahead, cut)
     pack.extreme[row] = best
+    pack.steps[0] = np.where(here, MOST_STEPS + 1.0, pack.steps[0])
 
 
 @compiled()
@@ -440,3 +446,5 @@ def follow(pack):
     settle(0, 2 * watched, pack)
     for row in range(2 * watched):
         climb(row, kept[row * (KEPT + m) + BOUND] > extreme[row], pack)
+    for i in range(m):
+        steps[0] = steps[0] + 0.0 * z[i]  # no number where the motion overflowed
