@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -131,17 +131,22 @@ class _Weights:
         deviations: Mapping[str, Array],
         sampled: Sequence[tuple[Choice, int]],
     ) -> None:
-        self._priced, self._sampled = study.deviating.priced, sampled
+        self._study, self._deviations, self._sampled = study, deviations, sampled
+        self._priced = study.deviating.priced
         # densities are over that of the loosest tolerances, which the mixture contains:
         # where that is negligible, any other number would do
         self._ratio = DensityRatio(
             deviations, _loosest(study), study.deviating.dependence
         )
-        self._by_block = [
-            (block.entries, lru_cache(KEPT)(self._of_block(block, deviations)))
-            for block in _blocks(study)
-        ]
         self._mixtures: dict[bool, Array] = {}
+
+    @cached_property
+    def _by_block(self) -> list[tuple[tuple[int, ...], Weighting]]:
+        """Weights of each block, by its entries: the tables are large."""
+        return [
+            (block.entries, lru_cache(KEPT)(self._of_block(block)))
+            for block in _blocks(self._study)
+        ]
 
     def of(self, choice: Choice, *, exact: bool) -> Array:
         """Return the density of each with a choice over that of the pool.
@@ -170,11 +175,11 @@ class _Weights:
         new = distributions_of([self._priced[i] for i in entries], own)
         return self._ratio.weights(new)
 
-    def _of_block(self, block: _Block, deviations: Mapping[str, Array]) -> Weighting:
+    def _of_block(self, block: _Block) -> Weighting:
         """Return the function that weights a block, from a table if possible."""
         priced = self._priced[block.entries[0]]
         if block.alone and priced.law:
-            return _Table(priced, deviations).weights
+            return _Table(priced, self._deviations).weights
         return partial(self._of_entries, block.entries)
 
 
