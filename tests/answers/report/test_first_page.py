@@ -12,7 +12,7 @@ from tests.answers.browser import asked
 from tests.answers.conftest import chain
 from tests.answers.page_checks import PAPER, rows_of, section_of, tables_of, words_in
 from tolstat import Contributor, Description, Model, Outcome, Response
-from tolstat.answers.report.first_page import first_page
+from tolstat.answers.report.first_page import first_page, lead
 from tolstat.answers.report.gather import report_of
 from tolstat.document.blocks import Gallery, Paragraph, Ranges, Section, Table
 from tolstat.document.inline import Typed
@@ -162,3 +162,17 @@ def test_each_step_has_a_command(thirty):
     )
     items = steps.blocks[0].items
     assert items and all(any(isinstance(p, Typed) for p in item) for item in items)
+
+
+def test_that_every_limit_is_missed_is_said_so(tmp_path):
+    """Where all are not met, one might be: "none" is said."""
+    missed = {f"clearance_{i}": "<= -1 mm" for i in (1, 2)}
+    assert "None of 2 limits is met." in first_words(bolts(tmp_path, missed, 200))
+    one = missed | {"clearance_2": "<= 1 mm"}
+    assert "1 of 2 limits is not met, 1 undecided." in first_words(
+        bolts(tmp_path, one, 200)
+    )
+
+
+def first_words(run):
+    return as_text(lead(report_of(run)).parts)

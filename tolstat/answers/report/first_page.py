@@ -98,7 +98,10 @@ def _lead(found: RunSummary) -> Parts:
     of = "The limit is" if n == 1 else f"All {n} limits are"
     if first < n:
         of = f"{first} of {n} limits {'is' if first == 1 else 'are'}"
-    said = [text(f"{of} ", Word(word, tones[word]))]
+    shown = Word(word, tones[word])
+    if word == NOT_MET and 1 < first == n:
+        of, shown = f"None of {n} limits is", Word(MET, NOT_MET)
+    said = [text(f"{of} ", shown)]
     said += [text(f"{count} ", Word(word, tones[word])) for word, count in others]
     ran, requested = found.trials.ran, found.trials.requested
     return say(

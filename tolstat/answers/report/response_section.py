@@ -352,7 +352,7 @@ def _classical(found: Report, name: str, each: ReportedResponse) -> Table:
         rows["root sum square"] = mean, "slopes at the nominal trial, normal response"
     for departure in each.departures:
         wrong = "little" if departure.relative > 0 else "much"
-        fails = (Word("root sum square fails"), f", it promises too {wrong}: ")
+        fails = (Word("root sum square fails"), f" (it promises too {wrong}): ")
         simulated = Number(each.quantiles[departure.share], scale)
         rows[f"{share_words(departure.share)}: root sum square"] = (
             Number(departure.linear, scale),
