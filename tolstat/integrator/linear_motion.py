@@ -90,8 +90,8 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
     Solution
         Peaks of the watched quantities; histories of these at the samples; steps until
         no later one could hold a peak. Values at the ends of steps err by rounding
-        alone. Inside a step they err by 6e-13 of |weight| |z|, summed over the parts,
-        at most: 5e-13 as the Taylor series ends, the rest by the search for a peak.
+        alone. Inside a step they err by 6e-13 of ``|weight| |z|`` at most, summed over
+        the parts: 5e-13 as the Taylor series ends, the rest by the search for a peak.
     """
     # the first call loads the compiler, and compiles
     from tolstat.integrator.propagator import KEPT, Pack, follow
