@@ -172,7 +172,8 @@ def _filled(
             raise ModelError(
                 f"{name} reads more rows than there are: {len(start)} states, "
                 f"{len(parameters)} parameters and {len(system.crossings)} sides are "
-                "given; give integrate all of them"
+                "given; give integrate every parameter, and name each crossing whose "
+                "side is read in System"
             )
         found.append(places[0][:rows])
     return np.concatenate(found, axis=1)
