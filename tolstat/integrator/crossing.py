@@ -226,7 +226,7 @@ def _change_from_zero(rates, watch, side, i, lanes, step):
 
 @compiled()
 def hold_at_zero(rates, watch, lanes, step):
-    """Give side 0 to quantities at zero that its rates hold there.
+    """Give side 0 to quantities at zero where the rates with that side hold them.
 
     `step.k[1]` has the rates with the sides as they are. Return whether it was used.
     """

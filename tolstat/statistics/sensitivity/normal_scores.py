@@ -3,7 +3,6 @@
 import math
 import zlib
 from collections.abc import Mapping
-from functools import lru_cache
 
 import numpy as np
 from scipy.special import ndtri, stdtr
@@ -24,15 +23,10 @@ def scores(x: Array, out: Truths, name: str) -> Array:
     ordered = np.sort(x[:RANKED])
     n, values = len(ordered), x[out]
     low, high = (np.searchsorted(ordered, values, side) for side in ("left", "right"))
-    chance = _chance(str(name), len(values))
+    generator = np.random.RandomState(zlib.crc32(str(name).encode()))
+    chance = generator.random_sample(len(values))
     place = np.clip((low + chance * (high - low)) / n, 0.5 / n, 1 - 0.5 / n)
     return np.asarray(ndtri(place), np.float64)
-
-
-@lru_cache(256)  # seeding takes longer than all else
-def _chance(name: str, count: int) -> Array:
-    generator = np.random.RandomState(zlib.crc32(name.encode()))
-    return np.asarray(generator.random_sample(count))
 
 
 def dependent(deviations: Mapping[str, Array]) -> Truths:
