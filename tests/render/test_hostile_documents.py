@@ -320,7 +320,7 @@ def test_csv_has_no_formula_and_every_digit(small):
 
 def test_json_has_no_nan_or_infinity(small):
     found = json.loads(small.json())
-    assert found["schema"] == 2 and found["answer"] == "small"
+    assert found["schema"] == 3 and found["answer"] == "small"
     assert found["words"] == HOSTILE
     kept = found["found"]
     assert kept["sure"] == {"value": 3100, "lower": 2900, "upper": 3300, "reason": ""}

@@ -22,7 +22,7 @@ from tolstat.units.scale import Scale, share_words
 if TYPE_CHECKING:
     import pandas as pd
 
-SCHEMA = 2  # raised when a name or a meaning changes
+SCHEMA = 3  # raised when a name or a meaning changes
 FIGURES = 12  # significant after a conversion of units
 Row = Mapping[str, Number | str | int]  # by head: "mean [unit]", "failed"
 ENDS, REASON = ("", " lower", " upper"), " reason"

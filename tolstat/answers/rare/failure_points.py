@@ -1,6 +1,7 @@
 """The most probable failure points, and which of their parts lie far out."""
 
 from collections.abc import Mapping
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -46,14 +47,14 @@ class FailurePoint(NamedTuple):
 
 
 def failure_points(run: Run, out: NDArray[np.bool_]) -> tuple[FailurePoint, ...]:
-    """Return the trials among bool[trial] that are nearest to the median trial."""
-    distance = np.where(out, run.column(DISTANCE), np.inf)
-    order = np.argsort(distance, kind="stable")[:MOST_POINTS]
-    return tuple(
-        _point(run, trial, float(distance[trial]))
-        for trial in order.tolist()
-        if out[trial]
-    )
+    """Return the trials among bool[trial] that are nearest to the median trial.
+
+    A trial that repeats another is left out.
+    """
+    trials = np.flatnonzero(out)
+    distances, first = np.unique(run.column(DISTANCE)[trials], return_index=True)
+    nearest = zip(trials[first].tolist(), distances.tolist(), strict=True)
+    return tuple(_point(run, *each) for each in islice(nearest, MOST_POINTS))
 
 
 def _point(run: Run, trial: int, distance: float) -> FailurePoint:

@@ -1,7 +1,7 @@
 """The answer about a rare run: the fraction out of one limit, the trials there. SI."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from tolstat.answers.cells import limit_cells
 from tolstat.answers.rare import rare_document
 from tolstat.answers.rare.failure_points import FailurePoint, failure_points
 from tolstat.answers.sampled_trials import changes_of, ends_of
+from tolstat.arrays import Truths
 from tolstat.deviations.rare_stage import SPREAD, STAGE, WEIGHT
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
@@ -35,9 +36,12 @@ from tolstat.store.stored_run import Run
 from tolstat.units.scale import PPM, Scale
 
 
-class Stage(NamedTuple):
-    """Trials that were sampled at once."""
+class Stages(NamedTuple):
+    """Consecutive stages with one purpose, and counts of their trials."""
 
+    purpose: str  # "greater spread", "search", "estimate"
+    first: int  # number of the first stage
+    last: int
     trials: int  # that have run
     trials_out_of_limit: int  # failed ones among them
     failed: int
@@ -71,7 +75,7 @@ class RareSummary(run_answer.RunAnswer):
     # fraction out of limit at this end of a limit that is straight, as far from the
     # median trial as the most probable failure point; NaN where none was met
     first_order: float
-    stages: tuple[Stage, ...]  # the last one gives the fraction
+    stages: tuple[Stages, ...]
     failure_points: tuple[FailurePoint, ...]  # that were met, the most probable first
     precise: int  # trials evaluated again more precisely
     changed: int  # those of them that change sides of the limit
@@ -167,7 +171,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         equivalent_ppk=by_share(share, limit),
         plain_trials=plain_trials(share),
         first_order=float(ndtr(-points[0].distance)) if points else math.nan,
-        stages=tuple(_stage(run, ran & (stage == n)) for n in np.unique(stage[ran])),
+        stages=tuple(_stages(run, ran, stage, last)),
         failure_points=points,
         precise=len(changes),
         changed=int(np.count_nonzero(changes)),
@@ -198,10 +202,22 @@ def _failing(run: Run, share: Estimate) -> str:
     return f"{said}; of the trials sampled near the limit: {words}"
 
 
-def _stage(run: Run, trials: NDArray[np.bool_]) -> Stage:
-    spread, out = run.column(SPREAD)[trials], run.beyond(run.aim)[trials]
-    return Stage(
-        len(spread), int(np.count_nonzero(out)),
-        int(np.count_nonzero(run.status[trials] > Status.DONE)),
-        float(spread.min()), float(spread.max()),
-    )  # fmt: skip
+def _stages(
+    run: Run, ran: Truths, stage: NDArray[np.float64], last: Truths
+) -> Iterator[Stages]:
+    purposes = ("greater spread", stage == 0), ("search", stage > 0), ("estimate", last)
+    for purpose, own in purposes:
+        trials = ran & own & (last == (purpose == "estimate"))
+        if not trials.any():
+            continue
+        spread, out = run.column(SPREAD)[trials], run.beyond(run.aim)[trials]
+        yield Stages(
+            purpose,
+            int(stage[trials].min()),
+            int(stage[trials].max()),
+            len(spread),
+            int(np.count_nonzero(out)),
+            int(np.count_nonzero(run.status[trials] > Status.DONE)),
+            float(spread.min()),
+            float(spread.max()),
+        )

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from tolstat.answers.rare.rare_answer import RareSummary
 
 STAGES = (
-    "Stages at more than 1 times the spread are wide. The first ones at 1 times the "
-    "spread approach the limit step by step (subset simulation). Later stages sample "
-    "where out-of-limit trials were found, or the nearest ones. The last stage gives "
-    "the fraction."
+    "The first stage has a greater spread, to find out-of-limit trials of any kind. "
+    "The search approaches the limit step by step (subset simulation). It moves "
+    "out-of-limit trials towards the median deviations, where they are more probable, "
+    "and samples about the points reached. The last stage gives the fraction."
 )
 FIRST_ORDER = (
     "The out-of-limit trials nearest to the median deviations, in normal scores. A "
@@ -180,10 +180,13 @@ def _failure_points(found: RareSummary) -> blocks.Section | None:
 
 def _stages(found: RareSummary) -> blocks.Section:
     rows: list[dict[str, blocks.Given]] = []
-    for n, stage in enumerate(found.stages):
+    for stage in found.stages:
+        numbers = f"{stage.first} to {stage.last}"
         upto = (" to ", Number(stage.largest)) if stage.least != stage.largest else None
         rows.append({
-            "stage": str(n), "times the spread": text(Number(stage.least), upto),
+            "stages": numbers if stage.last > stage.first else f"{stage.first}",
+            "for": stage.purpose,
+            "times the spread": text(Number(stage.least), upto),
             "trials": Number(stage.trials),
             "out of limit": Number(stage.trials_out_of_limit),
             "of these failed": Number(stage.failed),
