@@ -21,6 +21,8 @@ PROBLEMS = (
     "four branches, 1e-6",
     "two regions of ten parts, 1e-6",
     "hundred equal, 1e-6",
+    "thirty kinds, 1e-6",
+    "quadratic of a hundred, 1e-6",
 )
 
 

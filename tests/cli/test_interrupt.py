@@ -159,7 +159,7 @@ def test_ctrl_c_during_a_report_leaves_no_file(small_run):
 
 FITTING = """\
 import time
-from tolstat.deviations import rare
+from tolstat.deviations import rare_search as rare
 from tolstat.cli.entry import entry
 fitted = rare.fitted
 def for_long(*arguments):

@@ -26,7 +26,7 @@ and size. There are exceptions:
 - 4000 studies of halved tolerances;
 - 500 studies of 10 000 replicated trials;
 - 400 studies of 400 weighted trials, 100 of 4096;
-- 200 studies of rare runs, 400 of those from the literature, 60 of 30 to 100 inputs;
+- 200 studies of rare runs ([errors](rare.md));
 - 600 studies of two designs, 300 with 10 000 trials;
 - 100 to 1000 studies of what was measured last, 40 to 120 with 10 000 trials:
   contributions, Ppk by moments, numbers "as printed", stopping rules, paired quantiles.

@@ -16,6 +16,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import log_ndtr, ndtr
 from scipy.stats import binom, chi2, gamma, norm, studentized_range
+from scipy.stats import t as student_t
 
 
 class NormalProblem(NamedTuple):
@@ -296,6 +297,34 @@ def ranges(parts, share):
     return NormalProblem(parts, lambda x: end - np.ptp(x, axis=1), share)
 
 
+def two_limits(parts, share):
+    """A part, or the sum of all others: a kind of three in four."""
+    a = norm.isf(0.75 * share)
+    b = np.sqrt(parts - 1) * norm.isf(0.25 * share)
+    total = 1 - (1 - 0.75 * share) * (1 - 0.25 * share)
+
+    def margin(x):
+        return np.minimum(a - x[:, 0], b - x[:, 1:].sum(axis=1))
+
+    return NormalProblem(parts, margin, total)
+
+
+def middle(parts, share):
+    """Too near to the middle in all parts at once: no part is off."""
+    end = chi2.ppf(share, parts)
+    return NormalProblem(parts, lambda x: (x**2).sum(axis=1) - end, share)
+
+
+def student(parts, share):
+    """A part over the scatter of the others: the quotient is off, hardly a part."""
+    end = student_t.isf(share, parts - 1)
+
+    def margin(x):
+        return end - x[:, 0] / np.sqrt((x[:, 1:] ** 2).mean(axis=1))
+
+    return NormalProblem(parts, margin, share)
+
+
 COLLECTED = {
     "hundred equal, 1e-6": lambda: equal(100, 1e-6),
     "hundred equal, 1e-4": lambda: equal(100, 1e-4),
@@ -335,4 +364,14 @@ COLLECTED = {
     "oscillating of twelve": lambda: oscillating(12, 1.0, 3.0, 5.0),
     "range of six, 1e-6": lambda: ranges(6, 1e-6),
     "parallel of sixty, 1e-4": lambda: parallel(60, 1e-4),
+    # kept back while it was changed for many kinds and directions
+    "two of five, 1e-6": lambda: some_of(2, 5, 1e-6),
+    "ten exponential, too large, 1e-6": lambda: exponentials(10, 1e-6, 1),
+    "ten exponential, too small, 1e-6": lambda: exponentials(10, 1e-6, -1),
+    "forty exponential, too large, 1e-5": lambda: exponentials(40, 1e-5, 1),
+    "parallel of twenty, 1e-5": lambda: parallel(20, 1e-5),
+    "quadratic of forty, 1e-4": lambda: quadratic(40, 1e-4),
+    "middle of sixty, 1e-5": lambda: middle(60, 1e-5),
+    "student of twelve, 1e-5": lambda: student(12, 1e-5),
+    "two limits of twenty, 1e-6": lambda: two_limits(20, 1e-6),
 }

@@ -345,28 +345,10 @@ def intervals(name, rng, n):
     )
 
 
-SIZE = 20_000
-STUDIES, MORE, FEWER = 200, 400, 60
-LITERATURE = ("linear", "four branches", "misleading", "rods")  # more studies of these
-MANY = (  # inputs: studies of these take longest
-    "hundred equal, 1e-6",
-    "hundred equal, 1e-4",
-    "forty equal, 1e-7",
-    "fifty exponential, too small, 1e-6",
-    "paraboloid of a hundred",
-    "paraboloid of a hundred, inward",
-    "thirty kinds, 1e-6",
-    "noisy of fifty, 1e-5",
-    "steps of sixty, 3e-5",
-    "parallel of sixty, 1e-4",
-)
-JOBS = [
-    (name, SIZE, intervals, MORE if name.startswith(LITERATURE) else STUDIES)
-    for name in MAKE
-    if name not in COLLECTED
-]
-JOBS += [(name, SIZE, intervals, FEWER) for name in MANY]
+SIZE, STUDIES = 20_000, 200
+JOBS = [(name, SIZE, intervals, STUDIES) for name in MAKE]
 JOBS += [
-    ("four branches", 5000, intervals, MORE),
+    ("four branches", 5000, intervals, STUDIES),
+    ("twenty exponential, too large, 1e-5", 5000, intervals, STUDIES),
     ("two regions of ten parts, 1e-6", 8000, intervals, STUDIES),
 ]

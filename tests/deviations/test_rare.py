@@ -1,96 +1,55 @@
-"""Rare trials: two searches of a limit, and mixtures that keep the smaller kind."""
+"""Rare trials: the stages of a run, and mixtures that keep the smaller kind."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from scipy.special import ndtri
-from scipy.stats import norm
+from scipy.stats import chi2, norm
 
 from tests.coverage.rare_problems import RARE_PROBLEMS, RareProblem, sought
 from tolstat.deviations.distributions import Normal, Tolerance
-from tolstat.deviations.mixture import fitted
-from tolstat.deviations.rare import FIRST, STEP, Rare, trials_of_stage
-from tolstat.deviations.subset_simulation import subset_simulation
+from tolstat.deviations.mixture import centred, fitted
+from tolstat.deviations.rare import Rare
+from tolstat.deviations.rare_search import PLAIN, WIDE
 from tolstat.statistics.intervals.weighted_estimates import rare_share
 
 STREAMS = {f"x{i}": i for i in range(6)}
-EACH = 400
-
-
-def led(margin):
-    """Return the stages that a response leads through, and where it leads."""
-    course, stages = subset_simulation(1, STREAMS, EACH), []
-    stage = next(course)
-    while True:
-        stages.append(stage)
-        try:
-            stage = course.send(margin(ndtri(stage.unit)))
-        except StopIteration as end:
-            return stages, end.value
-
-
-def test_subset_simulation_finds_a_corner_of_several_parts():
-    """That spread hides: of twice the spread one machine in 7000 lies there."""
-    end = norm.isf(1e-6 ** (1 / 6))
-    stages, (mixture, trials) = led(lambda x: end - x.min(axis=1))
-    # two halves go by themselves, and need not be there at once
-    sizes = [len(each.unit) for each in stages]
-    assert trials == sum(sizes) and {EACH} <= set(sizes) <= {EACH, EACH // 2}
-    # a quarter at each step: 1e-6 after ten or some more, and the last one moves
-    assert 10 <= len(stages) <= 14
-    beyond = ndtri(stages[-1].unit).min(axis=1) > end
-    assert np.mean(beyond) > 0.05
-    rng = np.random.default_rng(1)
-    points = mixture.points(rng.random(4000), rng.normal(size=(4000, 6)))
-    assert np.mean(points.min(axis=1) > end) > 0.01
-
-
-def test_moved_trials_keep_the_distribution_of_the_study():
-    """Moved and kept within a level they are normal beyond it, and as before beside."""
-    drawn = []
-
-    def margin(x):
-        drawn.append(x)
-        return 4.0 - x[:, 0]
-
-    led(margin)
-    x = drawn[1]  # moved from the quarter of the largest
-    assert np.abs(x[:, 1:].mean(axis=0)).max() < 4 / np.sqrt(EACH / 4)
-    assert x[:, 1:].std() == pytest.approx(1, abs=0.1)
-
-
-def test_the_halves_of_subset_simulation_are_independent():
-    drawn = []
-
-    def margin(x):
-        drawn.append(x)
-        margins = 4.0 - x[:, 0]
-        margins[EACH // 2 :] = 1.0  # the second half is led nowhere, and ends
-        return margins
-
-    _, (mixture, trials) = led(margin)
-    sizes = [len(x) for x in drawn]
-    assert sizes[:3] == [EACH, EACH, EACH // 2] and trials == sum(sizes)
-    assert mixture is not None and np.all(mixture.means[:, 0] > 3.5)
-    one, other = np.split(drawn[0], 2)
-    assert not np.any(one == other)
-
-
-def test_a_flat_response_ends_subset_simulation():
-    stages, (mixture, trials) = led(lambda x: np.ones(len(x)))
-    assert mixture is None and len(stages) == 2 and trials == 2 * EACH
 
 
 def test_a_smaller_kind_keeps_a_part_in_many_directions():
     """One of twelve lie in a corner, farther from each other than from the others."""
     rng = np.random.default_rng(1)
-    points = 1.5 * rng.normal(size=(360, 10))
-    points[:330, 0] = 4.8 + rng.exponential(0.5, 330)
-    points[330:, 1:4] = 2.6 + rng.exponential(0.6, (30, 3))
-    found = fitted(points, 300.0, 1.5)
+    points = rng.normal(size=(360, 10))
+    points[:330, 0] = 4.8 + rng.exponential(0.2, 330)
+    points[330:, 1:4] = 2.6 + rng.exponential(0.35, (30, 3))
+    means = np.zeros((2, 10))
+    means[0, 0], means[1, 1:4] = 4.8, 2.6
+    start = centred(np.ones(2), 10)._replace(means=means)
+    found = fitted(rng.permutation(points), np.zeros(360), start)
+    assert len(found.shares) == 2
     drawn = found.points(rng.random(9000), rng.normal(size=(9000, 10)))
     assert np.mean(drawn[:, 1:4].min(axis=1) > 2.6) > 0.05
+
+
+def test_each_part_is_fitted_to_as_many_points_as_it_needs():
+    """Weights that hardly differ in one kind, and by e^10 in another."""
+    rng = np.random.default_rng(1)
+    points = 0.3 * rng.normal(size=(400, 4))
+    points[:200, 0] += 5.0
+    points[200:, 1] += 5.0
+    logs = np.where(points[:, 0] > 2.5, 0.0, -30.0 * (points[:, 1] - 5.0))
+    means = np.array([[5.0, 0, 0, 0], [0, 5.0, 0, 0]])
+    start = centred(np.ones(2), 4)._replace(means=means)
+    found = fitted(rng.permutation(np.column_stack([points, logs]))[:, :4], logs, start)
+    one, other = found.means[np.argsort(found.means[:, 1])]
+    assert one[0] == pytest.approx(5.0, abs=0.1)
+    assert 4.0 < other[1] < 5.1
+
+
+def test_few_points_leave_the_parts_as_they_are():
+    start = centred(np.ones(2), 3)
+    assert fitted(np.ones((5, 3)), np.zeros(5), start) is start
 
 
 def test_a_corner_next_to_an_extreme_part_is_found():
@@ -129,40 +88,24 @@ def stages_of(margin, trials):
 
 
 @pytest.mark.parametrize("trials", [5000, 20_000, 33_333])
-def test_all_trials_are_used_and_two_fifths_give_the_estimate(trials):
+def test_all_trials_are_used_and_a_third_give_the_estimate(trials):
     *before, last = stages_of(lambda x: 3.0 - x[:, 0], trials)
     assert not any(np.isfinite(stage.weight).any() for stage in before)
-    assert np.isfinite(last.weight).all() and len(last.unit) >= 0.4 * trials
+    assert np.isfinite(last.weight).all() and len(last.unit) >= trials / 3
     assert sum(len(stage.unit) for stage in before) + len(last.unit) == trials
 
 
-@pytest.fixture(scope="module")
-def fitted_stages():
-    """Those that are drawn from fits, of 10000 trials, and the last one.
-
-    They have other sizes than the first stage, and than the steps to the limit.
-    """
-    trials = 10_000
-    *before, last = stages_of(lambda x: 3.0 - x[:, 0], trials)
-    each = trials_of_stage(trials, len(STREAMS))
-    assert each not in (round(FIRST * trials), round(STEP * trials))
-    found = [stage for stage in before if len(stage.unit) == each]
-    spreads = [stage.spread[0] for stage in found]
-    assert spreads == sorted(spreads, reverse=True) and spreads[-1] == 1
-    return [stage for stage in found if stage.spread[0] == 1], last
-
-
-def test_four_stages_at_the_spread_of_the_study_suffice(fitted_stages):
-    """What they do not need is left for the last stage, which tells the share."""
-    at_one, last = fitted_stages
-    assert len(at_one) == 4
-    assert len(last.unit) >= 0.4 * 10_000 + 2 * len(at_one[0].unit)
-
-
-def test_a_tenth_of_each_stage_stays_wide(fitted_stages):
-    """It finds what no fit knows; of 1.5 sigmas, and no fit reaches to this side."""
-    at_one, _ = fitted_stages
-    points = np.concatenate([ndtri(stage.unit) for stage in at_one])
+def test_a_share_of_each_stage_stays_wide_and_of_the_last_one_as_in_the_study():
+    """They find what no fit knows; no fit reaches to this side."""
+    *_, last = stages_of(lambda x: 4.0 - x[:, 0], 20_000)
+    points = ndtri(last.unit)
     other_side = points[points[:, 0] < 0]
-    assert len(other_side) == pytest.approx(0.05 * len(points), rel=0.4)
-    assert other_side[:, 1:].std() == pytest.approx(1.5, abs=0.25)
+    assert len(other_side) / len(points) == pytest.approx((PLAIN + WIDE) / 2, rel=0.2)
+    wide = np.mean((other_side[:, 1:] ** 2).sum(axis=1) > chi2.isf(0.01, 5))
+    assert wide == pytest.approx(1 / 3 * chi2.sf(chi2.isf(0.01, 5) / 4, 5), rel=0.3)
+
+
+def test_a_response_that_leads_nowhere_is_bounded():
+    *_, last = stages_of(lambda x: np.ones(len(x)), 5000)
+    assert last.weight.max() < 1 / (1 - WIDE)
+    assert np.median(last.weight) > 0.9

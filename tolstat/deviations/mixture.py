@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 
-MOST = 8  # parts of a fit
 ROUNDS = 15  # iterations of a fit, at most
-EVEN = 0.8  # of a fit in equal shares of its parts: small parts are sampled too
-FEW, PLACES = 0.05, 25  # share of the points that a new part begins with; tried
-WIDER = 0.15  # least share of `spread` in each variance: tails need room
-LEAST_RISE = 1e-4  # of the mean logarithm of the density; below it a fit ends
+EVEN = 0.8  # of the shares, split equally: small parts are sampled, too
+POWERS = np.array([1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.05])  # tried
+WANTED, OF_PART = 150, 15  # sufficient effective sample sizes: in all, of a part
+FEWEST, LEAST = 6, 2  # points that are fitted; of a part, or it is dropped
+PRIOR = 4  # weight of the mean variance in each variance, in points
+WIDER = 0.15  # least share of the study's variance in each: tails need room
+LEAST_RISE = 1e-3  # of the mean logarithm of the density; below it a fit ends
 
 
 class Mixture(NamedTuple):
@@ -38,8 +40,11 @@ class Mixture(NamedTuple):
         """Return float64[part, point], the logarithm of each part's density."""
         found = np.empty((len(self.shares), len(points)))
         for i, (share, mean, root) in enumerate(zip(*self, strict=True)):
-            # einsum, not BLAS: the same for any number of threads
-            away = np.einsum("nj,ij->ni", points - mean, np.linalg.inv(root))
+            away = points - mean
+            if np.count_nonzero(root) == len(root):  # parts along the axes: fast
+                away = away / np.diag(root)
+            else:  # einsum, not BLAS: the same for any number of threads
+                away = np.einsum("nj,ij->ni", away, np.linalg.inv(root))
             found[i] = np.log(share) - 0.5 * np.einsum("ni,ni->n", away, away)
             found[i] -= np.log(np.diag(root)).sum()
         found -= 0.5 * points.shape[1] * np.log(2 * np.pi)
@@ -92,96 +97,124 @@ def log_normal(squares: Array, spread: float, directions: int) -> Array:
     return np.asarray(logs - 0.5 * directions * np.log(2 * np.pi), np.float64)
 
 
-def fitted(points: Array, effective: float, spread: float) -> Mixture:
-    """Return a mixture fitted to points, by expectation-maximisation.
+def fitted(points: Array, logs: Array, start: Mixture) -> Mixture:
+    """Return a mixture fitted to weighted points, by expectation-maximisation.
+
+    It begins with one part and with given parts. Cross-validation in two halves chooses
+    between them.
 
     Parameters
     ----------
     points : float64[point, direction]
-        Points may be repeated.
-    effective : float
-        Effective sample size of the points.
-    spread : float
-        Standard deviation in directions in which the points show no other.
-
-    Returns
-    -------
-    Mixture
-        With the number of parts that Schwarz's information criterion chooses.
+        Independent of each other.
+    logs : float64[point]
+        Logarithm of the weight of each. If few points dominate, powers of the weights
+        below 1 are used: for each part the highest at which its effective sample size
+        suffices.
+    start : Mixture
+        Parts to begin with; returned as they are where points are few.
     """
-    everything = np.ones((1, len(points)))
-    best, log_likelihood = _iterated(points, everything, effective, spread)
-    # a covariance has few free numbers: most stay at the spread
-    price = 0.5 * (1 + points.shape[1]) * np.log(effective) / effective
-    while len(best.shares) < MOST:
-        belongs = _one_more(points, best, spread)
-        found, more = _iterated(points, belongs, effective, spread)
-        if more - log_likelihood <= price:
-            break
-        best, log_likelihood = found, more
-    n = len(best.shares)
-    return best._replace(shares=(1 - EVEN) * best.shares + EVEN / n)
+    if len(points) < FEWEST:
+        return start
+    halves = [(points[i::2], logs[i::2]) for i in (0, 1)]
+
+    def suits(parts: Mixture) -> float:
+        each = [_even(_iterated(*half, parts)).log_density for half in halves]
+        return sum(
+            float(np.average(density(x), weights=tempered(log)[0]))
+            for density, (x, log) in zip(each, halves[::-1], strict=True)
+        )
+
+    best = max((centred(np.ones(1), points.shape[1]), start), key=suits)
+    return _even(_iterated(points, logs, best))
 
 
-def _one_more(points: Array, mixture: Mixture, spread: float) -> Array:
-    """Return float64[part, point] memberships with one more part.
+def _even(mixture: Mixture) -> Mixture:
+    n = len(mixture.shares)
+    return mixture._replace(shares=(1 - EVEN) * mixture.shares + EVEN / n)
 
-    It begins at the best of several places, each the mean of neighbours (J. J. Verbeek,
-    N. Vlassis, B. Krose, Neural Computation 15 (2003) 469-485). In many directions,
-    points that are far from each other may be the ends of one cloud.
+
+def tempered(logs: Array) -> tuple[Array, Array]:
+    """Return float64[point] weights, and float64[power, point] their powers.
+
+    The weights, of sum 1, have the highest power at which the effective sample size
+    suffices.
     """
-    n, directions = points.shape
-    few = max(round(FEW * n), 1)
-    places = points[:: max(n // PLACES, 1)]
-    squares = ((places[:, None, :] - points) ** 2).sum(axis=2)
-    near = np.argpartition(squares, few, axis=1)[:, :few]
-    means = points[near].mean(axis=1)
-    squares = ((means[:, None, :] - points) ** 2).sum(axis=2)
-    own = np.log(FEW) + log_normal(squares, spread, directions)
-    log = np.log1p(-FEW) + mixture.log_density(points)
-    most = np.logaddexp(log, own).sum(axis=1).argmax()
-    best = centred(np.array([spread]), directions)._replace(means=means[[most]])
-    each = mixture.beside(FEW, best).log_parts(points)
-    return np.asarray(np.exp(each - np.logaddexp.reduce(each)), np.float64)
+    table = np.exp(POWERS[:, None] * (logs - logs.max()))
+    worth = table.sum(axis=1) ** 2 / np.square(table).sum(axis=1)
+    place = int((worth >= min(worth.max() / 2, WANTED)).argmax())
+    return table[place] / table[place].sum(), table
 
 
-def _iterated(
-    points: Array, belongs: Array, effective: float, spread: float
-) -> tuple[Mixture, float]:
-    """Return a fit with as many parts, and the mean logarithm of its density."""
-    parts, (n, directions) = len(belongs), points.shape
-    before = -np.inf
+def _iterated(points: Array, logs: Array, start: Mixture) -> Mixture:
+    """Return a fit with as many parts, or fewer."""
+    weights, table = tempered(logs)
+    found, before = start, -np.inf
+    each = start.log_parts(points)
     for _ in range(ROUNDS):
-        counts = np.maximum(belongs.sum(axis=1), 1e-3)
-        means = np.einsum("kn,ni->ki", belongs, points) / counts[:, None]
-        roots = np.empty((parts, directions, directions))
-        for i in range(parts):
-            away = points - means[i]
-            scatter = np.einsum("ni,nj->ij", belongs[i][:, None] * away, away)
-            own = effective * counts[i] / n
-            roots[i] = _root(scatter / counts[i], own, spread)
-        found = Mixture(counts / counts.sum(), means, roots)
+        total = np.logaddexp.reduce(each)
+        belongs = np.exp(each - total)
+        powered = np.einsum("kn,pn->kpn", belongs, table)
+        sums = powered.sum(axis=2)
+        worths = sums**2 / np.maximum(np.square(powered).sum(axis=2), 1e-300)
+        enough = np.minimum(OF_PART, worths.max(axis=1, keepdims=True) / 2)
+        place = (worths >= enough).argmax(axis=1)
+        every = np.arange(len(place))
+        worth = worths[every, place]
+        kept = np.flatnonzero(worth >= min(LEAST, worth.max()))
+        parts = [
+            _part(points, powered[i, place[i]] / sums[i, place[i]], worth[i])
+            for i in kept
+        ]
+        means, roots = zip(*parts, strict=True)
+        shares = np.maximum(np.einsum("kn,n->k", belongs[kept], weights), 1e-6)
+        found = Mixture(shares / shares.sum(), np.array(means), np.array(roots))
         each = found.log_parts(points)
-        total = np.asarray(np.logaddexp.reduce(each), np.float64)
-        belongs, mean = np.exp(each - total), float(total.mean())
+        mean = float(np.average(np.logaddexp.reduce(each), weights=weights))
         if mean - before < LEAST_RISE:
             break
         before = mean
-    return found, mean
+    return found
 
 
-def _root(scatter: Array, points: float, spread: float) -> Array:
-    """Return the triangle of the covariance that a number of points supports.
+def _part(points: Array, weights: Array, worth: float) -> tuple[Array, Array]:
+    """Return mean and triangle of the covariance of weighted points.
+
+    `worth` is their effective sample size. Coordinates of the mean shrink by twice
+    their variance (L. Breiman, Technometrics 37 (1995) 373-384), variances towards
+    their mean.
+    """
+    mean = np.einsum("n,ni->i", weights, points)
+    variances = np.einsum("n,ni->i", weights, (points - mean) ** 2)
+    chance = np.maximum(variances, 0.2) / max(worth, 1.5)
+    mean = mean * np.maximum(1 - 2 * chance / np.maximum(mean**2, 1e-300), 0.0)
+    away = points - mean
+    variances = np.einsum("n,ni->i", weights, away**2)
+    variances = (worth * variances + PRIOR * variances.mean()) / (worth + PRIOR)
+    spread = np.sqrt(roomy(variances))
+    if len(mean) > worth:
+        return mean, np.diag(spread)
+    away = away / spread
+    root = _root(np.einsum("ni,nj->ij", weights[:, None] * away, away), worth)
+    return mean, spread[:, None] * root
+
+
+def roomy(variances: Array) -> Array:
+    """Return variances of which none is near zero: tails need room."""
+    return np.maximum(variances, np.minimum((1 - WIDER) * variances + WIDER, 1.0))
+
+
+def _root(correlations: Array, worth: float) -> Array:
+    """Return the triangle of the correlations that an effective sample size supports.
 
     A direction keeps the spread if it differs by no more than chance (V. A. Marchenko,
     L. A. Pastur, Math. USSR Sbornik 1 (1967) 457-483). Otherwise hundreds of numbers
-    would be fitted where few matter. No variance is near zero.
+    would be fitted where few matter.
     """
-    values, vectors = np.linalg.eigh(scatter)
-    even = spread**2
-    chance = np.sqrt(len(values) / max(points, 1e-3))
-    least, most = even * max(1 - chance, 0.0) ** 2, even * (1 + chance) ** 2
-    values = np.where((values >= least) & (values <= most), even, values)
-    values = (1 - WIDER) * values + WIDER * even
+    values, vectors = np.linalg.eigh(correlations)
+    chance = np.sqrt(len(values) / worth)
+    least, most = max(1 - chance, 0.0) ** 2, (1 + chance) ** 2
+    values = np.where((values >= least) & (values <= most), 1.0, values)
+    values = (1 - WIDER) * values + WIDER
     covariance = np.einsum("ik,jk->ij", vectors * values, vectors)
     return np.asarray(np.linalg.cholesky(covariance), np.float64)

@@ -1,105 +1,210 @@
-"""Subset simulation: trials that approach a limit step by step."""
+"""Subset simulation: trials approach a limit in steps; moves that keep the study."""
 
+import math
 from collections.abc import Generator, Mapping
-from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
-from tolstat.arrays import Array
-from tolstat.deviations.mixture import Mixture, fitted
-from tolstat.deviations.rare_stage import RareStage, joined, normal_scores, stage_of
+from tolstat.arrays import Array, Integers, Truths
+from tolstat.deviations.rare_stage import RareStage, normal_scores, stage_of
 from tolstat.deviations.samplers import uniform
 
-CHAINS = 2  # independent of each other: one may keep a region that the other loses
 KEPT = 0.25  # of the trials at a step: those nearest to the limit
-STEPS = 14  # to the limit, at most
-MOVES = np.array([0.15, 0.3, 0.6])  # of the spread: how far a trial is moved
-CLONES = 8  # trials per effective one: they descend from few
+STEPS = 16  # to the limit, at most
+# Kinds of moves: how far along the slope and across it (0: not at all, 1: sampled
+# again); share of the directions that change; 1: the distance across the slope stays.
+FAR = np.array([
+    (0.2, 0.2, 1, 0), (0.4, 0.4, 1, 0), (0.65, 0.65, 1, 0), (0.9, 0.9, 1, 0),
+    (0.2, 0.5, 1, 0), (0.4, 0.8, 1, 0),
+    (0.2, 0.98, 1, 0), (0.4, 0.98, 1, 0), (0.65, 0.98, 1, 0),
+    (0.2, 0.5, 1, 1), (0.2, 0.98, 1, 1), (0.5, 0.98, 1, 1),
+    (0.98, 0.98, 0.5, 0), (0.98, 0.98, 0.25, 0), (0.6, 0.6, 0.5, 0),
+])  # fmt: skip
+LEAST_SHARE = 0.03  # of each of these
+OUTER = 0.05  # of the responses at either end: they do not tilt the slope
+OUT = -float(np.nextafter(0, 1))  # the largest margin out of limit
 
 
-class Nearest(NamedTuple):
-    """Trials found along the response.
-
-    Attributes
-    ----------
-    mixture : Mixture or None
-        Fitted to trials out of limit; None if none was found.
-    trials : int
-        Number of trials used.
-    """
-
-    mixture: Mixture | None
-    trials: int
-
-
-def subset_simulation(
+def approach(
     seed: int, streams: Mapping[str, int], trials: int
-) -> Generator[RareStage, Array, Nearest]:
-    """Yield stages that approach the limit step by step; return the fit at the end.
+) -> Generator[RareStage, Array, tuple[list[Array], int]]:
+    """Yield stages that approach the limit step by step.
 
-    The first trials are those of the study. The quarter nearest to the limit is kept
-    and multiplied. Each trial is moved a little; it stays in place if the move leads
-    farther from the limit than that quarter. This finds trials with several extreme
-    parts, which a greater spread hardly meets. It misses regions to which the response
-    does not lead. The smaller of two kinds may die out: two halves run independently.
+    The first trials are those of the study. Each step keeps the quarter nearest to the
+    limit, copies it to the full number, and moves the copies. A move out of that
+    quarter is rejected. This finds trials with many deviations that are a little
+    extreme, which a greater spread rarely meets. A small kind of them may be lost. Two
+    halves run independently, with `trials` in each step together.
 
     Returns
     -------
-    Nearest
+    tuple of (list of two float64[trial, direction], int)
+        Trials out of limit of each half, none if the response does not lead there; the
+        number of trials used.
 
     References
     ----------
     S.-K. Au, J. L. Beck, Estimation of small failure probabilities in high dimensions
-    by subset simulation, Prob. Eng. Mech. 16 (2001) 263-277. I. Papaioannou et al.,
-    MCMC algorithms for subset simulation, Prob. Eng. Mech. 41 (2015) 89-103: the moves.
+    by subset simulation, Prob. Eng. Mech. 16 (2001) 263-277.
     """
-    goes = [_chain(seed, streams, trials // CHAINS, f"near {i}") for i in range(CHAINS)]
-    steps = [next(go) for go in goes]
-    found, drawn = np.empty((0, len(streams))), 0
-    while goes:
-        stage = joined(steps)
-        drawn += len(stage.unit)
-        ends = np.cumsum([len(step.unit) for step in steps])[:-1]
-        answers = np.split((yield stage), ends)
-        going, goes, steps = goes, [], []
-        for go, margins in zip(going, answers, strict=True):
-            try:
-                steps.append(go.send(margins))
-                goes.append(go)
-            except StopIteration as end:
-                found = np.concatenate([found, end.value])
-    if not len(found):
-        return Nearest(None, drawn)
-    worth = max(len(np.unique(found[:, 0])) / CLONES, 2.0)
-    return Nearest(fitted(found, worth, 1.0), drawn)
-
-
-def _chain(
-    seed: int, streams: Mapping[str, int], trials: int, name: str
-) -> Generator[RareStage, Array, Array]:
-    """Yield the stages of one chain; return its trials out of limit, or none."""
-    points = normal_scores(seed, streams, trials, f"{name} 0")
+    half = trials // 2
+    points = normal_scores(seed, streams, 2 * half, "near 0")
     margins = yield stage_of(points, 1.0, np.nan)
-    before = np.inf
+    moves, used = Moves(seed, streams, points, margins), 2 * half
+    before = float(margins.max())
     for step in range(1, STEPS):
-        order = np.argsort(margins, kind="stable")
-        out_of_limit = int(np.count_nonzero(margins < 0))
-        kept = max(int(KEPT * trials), out_of_limit)
-        level = margins[order[kept - 1]]
-        if level >= before:
-            break  # the response is flat
-        chosen = order[np.arange(trials) * kept // trials]
-        purpose = f"{name} {step}"
-        which = uniform(seed, "moves", trials, f"of {purpose}") * len(MOVES)
-        far = MOVES[which.astype(np.int64)][:, None]
-        # this move keeps the distribution of the study
-        moved = np.sqrt(1 - far**2) * points[chosen]
-        moved += far * normal_scores(seed, streams, trials, purpose)
-        answer = yield stage_of(moved, 1.0, np.nan)
-        nearer = answer < 0 if level < 0 else answer <= level
-        points = np.where(nearer[:, None], moved, points[chosen])
-        margins = np.where(nearer, answer, margins[chosen])
-        if level < 0:
-            return points
+        level = max(float(np.sort(margins)[int(KEPT * len(margins))]), OUT)
+        if level >= before > OUT:  # many are alike
+            level = max(float(margins[margins < before].max(initial=-np.inf)), OUT)
+            if margins.min() >= before:
+                break  # the response is flat
+        name = f"near {step}"
+        parents = _parents(seed, margins, level, name)
+        points, margins = yield from moves.made(
+            points[parents], margins[parents], level, name
+        )
+        used += len(points)
         before = level
-    return points[:0]
+        if level == OUT:
+            return [points[:half], points[half:]], used
+    return [points[:0], points[:0]], used
+
+
+def relaxed(
+    seed: int,
+    streams: Mapping[str, int],
+    points: Array,
+    sweeps: int,
+    known: tuple[Array, Array],
+    axes: Array,
+) -> Generator[RareStage, Array, Array]:
+    """Yield moves of out-of-limit trials; return them distributed as in the study.
+
+    Parameters
+    ----------
+    seed, streams
+        As of `Sampler.stages`.
+    points : float64[point, direction]
+        Out-of-limit trials in normal scores.
+    sweeps : int
+        Number of moves of each point.
+    known : tuple of (float64[trial, direction], float64[trial])
+        Trials and their margins, which give the first slope.
+    axes : float64[point, direction]
+        Of length 1; every second sweep moves along and across these.
+    """
+    moves, margins = Moves(seed, streams, *known), np.full(len(points), OUT)
+    for sweep in range(sweeps):
+        points, margins = yield from moves.made(
+            points, margins, OUT, f"relax {sweep}", axes if sweep % 2 else None
+        )
+    return points
+
+
+class Moves:
+    """Moves of Markov chains that keep the distribution of the study.
+
+    The shares of the kinds of moves adapt to the distances of accepted moves. Long ones
+    are accepted where the response hardly changes: across its slope, at the same
+    distance from the median trial, or in few directions.
+
+    References
+    ----------
+    T. Cui, K. J. H. Law, Y. M. Marzouk, Dimension-independent likelihood-informed MCMC,
+    J. Comput. Phys. 304 (2016) 109-137. I. Papaioannou et al., MCMC algorithms for
+    subset simulation, Prob. Eng. Mech. 41 (2015) 89-103.
+    """
+
+    def __init__(
+        self, seed: int, streams: Mapping[str, int], tried: Array, margins: Array
+    ) -> None:
+        self.seed, self.streams = seed, streams
+        self.tried, self.answers = tried, margins  # of the latest moves
+        self.shares = np.full(len(FAR), 1 / len(FAR))
+
+    def made(
+        self,
+        points: Array,
+        margins: Array,
+        level: float,
+        name: str,
+        axes: Array | None = None,
+    ) -> Generator[RareStage, Array, tuple[Array, Array]]:
+        """Yield a stage of moves; return points and margins, moved within a level.
+
+        Without axes, moves go along and across the slope of the response.
+        """
+        which = uniform(self.seed, "moves", len(points), f"of {name}")
+        move = np.searchsorted(np.cumsum(self.shares)[:-1], which, "right")
+        scores = normal_scores(self.seed, self.streams, len(points), name)
+        some = ndtr(normal_scores(self.seed, self.streams, len(points), f"some {name}"))
+        if axes is None:
+            axes = np.tile(slope(self.tried, self.answers), (len(points), 1))
+        self.tried = moved(points, scores, axes, FAR[move], some)
+        self.answers = yield stage_of(self.tried, 1.0, np.nan)
+        kept = self.answers <= level
+        self.shares = _better_shares(self.tried - points, axes, kept, move)
+        points = np.where(kept[:, None], self.tried, points)
+        return points, np.where(kept, self.answers, margins)
+
+
+def _parents(seed: int, margins: Array, level: float, name: str) -> Integers:
+    """Return as many trials of each half within a level, each as often as another."""
+    half, chosen = len(margins) // 2, []
+    for first in (0, half):
+        inside = np.flatnonzero(margins[first : first + half] <= level) + first
+        if not len(inside):  # this half does not get there
+            inside = np.flatnonzero(margins <= level)
+        offset = uniform(seed, "parents", 1, f"{first} of {name}")[0]
+        # not in a fixed place: the expected numbers are equal
+        place = (np.arange(half) + offset) * (len(inside) / half)
+        chosen.append(inside[np.minimum(place.astype(np.int64), len(inside) - 1)])
+    return np.concatenate(chosen)
+
+
+def moved(points: Array, scores: Array, axes: Array, far: Array, some: Array) -> Array:
+    """Return moved points: each move keeps the distribution of the study.
+
+    `axes` are float64[point, direction] of length 1; float64[point, 4] tells how far,
+    as in `FAR`; float64[point, direction] unit samples choose directions.
+    """
+    along, across, part, turned = far.T[:, :, None]
+    x, z = (np.einsum("ni,ni->n", each, axes)[:, None] for each in (points, scores))
+    before = points - x * axes
+    after = np.sqrt(1 - across**2) * before + across * (scores - z * axes)
+    one, two = (np.einsum("ni,ni->n", each, each)[:, None] for each in (before, after))
+    same = np.sqrt(one / np.maximum(two, 1e-300))
+    whole = np.where(turned == 1, same * after, after)
+    whole = whole + (np.sqrt(1 - along**2) * x + along * z) * axes
+    new = np.sqrt(1 - across**2) * points + across * scores
+    return np.where(part == 1, whole, np.where(some < part, new, points))
+
+
+def slope(points: Array, margins: Array) -> Array:
+    """Return float64[direction] of length 1, in which a response falls or rises."""
+    sure = np.isfinite(margins)
+    points, margins = points[sure], margins[sure]
+    mean = points.mean(axis=0) if len(points) else np.ones(points.shape[1])
+    away, falls = points - mean, np.zeros(points.shape[1])
+    if len(points) >= 2 * points.shape[1]:
+        margins = np.clip(margins, *np.quantile(margins, [OUTER, 1 - OUTER]))
+    if len(points) >= 2 * points.shape[1] and margins.min() < margins.max():
+        moments = np.einsum("ni,nj->ij", away, away)
+        ridge = 1e-6 * np.trace(moments) * np.eye(len(mean))
+        falls = np.linalg.solve(moments + ridge, np.einsum("ni,n->i", away, margins))
+    found = falls if falls.any() else mean
+    return np.asarray(found / math.sqrt(np.einsum("i,i->", found, found)))
+
+
+def _better_shares(jump: Array, axes: Array, kept: Truths, move: Integers) -> Array:
+    """Return shares of the moves, by how far each moves trials in all directions."""
+    along = np.einsum("ni,ni->n", jump, axes) ** 2
+    across = np.einsum("ni,ni->n", jump, jump) - along
+    means = (max(float(each.mean()), 1e-300) for each in (along, across))
+    far = sum(each / mean for each, mean in zip((along, across), means, strict=True))
+    far = np.where(kept, far, 0.0)
+    n = len(FAR)
+    each = np.bincount(move, far, n) / np.maximum(np.bincount(move, minlength=n), 1)
+    each = each / each.sum() if each.any() else np.full(n, 1 / n)
+    return np.asarray(LEAST_SHARE + (1 - n * LEAST_SHARE) * each)

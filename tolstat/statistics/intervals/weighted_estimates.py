@@ -15,6 +15,7 @@ from tolstat.statistics.intervals.shares import gamma_ends
 from tolstat.statistics.intervals.weights import Weights, effective_number
 
 ENOUGH = 100  # effective sample size of the trials out of limit
+FEW = 10  # up to here the largest weight of all trials counts, too
 MOST_TRIES = 8  # of expected places, before halves
 COUNTED = 10  # units out of limit from which their count is nearly normal
 
@@ -127,10 +128,10 @@ def rare_share(out: Truths, weights: Array) -> Estimate:
     Returns
     -------
     Estimate
-        With the gamma interval of a sum of weighted counts. The next unit is assumed as
-        heavy as the heaviest trial out of limit. If the effective sample size of these
-        is below 100, it is as heavy as the heaviest of all. If none is out of limit,
-        the upper end is `unmet`.
+        With the gamma interval of a sum of weighted counts. It needs the weight of one
+        more unit out of limit: the largest weight of these trials. If their effective
+        sample size n is below 100, it is 100/n times as large; up to 10, at least the
+        largest weight of all trials. If none is out of limit, the upper end is `unmet`.
     """
     n = len(weights)
     if n == 0:
@@ -138,8 +139,12 @@ def rare_share(out: Truths, weights: Array) -> Estimate:
     if not out.any():
         return Estimate(0.0, 0.0, unmet(weights))
     counts = weights[out] / n
-    next_one = counts if effective_number(counts) >= ENOUGH else weights / n
-    lower, upper = gamma_ends(counts, float(next_one.max()))
+    # weights of nearly zero have no effective sample size
+    worth = max(effective_number(counts), FEW)
+    next_one = counts.max() * max(1.0, ENOUGH / worth)
+    if worth == FEW:
+        next_one = max(next_one, weights.max() / n)
+    lower, upper = gamma_ends(counts, float(next_one))
     return Estimate(float(min(counts.sum(), 1.0)), lower, min(upper, 1.0))
 
 

@@ -1,0 +1,233 @@
+"""The search of a rare run: trials with known densities, and mixtures from them."""
+
+from collections.abc import Generator, Mapping, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.deviations.likely_points import MOST
+from tolstat.deviations.many_directions import normal_of
+from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal, tempered
+from tolstat.deviations.rare_stage import RareStage, normal_scores, stage_of
+from tolstat.deviations.samplers import uniform
+from tolstat.deviations.subset_simulation import relaxed, slope
+
+SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
+STAGES = 5  # of fits
+CHAINS, MOVES = 0.03, 0.24  # shares of the trials: chains at most, all their moves
+CLONES = 8  # chains that begin with the same trial, at most
+EACH, CHOICE = 0.04, 0.03  # shares of the trials: of a stage; to choose between fits
+LEAST = 30  # out-of-limit trials about likely points, or these are not used
+FARTHER = 16.0  # squared distance, beyond subset simulation's, that is still far
+WHOLE = 1.3  # the first stage is used if effective sample sizes rise by this factor
+LIGHTEST = -14.0  # logarithm of a weight over the largest; lighter ones are left out
+ADDED, ADDED_SHARE = 10, 0.03  # parts added to the fits; share of each
+PLAIN, WIDE = 0.1, 0.05  # shares of a stage: as the study, twice as wide
+NEAR, NEAR_LAST = 0.5, 0.2  # shares about likely points: in a stage, in the last
+LEAST_SHARE = 0.1  # of either of two fits
+
+Found = TypeVar("Found")
+Stages = Generator[RareStage, Array, Found]
+
+
+class Search:
+    """Stages of a rare run, and the mixtures that they lead to."""
+
+    def __init__(self, seed: int, streams: Mapping[str, int], trials: int) -> None:
+        self.seed, self.streams, self.trials = seed, streams, trials
+        self.left = trials
+        # of the stages with known densities
+        self.points = np.empty((0, len(streams)))
+        self.margins = np.empty(0)
+        self.counts: list[int] = []
+        self.mixtures: list[Mixture] = []
+
+    @property
+    def out_of_limit(self) -> Array:
+        """float64[trial, direction] out of limit, of stages with known densities."""
+        return self.points[self.margins < 0]
+
+    def counted(self, going: Stages[tuple[Found, int]]) -> Stages[Found]:
+        """Yield stages that return their number of trials, too."""
+        found, used = yield from going
+        self.left -= used
+        return found
+
+    def stage(self, mixture: Mixture, share: float, spread: float) -> Stages[None]:
+        """Yield a stage of a share of the trials."""
+        purpose = f"rare {len(self.counts)}"
+        trials = round(share * self.trials)
+        points, which = self._sampled(mixture, trials, purpose)
+        spreads = spread if self.counts else SPREADS[mixture.parts(which)]
+        margins = yield stage_of(points, spreads, np.nan)
+        self.left -= trials
+        self.points = np.concatenate([self.points, points])
+        self.margins = np.append(self.margins, margins)
+        self.counts.append(trials)
+        self.mixtures.append(mixture)
+
+    def last_stage(self, mixture: Mixture) -> Stages[None]:
+        """Yield all trials that are left, weighted."""
+        mixture = _beside_study(mixture)
+        points, _ = self._sampled(mixture, self.left, "rare last")
+        yield stage_of(points, 1.0, np.exp(_excess(points, mixture)))
+
+    def _sampled(
+        self, mixture: Mixture, trials: int, purpose: str
+    ) -> tuple[Array, Array]:
+        which = uniform(self.seed, "parts", trials, f"of {purpose}")
+        scores = normal_scores(self.seed, self.streams, trials, purpose)
+        return mixture.points(which, scores), which
+
+    def in_stages(self, near: Mixture, halves: Sequence[Array]) -> Stages[Mixture]:
+        """Yield stages about likely points, and from fits to what they found.
+
+        If the median trial is out of limit, it is the only likely point, and failures
+        about it are missed. So a normal distribution of the trials of subset simulation
+        is added.
+        """
+        if all(map(len, halves)):
+            near = near.beside(1 / (1 + len(near.shares)), normal_of(halves))
+        mixture = near
+        for stage in range(STAGES):
+            yield from self.stage(_beside_study(mixture), EACH, 1.0)
+            share = NEAR_LAST if stage == STAGES - 1 else NEAR
+            mixture = self._fit(near).beside(share, near)
+        return mixture
+
+    def at_once(self, near: Mixture, halves: Sequence[Array]) -> Stages[Mixture]:
+        """Yield a stage about likely points, then moves of out-of-limit trials.
+
+        Parameters
+        ----------
+        near : Mixture
+            About the likely points. If these are still far from the median trial, they
+            are not used.
+        halves : sequence of two float64[trial, direction]
+            Out-of-limit trials of subset simulation. If there is one likely point, they
+            are used only where too few trials about it are out of limit.
+        """
+        yield from self.stage(near, EACH, 1.0)
+        each = self.counts[-1]
+        tried, margins = self.points[-each:], self.margins[-each:]
+        led, survivors = tried[margins < 0], np.concatenate(halves)
+        single, there = len(near.shares) == 1, all(map(len, halves))
+        if len(led) < LEAST:
+            led = led[:0]
+        elif single:
+            there = False
+        elif there and len(near.shares) == MOST:
+            far, less = (float((x**2).sum(axis=1).mean()) for x in (led, survivors))
+            if far - less > FARTHER:
+                led = led[:0]
+        if not len(led) and not there:
+            return near
+        groups = [led[0::2], led[1::2]] if len(led) else []
+        groups += halves if there else []
+        most = round(CHAINS * self.trials) // len(groups)
+        number = min(most, CLONES * min(map(len, groups)))
+        points = np.concatenate([in_equal_numbers(x, number) for x in groups])
+        sweeps = round(MOVES * self.trials) // len(points)
+        # the slope of each kind, or its direction where its trials are few
+        kind, axes = near.log_parts(tried).argmax(axis=0), near.means.copy()
+        for i in np.unique(kind):
+            axes[i] = slope(tried[kind == i], margins[kind == i])
+        length = np.sqrt(np.einsum("ki,ki->k", axes, axes))[:, None]
+        axes = axes / np.maximum(length, 1e-9)
+        axes = axes[near.log_parts(points).argmax(axis=0)]
+        known = tried, margins
+        points = yield from relaxed(
+            self.seed, self.streams, points, sweeps, known, axes
+        )
+        self.left -= sweeps * len(points)
+        groups = np.split(points, len(groups))
+        if len(groups) == 2:
+            if single or there:
+                return normal_of(groups)
+            return _fit_of_moved(points, near)
+        one = _fit_of_moved(np.concatenate(groups[:2]), near)
+        return (yield from self._chosen(one, normal_of(groups[2:])))
+
+    def _chosen(self, one: Mixture, other: Mixture) -> Stages[Mixture]:
+        """Yield a stage of two mixtures, and return them in the shares that suit."""
+        share = 0.5
+        yield from self.stage(_beside_study(one.beside(share, other)), CHOICE, 1.0)
+        last = slice(-self.counts[-1], None)
+        points = self.points[last][self.margins[last] < 0]
+        if not len(points):
+            return one.beside(share, other)
+        weights, _ = tempered(_excess(points, self.mixtures[-1]))
+        logs = np.array([each.log_density(points) for each in (one, other)])
+        for _ in range(50):  # expectation-maximisation of the shares
+            each = logs + np.log([[1 - share], [share]])
+            belongs = np.exp(each[1] - np.logaddexp.reduce(each))
+            share = float(np.average(belongs, weights=weights))
+            share = min(max(share, LEAST_SHARE), 1 - LEAST_SHARE)
+        return one.beside(share, other)
+
+    def _fit(self, near: Mixture) -> Mixture:
+        """Return a mixture fitted to the trials out of limit.
+
+        Those of the first stage are many and far; they count if they help.
+        """
+        later, whole = self._weighted(1), self._weighted(0)
+        few, more = (_effective(logs) for _, logs in (later, whole))
+        points, logs = whole if more > WHOLE * few else later
+        if not len(points):
+            return near
+        kept = logs > logs.max() + LIGHTEST
+        return _extended(fitted(points[kept], logs[kept], near), points, logs)
+
+    def _weighted(self, first: int) -> tuple[Array, Array]:
+        """Return trials out of limit of stages, and the logarithms of their weights."""
+        at = slice(sum(self.counts[:first]), None)
+        points = self.points[at][self.margins[at] < 0]
+        counts = np.array(self.counts[first:])
+        each = [mixture.log_density(points) for mixture in self.mixtures[first:]]
+        drawn = np.array(each) + np.log(counts / counts.sum())[:, None]
+        study = log_normal(np.einsum("ni,ni->n", points, points), 1.0, points.shape[1])
+        return points, study - np.logaddexp.reduce(drawn)
+
+
+def in_equal_numbers(points: Array, number: int) -> Array:
+    """Return as many points, evenly spaced among those given, repeated if need be."""
+    return points[((np.arange(number) + 0.5) * len(points) / number).astype(np.int64)]
+
+
+def _beside_study(mixture: Mixture) -> Mixture:
+    plain, wide = (centred(np.array([s]), mixture.means.shape[1]) for s in (1.0, 2.0))
+    return mixture.beside(WIDE, wide).beside(PLAIN, plain)
+
+
+def _excess(points: Array, mixture: Mixture) -> Array:
+    """Return the logarithms of the densities in the study over those in a mixture."""
+    squares = np.einsum("ni,ni->n", points, points)
+    return log_normal(squares, 1.0, points.shape[1]) - mixture.log_density(points)
+
+
+def _effective(logs: Array) -> float:
+    if not len(logs):
+        return 0.0
+    weights = np.exp(logs - logs.max())
+    return float(weights.sum() ** 2 / np.square(weights).sum())
+
+
+def _fit_of_moved(points: Array, near: Mixture) -> Mixture:
+    return fitted(points, np.zeros(len(points)), near).beside(NEAR_LAST, near)
+
+
+def _extended(mixture: Mixture, points: Array, logs: Array) -> Mixture:
+    """Return a mixture with parts added at the heaviest points.
+
+    They stand for kinds of trials that the fit lost; after A. E. Raftery, L. Bao,
+    Biometrics 66 (2010) 1162-1173.
+    """
+    directions = points.shape[1]
+    squares = np.einsum("ni,ni->n", points, points)
+    aimed = logs + log_normal(squares, 1.0, directions)
+    for _ in range(ADDED):
+        place = (aimed - mixture.log_density(points)).argmax()
+        one = centred(np.ones(1), directions)._replace(means=points[[place]])
+        mixture = mixture.beside(ADDED_SHARE, one)
+    return mixture
