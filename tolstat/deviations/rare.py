@@ -27,6 +27,7 @@ MANY, MANY_OF_KINDS = 16, 36  # directions that are many: of one kind, of severa
 # many directions; at most, of the moves to likely points
 FIRST, STEP, STEP_OF_MANY, LED = 0.1, 0.01, 0.02, 0.25
 LEAST_OF_STEP = 100  # trials
+REACHED = 0.64  # points per start, below which the trials came together at points
 LAST = 0.1  # least share of the last stage
 # shares of the trials that start to likely points, fewer to move more often; share of
 # these that comes from subset simulation
@@ -131,9 +132,10 @@ class Rare(Sampler):
         )
         mixture = centred(np.ones(1), directions)  # if no response leads out of limit
         if len(points):
-            near, kinds = about(points), 1 < len(points) < MOST
+            near, reached = about(points), len(points) < min(MOST, REACHED * number)
+            kinds = reached and len(points) > 1
             if directions >= (MANY_OF_KINDS if kinds else MANY):
-                mixture = yield from search.at_once(near, halves)
+                mixture = yield from search.at_once(near, halves, reached=reached)
             else:
                 mixture = yield from search.in_stages(near, halves)
         yield from search.last_stage(mixture)

@@ -6,7 +6,6 @@ from typing import TypeVar
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.deviations.likely_points import MOST
 from tolstat.deviations.many_directions import normal_of
 from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal, tempered
 from tolstat.deviations.rare_stage import RareStage, normal_scores, stage_of
@@ -96,17 +95,21 @@ class Search:
             mixture = self._fit(near).beside(share, near)
         return mixture
 
-    def at_once(self, near: Mixture, halves: Sequence[Array]) -> Stages[Mixture]:
+    def at_once(
+        self, near: Mixture, halves: Sequence[Array], *, reached: bool
+    ) -> Stages[Mixture]:
         """Yield a stage about likely points, then moves of out-of-limit trials.
 
         Parameters
         ----------
         near : Mixture
-            About the likely points. If these are still far from the median trial, they
-            are not used.
+            About the likely points.
         halves : sequence of two float64[trial, direction]
             Out-of-limit trials of subset simulation. If there is one likely point, they
             are used only where too few trials about it are out of limit.
+        reached : bool
+            Whether trials came together at the likely points. If they did not, and are
+            still far from the median trial, the points are not used.
         """
         yield from self.stage(near, EACH, 1.0)
         each = self.counts[-1]
@@ -117,7 +120,7 @@ class Search:
             led = led[:0]
         elif single:
             there = False
-        elif there and len(near.shares) == MOST:
+        elif there and not reached:
             far, less = (float((x**2).sum(axis=1).mean()) for x in (led, survivors))
             if far - less > FARTHER:
                 led = led[:0]
