@@ -22,6 +22,7 @@ include_patterns = [
     "tolstat/**/index.md",
     "tests/benchmarks/index.md",
     "tests/coverage/index.md",
+    "tests/coverage/rare.md",
     ".github/*.md",
 ]
 exclude_patterns = ["contents.md"]
