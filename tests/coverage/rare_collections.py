@@ -291,9 +291,7 @@ def bridge(share):
 
 def ranges(parts, share):
     """The range of equal parts: many directions alike."""
-    end = brentq(
-        lambda e: np.log(studentized_range.sf(e, parts, np.inf) / share), 3, 14
-    )
+    end = brentq(lambda e: np.log(studentized_range.sf(e, parts, np.inf) / share), 3, 9)
     return NormalProblem(parts, lambda x: end - np.ptp(x, axis=1), share)
 
 
