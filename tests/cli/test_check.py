@@ -43,7 +43,7 @@ def test_a_line_for_each_limit_and_the_same_as_json(runs):
     ]
     again = call("check", *runs.values(), "--json")
     found = json.loads(again.stdout)
-    assert again.exit_code == 3 and (found["schema"], found["answer"]) == (2, "check")
+    assert again.exit_code == 3 and (found["schema"], found["answer"]) == (3, "check")
     assert [each["verdict"] for each in found["limits"]] == [
         "met", "not met", "undecided",
     ]  # fmt: skip

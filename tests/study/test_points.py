@@ -282,14 +282,14 @@ def test_a_rare_study_states_the_safe_number_of_trials(tmp_path):
         '[limits]\ngap = "<= 16 mm"\n'
     )
     (warning,) = load(path).warnings
-    assert "lost among 10 deviations with 5000 trials" in warning
+    assert "with 5000 the search may miss a small kind" in warning
     trials = int(re.search(r"trials = (\d+) or more", warning)[1])
-    assert 5000 < trials <= 20_000
+    assert trials == 20_000
     assert load(path, trials=trials).warnings == ()
     assert load(path, trials=trials - 1).warnings
 
 
-@pytest.mark.parametrize(("parts", "trials"), [(3, 20_000), (20, 36_000)])
+@pytest.mark.parametrize(("parts", "trials"), [(3, 20_000), (20, 20_000)])
 def test_the_number_of_trials_in_a_refusal_is_enough(tmp_path, parts, trials):
     path, names = tmp_path / "rare.toml", [f"L{i}" for i in range(parts)]
     links = {n: {"nominal": "1 mm", "tolerance": "+-0.3 mm"} for n in names}
