@@ -7,7 +7,13 @@ from scipy.special import ndtr
 
 from tolstat.arrays import Array, Integers
 from tolstat.deviations.mixture import Mixture, centred
-from tolstat.deviations.rare_stage import RareStage, normal_scores, stage_of
+from tolstat.deviations.rare_stage import (
+    RareStage,
+    better_shares,
+    chosen,
+    normal_scores,
+    stage_of,
+)
 from tolstat.deviations.samplers import uniform
 
 ROUNDS, IDLE = 40, 6  # at most; without any move
@@ -52,18 +58,16 @@ def likely_points(
         used += len(points)
         name = f"likely {step}"
         which = uniform(seed, "ways", len(points), f"of {name}")
-        way = np.searchsorted(np.cumsum(shares)[:-1], which, "right")
+        way = chosen(shares, which)
         choice = uniform(seed, "factors", len(points), f"of {name}")
         some = ndtr(normal_scores(seed, streams, len(points), name))
         tried = _nearer(points, way, choice, some)
         margins = yield stage_of(tried, 1.0, np.nan)
         before, after = (np.einsum("ni,ni->n", x, x) for x in (points, tried))
         moved = (margins < 0) & (after < before)
-        ratio = before[moved] / np.maximum(after[moved], 1e-300)
-        gains = np.bincount(way[moved], np.minimum(np.log(ratio), MOST_GAIN), WAYS)
-        each = gains / np.maximum(np.bincount(way, minlength=WAYS), 1)
-        each = each / each.sum() if each.any() else np.full(WAYS, 1 / WAYS)
-        shares = LEAST_SHARE + (1 - WAYS * LEAST_SHARE) * each
+        ratio = np.where(moved, before / np.maximum(after, 1e-300), 1.0)
+        gains = np.minimum(np.log(ratio), MOST_GAIN)
+        shares = better_shares(way, gains, WAYS, LEAST_SHARE)
         points = np.where(moved[:, None], tried, points)
         idle = 0 if moved.any() else idle + 1
         if step % EVERY == 0:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Integers
+from tolstat.deviations.rare_stage import chosen
 
 ROUNDS = 15  # iterations of a fit, at most
 EVEN = 0.8  # of the shares, split equally: small parts are sampled, too
@@ -54,11 +54,9 @@ class Mixture(NamedTuple):
         """Return float64[point], the logarithm of the density at [point, direction]."""
         return np.asarray(np.logaddexp.reduce(self.log_parts(points)), np.float64)
 
-    def parts(self, which: Array) -> NDArray[np.int64]:
+    def parts(self, which: Array) -> Integers:
         """Return int64[point]: the part that each unit sample chooses."""
-        # the last part takes the remainder of rounding
-        ends = np.cumsum(self.shares)[:-1]
-        return np.asarray(np.searchsorted(ends, which, "right"), np.int64)
+        return chosen(self.shares, which)
 
     def points(self, which: Array, scores: Array) -> Array:
         """Return float64[point, direction] points of the mixture.

@@ -10,11 +10,9 @@ from tolstat.deviations import rare_stage
 from tolstat.deviations.likely_points import MOST, about, likely_points
 from tolstat.deviations.mixture import centred
 from tolstat.deviations.rare_search import (
-    CHOICE,
-    EACH,
-    MOVES,
+    FOR_MOVES,
+    FOR_STAGES,
     SPREADS,
-    STAGES,
     Search,
     in_equal_numbers,
 )
@@ -116,7 +114,7 @@ class Rare(Sampler):
         """Yield stages; the arguments are as of `Sampler.stages`."""
         search, directions = Search(seed, streams, trials), len(streams)
         many = directions >= MANY
-        yield from search.stage(centred(SPREADS, directions), FIRST, 0.0)
+        yield from search.stage(centred(SPREADS, directions), FIRST)
         step = max(round((STEP_OF_MANY if many else STEP) * trials), LEAST_OF_STEP)
         halves = yield from search.counted(approach(seed, streams, step))
         survivors, found = np.concatenate(halves), search.out_of_limit
@@ -125,8 +123,8 @@ class Rare(Sampler):
         others = min(number - some, len(found))
         starts = in_equal_numbers(found, others), in_equal_numbers(survivors, some)
         # enough trials stay for the later stages
-        after = LAST + (EACH + MOVES + CHOICE if many else STAGES * EACH)
-        led = min(round(LED * trials), search.left - round(after * trials))
+        after = round((LAST + (FOR_MOVES if many else FOR_STAGES)) * trials)
+        led = min(round(LED * trials), search.left - after)
         points = yield from search.counted(
             likely_points(seed, streams, np.concatenate(starts), led)
         )

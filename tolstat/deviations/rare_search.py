@@ -17,6 +17,7 @@ STAGES = 5  # of fits
 CHAINS, MOVES = 0.03, 0.24  # shares of the trials: chains at most, all their moves
 CLONES = 8  # chains that begin with the same trial, at most
 EACH, CHOICE = 0.04, 0.03  # shares of the trials: of a stage; to choose between fits
+FOR_STAGES, FOR_MOVES = STAGES * EACH, EACH + MOVES + CHOICE  # shares of the trials
 LEAST = 30  # out-of-limit trials about likely points, or these are not used
 FARTHER = 16.0  # squared distance, beyond subset simulation's, that is still far
 WHOLE = 1.3  # the first stage is used if effective sample sizes rise by this factor
@@ -53,13 +54,13 @@ class Search:
         self.left -= used
         return found
 
-    def stage(self, mixture: Mixture, share: float, spread: float) -> Stages[None]:
-        """Yield a stage of a share of the trials."""
+    def stage(self, mixture: Mixture, share: float) -> Stages[None]:
+        """Yield a stage of a share of the trials; the first one is of `SPREADS`."""
         purpose = f"rare {len(self.counts)}"
         trials = round(share * self.trials)
         points, which = self._sampled(mixture, trials, purpose)
-        spreads = spread if self.counts else SPREADS[mixture.parts(which)]
-        margins = yield stage_of(points, spreads, np.nan)
+        spread = 1.0 if self.counts else SPREADS[mixture.parts(which)]
+        margins = yield stage_of(points, spread, np.nan)
         self.left -= trials
         self.points = np.concatenate([self.points, points])
         self.margins = np.append(self.margins, margins)
@@ -90,7 +91,7 @@ class Search:
             near = near.beside(1 / (1 + len(near.shares)), normal_of(halves))
         mixture = near
         for stage in range(STAGES):
-            yield from self.stage(_beside_study(mixture), EACH, 1.0)
+            yield from self.stage(_beside_study(mixture), EACH)
             share = NEAR_LAST if stage == STAGES - 1 else NEAR
             mixture = self._fit(near).beside(share, near)
         return mixture
@@ -111,7 +112,7 @@ class Search:
             Whether trials came together at the likely points. If they did not, and are
             still far from the median trial, the points are not used.
         """
-        yield from self.stage(near, EACH, 1.0)
+        yield from self.stage(near, EACH)
         each = self.counts[-1]
         tried, margins = self.points[-each:], self.margins[-each:]
         led, survivors = tried[margins < 0], np.concatenate(halves)
@@ -128,6 +129,19 @@ class Search:
             return near
         groups = [led[0::2], led[1::2]] if len(led) else []
         groups += halves if there else []
+        groups = yield from self._moved(groups, near, tried, margins)
+        if len(groups) == 2 and (single or there):
+            return normal_of(groups)
+        points = np.concatenate(groups[:2])
+        found = fitted(points, np.zeros(len(points)), near).beside(NEAR_LAST, near)
+        if not there:
+            return found
+        return (yield from self._chosen(found, normal_of(groups[2:])))
+
+    def _moved(
+        self, groups: Sequence[Array], near: Mixture, tried: Array, margins: Array
+    ) -> Stages[list[Array]]:
+        """Yield moves of groups of trials; return as many trials of each, moved."""
         most = round(CHAINS * self.trials) // len(groups)
         number = min(most, CLONES * min(map(len, groups)))
         points = np.concatenate([in_equal_numbers(x, number) for x in groups])
@@ -139,23 +153,16 @@ class Search:
         length = np.sqrt(np.einsum("ki,ki->k", axes, axes))[:, None]
         axes = axes / np.maximum(length, 1e-9)
         axes = axes[near.log_parts(points).argmax(axis=0)]
-        known = tried, margins
         points = yield from relaxed(
-            self.seed, self.streams, points, sweeps, known, axes
+            self.seed, self.streams, points, sweeps, (tried, margins), axes
         )
         self.left -= sweeps * len(points)
-        groups = np.split(points, len(groups))
-        if len(groups) == 2:
-            if single or there:
-                return normal_of(groups)
-            return _fit_of_moved(points, near)
-        one = _fit_of_moved(np.concatenate(groups[:2]), near)
-        return (yield from self._chosen(one, normal_of(groups[2:])))
+        return np.split(points, len(groups))
 
     def _chosen(self, one: Mixture, other: Mixture) -> Stages[Mixture]:
         """Yield a stage of two mixtures, and return them in the shares that suit."""
         share = 0.5
-        yield from self.stage(_beside_study(one.beside(share, other)), CHOICE, 1.0)
+        yield from self.stage(_beside_study(one.beside(share, other)), CHOICE)
         last = slice(-self.counts[-1], None)
         points = self.points[last][self.margins[last] < 0]
         if not len(points):
@@ -216,21 +223,19 @@ def _effective(logs: Array) -> float:
     return float(weights.sum() ** 2 / np.square(weights).sum())
 
 
-def _fit_of_moved(points: Array, near: Mixture) -> Mixture:
-    return fitted(points, np.zeros(len(points)), near).beside(NEAR_LAST, near)
-
-
 def _extended(mixture: Mixture, points: Array, logs: Array) -> Mixture:
     """Return a mixture with parts added at the heaviest points.
 
     They stand for kinds of trials that the fit lost; after A. E. Raftery, L. Bao,
     Biometrics 66 (2010) 1162-1173.
     """
-    directions = points.shape[1]
     squares = np.einsum("ni,ni->n", points, points)
-    aimed = logs + log_normal(squares, 1.0, directions)
+    aimed = logs + log_normal(squares, 1.0, points.shape[1])
+    drawn = mixture.log_density(points)
     for _ in range(ADDED):
-        place = (aimed - mixture.log_density(points)).argmax()
-        one = centred(np.ones(1), directions)._replace(means=points[[place]])
+        place = (aimed - drawn).argmax()
+        one = centred(np.ones(1), points.shape[1])._replace(means=points[[place]])
         mixture = mixture.beside(ADDED_SHARE, one)
+        own = one.log_density(points)
+        drawn = np.logaddexp(np.log1p(-ADDED_SHARE) + drawn, np.log(ADDED_SHARE) + own)
     return mixture

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Integers
 from tolstat.deviations.samplers import Stage, uniform
 
 LEAST_UNIT = 2.0**-53
@@ -60,6 +60,24 @@ def joined(stages: Sequence[RareStage]) -> RareStage:
     """Return several stages as one."""
     rows = ((s.unit, s.spread, s.distance, s.weight) for s in stages)
     return RareStage(*map(np.concatenate, zip(*rows, strict=True)))
+
+
+def chosen(shares: Array, which: Array) -> Integers:
+    """Return int64[trial]: what float64[trial] unit samples choose, with its share."""
+    # the last one takes the remainder of rounding
+    ends = np.cumsum(shares)[:-1]
+    return np.asarray(np.searchsorted(ends, which, "right"), np.int64)
+
+
+def better_shares(kind: Integers, gains: Array, number: int, least: float) -> Array:
+    """Return float64[kind] shares by the mean gain of each kind's trials.
+
+    `kind` int64[trial] is below `number`; no share is below `least`.
+    """
+    trials = np.maximum(np.bincount(kind, minlength=number), 1)
+    each = np.bincount(kind, gains, number) / trials
+    each = each / each.sum() if each.any() else np.full(number, 1 / number)
+    return np.asarray(least + (1 - number * least) * each)
 
 
 def normal_scores(

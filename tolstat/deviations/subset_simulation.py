@@ -6,8 +6,14 @@ from collections.abc import Generator, Mapping
 import numpy as np
 from scipy.special import ndtr
 
-from tolstat.arrays import Array, Integers, Truths
-from tolstat.deviations.rare_stage import RareStage, normal_scores, stage_of
+from tolstat.arrays import Array, Integers
+from tolstat.deviations.rare_stage import (
+    RareStage,
+    better_shares,
+    chosen,
+    normal_scores,
+    stage_of,
+)
 from tolstat.deviations.samplers import uniform
 
 KEPT = 0.25  # of the trials at a step: those nearest to the limit
@@ -136,7 +142,7 @@ class Moves:
         Without axes, moves go along and across the slope of the response.
         """
         which = uniform(self.seed, "moves", len(points), f"of {name}")
-        move = np.searchsorted(np.cumsum(self.shares)[:-1], which, "right")
+        move = chosen(self.shares, which)
         scores = normal_scores(self.seed, self.streams, len(points), name)
         some = ndtr(normal_scores(self.seed, self.streams, len(points), f"some {name}"))
         if axes is None:
@@ -144,7 +150,8 @@ class Moves:
         self.tried = moved(points, scores, axes, FAR[move], some)
         self.answers = yield stage_of(self.tried, 1.0, np.nan)
         kept = self.answers <= level
-        self.shares = _better_shares(self.tried - points, axes, kept, move)
+        gains = np.where(kept, _distances(self.tried - points, axes), 0.0)
+        self.shares = better_shares(move, gains, len(FAR), LEAST_SHARE)
         points = np.where(kept[:, None], self.tried, points)
         return points, np.where(kept, self.answers, margins)
 
@@ -187,9 +194,10 @@ def slope(points: Array, margins: Array) -> Array:
     points, margins = points[sure], margins[sure]
     mean = points.mean(axis=0) if len(points) else np.ones(points.shape[1])
     away, falls = points - mean, np.zeros(points.shape[1])
-    if len(points) >= 2 * points.shape[1]:
-        margins = np.clip(margins, *np.quantile(margins, [OUTER, 1 - OUTER]))
-    if len(points) >= 2 * points.shape[1] and margins.min() < margins.max():
+    many = len(points) >= 2 * points.shape[1]
+    ends = np.quantile(margins, [OUTER, 1 - OUTER]) if many else (0.0, 0.0)
+    if ends[0] < ends[1]:
+        margins = np.clip(margins, *ends)
         moments = np.einsum("ni,nj->ij", away, away)
         ridge = 1e-6 * np.trace(moments) * np.eye(len(mean))
         falls = np.linalg.solve(moments + ridge, np.einsum("ni,n->i", away, margins))
@@ -197,14 +205,9 @@ def slope(points: Array, margins: Array) -> Array:
     return np.asarray(found / math.sqrt(np.einsum("i,i->", found, found)))
 
 
-def _better_shares(jump: Array, axes: Array, kept: Truths, move: Integers) -> Array:
-    """Return shares of the moves, by how far each moves trials in all directions."""
+def _distances(jump: Array, axes: Array) -> Array:
+    """Return float64[point]: how far each moves, along and across alike on average."""
     along = np.einsum("ni,ni->n", jump, axes) ** 2
     across = np.einsum("ni,ni->n", jump, jump) - along
-    means = (max(float(each.mean()), 1e-300) for each in (along, across))
-    far = sum(each / mean for each, mean in zip((along, across), means, strict=True))
-    far = np.where(kept, far, 0.0)
-    n = len(FAR)
-    each = np.bincount(move, far, n) / np.maximum(np.bincount(move, minlength=n), 1)
-    each = each / each.sum() if each.any() else np.full(n, 1 / n)
-    return np.asarray(LEAST_SHARE + (1 - n * LEAST_SHARE) * each)
+    one, two = (max(float(each.mean()), 1e-300) for each in (along, across))
+    return np.asarray(along / one + across / two)

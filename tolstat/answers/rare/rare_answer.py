@@ -171,7 +171,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         equivalent_ppk=by_share(share, limit),
         plain_trials=plain_trials(share),
         first_order=float(ndtr(-points[0].distance)) if points else math.nan,
-        stages=tuple(_stages(run, ran, stage, last)),
+        stages=tuple(_stages(run, stage, ran & ~last, last)),
         failure_points=points,
         precise=len(changes),
         changed=int(np.count_nonzero(changes)),
@@ -203,11 +203,13 @@ def _failing(run: Run, share: Estimate) -> str:
 
 
 def _stages(
-    run: Run, ran: Truths, stage: NDArray[np.float64], last: Truths
+    run: Run, stage: NDArray[np.float64], search: Truths, last: Truths
 ) -> Iterator[Stages]:
-    purposes = ("greater spread", stage == 0), ("search", stage > 0), ("estimate", last)
-    for purpose, own in purposes:
-        trials = ran & own & (last == (purpose == "estimate"))
+    for purpose, trials in (
+        ("greater spread", search & (stage == 0)),
+        ("search", search & (stage > 0)),
+        ("estimate", last),
+    ):
         if not trials.any():
             continue
         spread, out = run.column(SPREAD)[trials], run.beyond(run.aim)[trials]
