@@ -156,7 +156,7 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
     nominal = run.nominal_values["status"]
     if nominal != Status.DONE.word:
         notes.append(f"the nominal trial: {nominal}")
-    notes += run.notes
+    notes += [*run.warnings, *run.notes]
     own = [_in_words(run, number) for number in run.numbers if number.of]
     if own:
         notes.append("from tolerances alone: " + ", ".join(own))

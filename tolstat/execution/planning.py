@@ -15,7 +15,7 @@ from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.spread import Spread, spread_of
 from tolstat.errors import StudyError
 from tolstat.execution.trial_table import Trials
-from tolstat.model.checked import impossible, numbers_of
+from tolstat.model.checked import impossible, model_warnings, numbers_of
 from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.model.settings import settings_of
 from tolstat.model.view import typed_unit
@@ -37,6 +37,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
     columns = study.sampler.columns if study.sampler else {}
     assumed = assumed_of(study.deviating, scores=bool(study.aim))
     independent = study.deviating.dependence == Dependence()
+    spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
     return Run(
         path=path,
         study=records.StudyText(study.text),
@@ -68,10 +69,14 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         words=words_of(model.failures),
         grid=tuple(axis.name for axis in points.swept) if points else (),
         reference=records.Reference(*study.reference) if study.reference else None,
-        numbers=_numbers(study, assumed, independent=independent),
+        numbers=_numbers(study, spreads, independent=independent),
         notes=study.notes,
         assumptions=tuple(model.assumptions),
         made={**provenance(), "started_at": now()},
+        warnings=(
+            *study.deviating.warnings,
+            *model_warnings(model, study.settings, spreads),
+        ),
         columns=_columns(study, trials),
     )
 
@@ -158,12 +163,11 @@ def _swept(study: Study) -> tuple[records.Swept, ...]:
 
 
 def _numbers(
-    study: Study, assumed: Mapping[str, records.Assumed], *, independent: bool
+    study: Study, spreads: Mapping[str, Spread], *, independent: bool
 ) -> tuple[StudyNumber, ...]:
     """Return the model's numbers of the study; none for a grid."""
     if study.points:
         return ()
-    spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
     return numbers_of(study.model, study.settings, spreads, independent=independent)
 
 

@@ -164,6 +164,16 @@ def numbers_of(
     return found
 
 
+def model_warnings(model: Model, settings: Any, spreads: Spreads) -> tuple[str, ...]:
+    """Return the checked warnings of a model about a study; see `Model.warnings`."""
+    with _asking(model, "warnings"):
+        warnings = tuple(model.warnings(settings, spreads))
+    for sentence in warnings:
+        if not _printable(sentence):
+            raise model.fault(f"warnings: {sentence!r} cannot be printed")
+    return warnings
+
+
 def _check_declared(
     model: Model, declared: Iterable[Contributor | Response | StudyNumber]
 ) -> None:

@@ -129,6 +129,13 @@ class Model(ABC):
         """
         return ()
 
+    def warnings(self, settings: Any, spreads: Spreads) -> tuple[str, ...]:
+        """Return warnings that stand before the verdicts of a study, a sentence each.
+
+        `spreads` are those of `numbers`.
+        """
+        return ()
+
     def history(self, deviations: Array, settings: Any, step: float) -> History:
         """Return the history of deviations[contributor], SI, one point every `step` s.
 

@@ -87,6 +87,8 @@ class Run:
         Numbers of the study, shown beside those of its trials.
     notes, assumptions : tuple of str
         Notes on the run and its deviations; assumptions of the model.
+    warnings : tuple of str
+        What readers have to know before its verdicts, from its study.
     made : dict of str to str
         Versions, processor, platform, command, and when it was started.
     replaces : str
@@ -138,6 +140,7 @@ class Run:
     notes: tuple[str, ...]
     assumptions: tuple[str, ...]
     made: Annotated[dict[str, str], Stored("provenance")]
+    warnings: tuple[str, ...] = ()
     replaces: str = ""
     stopped: records.Stopped | None = None
     audited: Annotated[records.Audited | None, Stored("audit")] = None

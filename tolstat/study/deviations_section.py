@@ -31,6 +31,7 @@ class Deviations(NamedTuple):
     shown: dict[str, str]  # the unit in which each is written
     notes: tuple[str, ...]  # for the summary of the run
     priced: tuple[Priced, ...] = ()  # by a cost: tolerances and shifts
+    warnings: tuple[str, ...] = ()  # that stand before the verdicts
 
 
 def read_deviations(

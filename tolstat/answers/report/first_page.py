@@ -13,6 +13,7 @@ from tolstat.answers.next_steps import to_allocate, to_extend, to_halve, to_resu
 from tolstat.answers.report import what_helps
 from tolstat.answers.report.finer_run import settle
 from tolstat.answers.report.off_centre import OFF_CENTRE, findings
+from tolstat.answers.report.report_warnings import in_words
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
@@ -66,6 +67,7 @@ def first_page(
     ranges = blocks.shown(ranges_of(found))
     picture = blocks.Section(PICTURE, ranges, level=3, page_only=True)
     return blocks.shown(
+        in_words(found.warnings),
         lead(found),
         blocks.Bullets(findings(found)),
         limits_table(found, links, MOST_LIMITS if many else None),

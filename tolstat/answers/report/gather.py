@@ -14,6 +14,7 @@ from tolstat.answers.report.integration import integration_of
 from tolstat.answers.report.main_causes import main_causes
 from tolstat.answers.report.off_centre import OFF_CENTRE, off_centre
 from tolstat.answers.report.report_answer import Report, RunSummary
+from tolstat.answers.report.report_warnings import warnings_of
 from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.answers.sweep.extremes import Extremes, extremes_of
@@ -152,7 +153,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     trials = run_answer.TrialCounts(
         run.trials, run.ended, done, sample.failed, done + sample.failed, run.counts,
         sample.failures, outside, run.sampling, drawn.sampled.promise,
-        tuple(run_answer.notes_of(run, sample)),
+        tuple(run_answer.notes_of(replace(run, warnings=()), sample)),
     )  # fmt: skip
     centres = {name: off_centre(drawn, name, summaries[name]) for name in run.limits}
     for name, off in centres.items():
@@ -182,6 +183,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     }
     return RunSummary(
         **run_answer.fields_of(run, trials),
+        warnings=warnings_of(drawn),
         all_limits=all_limits(drawn),
         responses=responses,
         numbers=numbers,

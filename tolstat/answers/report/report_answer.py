@@ -10,6 +10,7 @@ import numpy as np
 from tolstat.answers.cells import summary_cells
 from tolstat.answers.report.off_centre import OffCentre
 from tolstat.answers.report.report_document import report_document
+from tolstat.answers.report.report_warnings import ReportWarning
 from tolstat.answers.report.summary_document import summary_document
 from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.inline import Number
@@ -267,6 +268,8 @@ class NumberOfStudy(NamedTuple):
 class RunSummary(RunAnswer):
     """The summary at the end of a run."""
 
+    # what a reader has to know before any verdict
+    warnings: tuple[ReportWarning, ...]
     all_limits: AllLimits | None  # None without limits
     responses: Mapping[str, ResponseSummary]
     numbers: Mapping[str, NumberOfStudy]  # equal for all its trials

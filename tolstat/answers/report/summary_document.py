@@ -22,6 +22,7 @@ from tolstat.answers.report.first_page import (
     what_next,
 )
 from tolstat.answers.report.off_centre import findings, rounding
+from tolstat.answers.report.report_warnings import in_words
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
@@ -54,6 +55,7 @@ def summary_document(found: RunSummary) -> blocks.Document:
     return blocks.Document(
         title,
         blocks.shown(
+            in_words(found.warnings),
             lead(found),
             blocks.Bullets(findings(found)),
             limits_table(found),
