@@ -318,14 +318,10 @@ WRONG = {
         '{ data = "rods.csv", column = "length", unit = "mm", fit = "weibull" }\n',
         ["rod_length", 'fit = "weibull"', "normal, lognormal"],
     ),
-    "sizes that are no deviations": (
-        HEAD + '[deviations]\nrod_length = { data = "rods.csv", column = "length" }\n',
-        ["rod_length", "from 2449.9 to 2450.2 mm", "is nominally 2450 mm", "too large for deviations", 'nominal = "2450 mm"'],
-    ),
-    "sizes less a nominal size in another unit": (
+    "a nominal size in another unit": (
         HEAD + "[deviations]\nrod_length = "
         '{ data = "rods.csv", column = "length", nominal = "2450 um" }\n',
-        ["column length less nominal = '2450 um' goes from 2447.45 to", 'nominal = "2450 mm"'],
+        ["nominal = '2450 um'", "rod_length_1 is nominally 2450 mm", "leave nominal out"],
     ),
     "too few to fit": (
         HEAD + "[deviations]\nrod_length = "

@@ -63,6 +63,6 @@ def model_document(name: str) -> Document:
 
 def _nominal(part: Contributor) -> str:
     """Return the size that a grade or a class of gears refers to."""
-    scale, gear = scale_of("m"), "gear of " * bool(part.gear)
+    scale, gear = scale_of(part.unit, part.shown), "gear of " * bool(part.gear)
     size = part.gear.diameter if part.gear else part.size
     return f"{gear}{scale.number(size)} {scale.mark}" if size else ""

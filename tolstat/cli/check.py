@@ -14,6 +14,7 @@ from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, LIMITS_UNDECIDED
 from tolstat.errors import Advice, PictureError
 from tolstat.literal import visible
+from tolstat.render.screen import Screen
 from tolstat.render.serialize import as_json
 from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, worded
 from tolstat.store.open_run import open as open_run
@@ -35,6 +36,7 @@ class LimitCheck:
     """The verdicts on all limits of some runs."""
 
     limits: tuple[CheckedLimit, ...]
+    warnings: tuple[str, ...]  # what a reader has to know before the verdicts
     answers: ClassVar[str] = "check"
 
     @property
@@ -55,6 +57,8 @@ def check(runs: tuple[Path, ...], numbers: bool) -> None:
     and none is not met. A run without limits is refused with 2.
     """
     found = checked(map(open_run, runs))
+    for warning in found.warnings:
+        Screen(stderr=True).say(f"warning: {warning}")
     if numbers:
         click.echo(as_json(found, found.answers), nl=False)
     for run, response, limit, *verdict in () if numbers else found.limits:
@@ -64,7 +68,11 @@ def check(runs: tuple[Path, ...], numbers: bool) -> None:
 
 def checked(runs: Iterable[Run]) -> LimitCheck:
     """Return the verdict on each limit of complete runs whose trials are sampled."""
-    return LimitCheck(tuple(each for run in runs for each in _limits_of(run)))
+    limits, warnings = list[CheckedLimit](), list[str]()
+    for run in runs:
+        limits += _limits_of(run)
+        warnings += [f"{run.path.name}: {sentence}" for sentence in run.warnings]
+    return LimitCheck(tuple(limits), tuple(warnings))
 
 
 def require_limits(where: Path, limits: Iterable[str]) -> None:

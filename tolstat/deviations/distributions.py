@@ -42,7 +42,8 @@ def key(
     Parameters
     ----------
     reads : str
-        "number"; "quantity" or "tolerance", in the unit of the contributor; "word".
+        "number"; "quantity", "difference" or "tolerance", in the unit of the
+        contributor; "word".
     default : optional
         Value of a key that the study omits; without a default the key is required.
     choices : sequence of str
@@ -240,7 +241,7 @@ class Normal(_Toleranced):
     # alone it is a centred process.
     cpk: float | None = key(default=None)
     # mean less the middle of the tolerance, SI
-    shift: float | None = key("quantity", None)
+    shift: float | None = key("difference", None)
 
     def __post_init__(self) -> None:
         """Refuse keys that contradict each other or the tolerance."""

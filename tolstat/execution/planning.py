@@ -74,7 +74,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         assumptions=tuple(model.assumptions),
         made={**provenance(), "started_at": now()},
         warnings=(
-            *study.deviating.warnings,
+            *study.reading_warnings,
             *model_warnings(model, study.settings, spreads),
         ),
         columns=_columns(study, trials),

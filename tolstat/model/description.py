@@ -28,7 +28,8 @@ class Contributor:
     symbol: str = ""  # the paper's letter
     sentence: str = ""  # a few words of description
     source: str = ""  # where it enters the equations
-    size: float | None = None  # nominal, m, that an ISO 286 grade of it refers to
+    # nominal value, in that unit: per cent, sizes and ISO 286 grades refer to it
+    size: float | None = None
     gear: Gear | None = None  # the wheel that an ISO 1328 class refers to
     # kind of part that it belongs to, such as "gears": contributions are summed over
     # it; else over contributors whose names differ in their number alone

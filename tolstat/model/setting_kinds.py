@@ -131,7 +131,7 @@ class Quantity(Kind):
         if typed and isinstance(value, str):
             return grammar.measure(value)
         if typed:
-            value = (value, "1") if isinstance(value, int | float) else ()
+            value = (value, "1", "1") if isinstance(value, int | float) else ()
         if isinstance(value, str) or not isinstance(value, Sequence):
             value = ()
         if len(value) not in (2, 3):

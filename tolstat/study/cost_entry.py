@@ -6,7 +6,7 @@ tolerances, of which one is chosen.
 
 import math
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from itertools import pairwise
@@ -16,18 +16,17 @@ from typing import Any, NamedTuple, TypeVar
 import tomli_w
 
 from tolstat.deviations import iso286
-from tolstat.deviations.distributions import Distribution, Tolerance
+from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.spread import half_of, resized, unshifted, zone_of
 from tolstat.errors import CostError, DistributionError, UnitError, allowed_names
-from tolstat.model.description import Contributor
 from tolstat.study.distribution_entry import read_distribution, written_unit
+from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.study_schema import (
     MOST_PRICE,
     Exponential,
     Reciprocal,
     read_entry,
 )
-from tolstat.units.grammar import quantity, tolerance
 from tolstat.units.scale import Scale, scale_of
 
 EXAMPLE = (
@@ -158,15 +157,17 @@ def read_cost(
     name: str,
     given: dict[str, Any],
     keys: Mapping[str, Any],
-    parts: Sequence[Contributor],
+    readers: Mapping[str, DeviationReader],
     specified: Mapping[str, Distribution],
 ) -> Priced:
     """Return the costs of an entry by tolerance; `keys` are its other keys."""
-    graded, unit = "iso1328" in keys, parts[0].unit
+    graded, reader = "iso1328" in keys, next(iter(readers.values()))
     words = f"iso1328 = {keys['iso1328']}" if graded else str(keys["tolerance"])
-    scale = scale_of(unit, written_unit(keys), half_of(specified))
+    scale = scale_of(
+        reader.contributor.unit, written_unit(keys, reader), half_of(specified)
+    )
     if not set(given) & set(Exponential.model_fields):
-        offered = _offered(given, keys, parts)
+        offered = _offered(given, keys, readers)
         if specified not in [each.distributions for each in offered]:
             known = ", ".join(each.words for each in offered)
             raise CostError(
@@ -178,11 +179,13 @@ def read_cost(
             "cost: the parts have different tolerances; give each a separate entry, or "
             "a table of grades"
         )
-    return Priced(name, words, specified, scale, _law(given, specified, unit))
+    return Priced(name, words, specified, scale, _law(given, specified, reader))
 
 
 def _offered(
-    given: dict[str, Any], keys: Mapping[str, Any], parts: Sequence[Contributor]
+    given: dict[str, Any],
+    keys: Mapping[str, Any],
+    readers: Mapping[str, DeviationReader],
 ) -> tuple[Offered, ...]:
     """Read tolerances on offer, the loosest first."""
     offered = []
@@ -194,7 +197,7 @@ def _offered(
                 f"{', '.join(Exponential.model_fields)}"
             )
         entry = with_tolerance(keys, each)
-        made = {part.name: read_distribution(entry, part) for part in parts}
+        made = {n: read_distribution(entry, reader) for n, reader in readers.items()}
         offered.append(Offered(each, float(price), made))
     offered.sort(key=lambda each: -half_of(each.distributions))
     for looser, tighter in pairwise(offered):
@@ -211,7 +214,9 @@ def _offered(
 
 
 def _law(
-    given: dict[str, Any], specified: Mapping[str, Distribution], unit: str
+    given: dict[str, Any],
+    specified: Mapping[str, Distribution],
+    reader: DeviationReader,
 ) -> Law:
     """Read a law of the price."""
     law = given.get("law")
@@ -223,10 +228,10 @@ def _law(
     halves = {"tightest": half / tighter, "loosest": half * looser}
     for key in ("at", *halves):
         if text := getattr(entry, key):
-            halves[key] = Tolerance(*read(tolerance, key, text, unit)).half
+            halves[key] = read(reader.zone, key, text).half
     rate = 0.0
     if isinstance(entry, Exponential):
-        rate = read(quantity, "rate", entry.rate, unit)
+        rate = read(reader.difference, "rate", entry.rate)
         if not rate > 0:
             raise CostError(
                 "cost, rate: a quantity above zero is expected; the price is e times "
@@ -263,11 +268,11 @@ def _law(
     return found
 
 
-def read(grammar: Callable[[str, str], Found], key: str, text: str, unit: str) -> Found:
+def read(grammar: Callable[[str], Found], key: str, text: str) -> Found:
     """Read a tolerance or a quantity of a law."""
     try:
-        return grammar(text, unit)
-    except UnitError as error:
+        return grammar(text)
+    except (UnitError, DistributionError) as error:
         raise CostError(f'cost, {key} = "{text}": {error}') from None
 
 

@@ -27,6 +27,11 @@ class CsvTable(NamedTuple):
     units: dict[str, str]  # of each column, by its name; empty where the head has none
     lines: list[tuple[int, list[str]]]  # the rows, each with its line number
 
+    @property
+    def places(self) -> list[str]:
+        """File and line of each row."""
+        return [f"{self.path}, line {line}" for line, _ in self.lines]
+
     def column(self, name: str) -> list[float]:
         """Return the numbers of a column, as written."""
         if name not in self.units:

@@ -18,6 +18,7 @@ from tolstat.model.description import Contributor
 from tolstat.study.cost_entry import Priced
 from tolstat.study.distribution_entry import DEFAULT, read_distribution, written_unit
 from tolstat.study.measured_parts import read_parts
+from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
 from tolstat.study.shift_entry import read_costs
 
@@ -52,6 +53,7 @@ def read_deviations(
     words: dict[str, str] = {}
     shown: dict[str, str] = {}
     notes: list[str] = []
+    warnings: dict[str, None] = {}
     priced: list[Priced] = []
     for name, given in entries.items():
         section = "links" if name in linked else "deviations"
@@ -60,30 +62,34 @@ def read_deviations(
             members = expand(name, list(known))
             cost = keys.pop("cost", None)
             batch = _batch(name, keys.pop("common", None), members)
+            readers = {n: DeviationReader(known[n]) for n in members}
             for member in members:
                 if member in found:
                     raise ModelError(f"{member} is given twice")
-                fitted = ""
+                reader, fitted = readers[member], ""
                 if "data" in keys:
                     found[member], note, written, fitted = read_parts(
-                        keys, known[member], folder
+                        keys, reader, folder
                     )
                     notes.append(f"{member}: {note}")
                 else:
-                    found[member] = read_distribution(keys, known[member])
-                    written = written_unit(keys)
+                    found[member] = read_distribution(keys, reader)
+                    written = written_unit(keys, reader)
                 if written:
                     shown[member] = written
                 if batch:
                     batches[member] = batch
                 words[member] = _in_words(keys, fitted, batch)
             if cost is not None:
-                parts = [known[member] for member in members]
-                priced += read_costs(name, cost, keys, parts, found)
+                priced += read_costs(name, cost, keys, readers, found)
+            for member, reader in readers.items():
+                warnings |= dict.fromkeys(reader.warnings)
+                notes += [f"{member}: {note}" for note in reader.notes]
     pairs = _pairs(correlations, list(known), found, batches, problems)
     return Deviations(
-        found, Dependence(batches, pairs), words, shown, tuple(notes), tuple(priced)
-    )
+        found, Dependence(batches, pairs), words, shown, tuple(notes), tuple(priced),
+        tuple(warnings),
+    )  # fmt: skip
 
 
 def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:

@@ -11,7 +11,8 @@ from tolstat.deviations.distributions import DISTRIBUTIONS, Distribution, Tolera
 from tolstat.deviations.spread import Shifted
 from tolstat.errors import DistributionError, GradeError, allowed_names
 from tolstat.model.description import Contributor
-from tolstat.units.grammar import MOST, quantity, tolerance, unit_of
+from tolstat.study.nominal_size import DeviationReader
+from tolstat.units.grammar import MOST, quantity, unit_of
 from tolstat.units.scale import scale_of
 
 DEFAULT = "normal"
@@ -20,7 +21,7 @@ OUTERMOST = np.array([2.0**-53, 0.5, 1 - 2.0**-53])
 OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module", "nominal_shift")
 
 
-def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distribution:
+def read_distribution(given: dict[str, Any], reader: DeviationReader) -> Distribution:
     """Return the distribution of one contributor's deviation.
 
     From `tolerance` ("+-1.2 mm", "IT7" with or without `size`), or `iso1328` and
@@ -36,7 +37,7 @@ def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distri
     kind: Any = DISTRIBUTIONS[name]
     fields = {field.name: field for field in dataclasses.fields(kind)}
     values: dict[str, Any] = {}
-    zone = _zone(keys, contributor)
+    zone = _zone(keys, reader)
     if zone is not None:
         if "tolerance" not in fields:
             raise DistributionError(f"the {name} distribution has no tolerance")
@@ -48,7 +49,7 @@ def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distri
             raise DistributionError(
                 f"the {name} distribution has no key {key}; {allowed}"
             )
-        values[key] = _value(key, value, fields[key].metadata, contributor.unit)
+        values[key] = _value(key, value, fields[key].metadata, reader)
     for key, field in fields.items():
         if key in values or field.default is not dataclasses.MISSING:
             continue
@@ -68,7 +69,7 @@ def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distri
         return found
     if zone is None:
         raise DistributionError("nominal_shift moves a tolerance; add one to the entry")
-    return Shifted(found, quantity(str(shift), contributor.unit))
+    return Shifted(found, reader.deviation(str(shift)))
 
 
 def _computable(distribution: Distribution) -> bool:
@@ -81,18 +82,21 @@ def _computable(distribution: Distribution) -> bool:
     return bool(np.all(np.abs(ends) <= MOST))  # NaN is not
 
 
-def written_unit(given: Mapping[str, Any]) -> str:
+def written_unit(given: Mapping[str, Any], reader: DeviationReader) -> str:
     """Return the unit in which a deviation is written; empty for a grade."""
     text = str(given.get("tolerance", given.get("value", "")))
-    return unit_of(text) if text and not iso286.looks_like_grade(text) else ""
+    graded = not text or iso286.looks_like_grade(text)
+    return "" if graded else reader.shown_unit(unit_of(text))
 
 
-def _value(key: str, value: Any, declared: Any, unit: str) -> Any:
+def _value(key: str, value: Any, declared: Any, reader: DeviationReader) -> Any:
     """Read the value of one key as its distribution declares it."""
     if declared["reads"] == "quantity":
-        return quantity(str(value), unit)
+        return reader.deviation(str(value))
+    if declared["reads"] == "difference":
+        return reader.difference(str(value))
     if declared["reads"] == "tolerance":
-        return Tolerance(*tolerance(str(value), unit))
+        return reader.zone(str(value))
     if declared["reads"] == "word":
         if value not in declared["choices"]:
             allowed = allowed_names(str(value), declared["choices"])
@@ -103,8 +107,9 @@ def _value(key: str, value: Any, declared: Any, unit: str) -> Any:
     return float(value)
 
 
-def _zone(keys: dict[str, Any], contributor: Contributor) -> Tolerance | None:
+def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
     """Return the tolerance and remove its keys: limits, a grade or a class of gears."""
+    contributor = reader.contributor
     text, size = keys.pop("tolerance", None), keys.pop("size", None)
     flank_class, module = keys.pop("iso1328", None), keys.pop("module", None)
     if flank_class is not None or module is not None:
@@ -118,19 +123,19 @@ def _zone(keys: dict[str, Any], contributor: Contributor) -> Tolerance | None:
     if not iso286.looks_like_grade(text):
         if size is not None:
             raise GradeError("size belongs to a grade such as IT7; leave it out")
-        return Tolerance(*tolerance(text, contributor.unit))
+        return reader.zone(text)
     if contributor.unit != "m":
         raise GradeError(
             f"{text} is a grade of lengths; {contributor.name} is given in "
             f"{scale_of(contributor.unit, contributor.shown).shown}"
         )
     nominal = contributor.size if size is None else quantity(str(size), "m")
-    if nominal is None:
+    if not nominal:
         raise GradeError(
             f"{text}: {contributor.name} has no nominal size; give it, such as "
             f'{{ tolerance = "{text}", size = "350 mm" }}'
         )
-    return iso286.zone(text, nominal)
+    return iso286.zone(text, abs(nominal))
 
 
 def _class_of_gears(

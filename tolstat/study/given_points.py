@@ -1,7 +1,7 @@
 """Trials of a grid or a table, given and not sampled; reference points."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.deviations.names import expand
-from tolstat.errors import DataError, ModelError, allowed_names
+from tolstat.errors import (
+    DataError,
+    DistributionError,
+    ModelError,
+    UnitError,
+    allowed_names,
+)
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
@@ -21,6 +27,7 @@ from tolstat.model.settings import setting_of, settings_of
 from tolstat.study import study_schema as schema
 from tolstat.study.csv_table import read_csv
 from tolstat.study.memory_needed import too_large
+from tolstat.study.nominal_size import DeviationReader, Holds
 from tolstat.study.problems import Problems
 from tolstat.units.grammar import quantity, unit_of
 
@@ -40,6 +47,7 @@ class Swept(NamedTuple):
     words: list[str] | None
     unit: str  # SI unit, "1" where there is none
     shown: str  # the unit in which it is written; empty where it has none
+    warnings: tuple[str, ...] = ()  # about how its values were read
 
 
 class Case(NamedTuple):
@@ -72,6 +80,7 @@ class Points:
     # by swept setting, a value for each trial: SI, or a word
     settings: Mapping[str, NDArray[Any]] | None = None
     note: str = ""  # for the summary of the run
+    warnings: tuple[str, ...] = ()  # about how the values were read
 
 
 def read_grid(
@@ -140,7 +149,10 @@ def _product(
             )
         cases.append(case)
     shown = {m: axis.shown for axis in axes for m in axis.members or (axis.name,)}
-    return Points(deviations, tuple(cases), shown, tuple(axes), columns)
+    warnings = tuple(sentence for axis in axes for sentence in axis.warnings)
+    return Points(
+        deviations, tuple(cases), shown, tuple(axes), columns, warnings=warnings
+    )
 
 
 def _columns(description: Description) -> list[tuple[str, str]]:
@@ -167,8 +179,11 @@ def _axis(
     name: str, given: Any, deviation: bool, model: Model, description: Description
 ) -> Swept:
     """Return the axis of a setting or contributor; a setting has precedence."""
-    units = {each.name: each.unit for each in description.contributors}
-    known = settings_of(model)
+    contributors = {each.name: each for each in description.contributors}
+    units, known = (
+        {n: each.unit for n, each in contributors.items()},
+        settings_of(model),
+    )
     if name in known and not deviation:
         return _setting_axis(name, given, model, taken=name in units)
     try:
@@ -178,11 +193,16 @@ def _axis(
         raise ModelError(
             f"neither a contributor nor a setting; {allowed_names(name, names)}"
         ) from None
-    unit = units[members[0]]
+    unit, reader = units[members[0]], DeviationReader(contributors[members[0]])
     if isinstance(given, dict):
-        return Swept(name, members, _steps(given, unit), None, unit, _written(given))
-    values = [quantity(str(value), unit) for value in _listed(given)]
-    return Swept(name, members, values, None, unit, unit_of(str(given[0])))
+        values, first = _steps(given, reader.axis), _first(given)
+    else:
+        first = str(_listed(given)[0])
+        values = reader.axis([*map(str, given)]).tolist()
+    if reader.warnings and len({contributors[n].size for n in members}) > 1:
+        raise ModelError(f"{', '.join(members)} have different sizes; give deviations")
+    shown = reader.shown_unit(unit_of(first))
+    return Swept(name, members, values, None, unit, shown, tuple(reader.warnings))
 
 
 def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
@@ -194,8 +214,9 @@ def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
             raise ModelError(
                 f"this setting is no number; give a list of values, see {schema.AXIS}"
             )
-        values = [kind.checked(value) for value in _steps(given, unit)]
-        return Swept(column, (), values, None, unit, _written(given))
+        steps = _steps(given, lambda ends: [quantity(end, unit) for end in ends])
+        values = [kind.checked(value) for value in steps]
+        return Swept(column, (), values, None, unit, unit_of(_first(given)))
     values = [kind.read(value) for value in _listed(given)]
     if isinstance(kind, Number) and not any(each in kind.presets for each in given):
         shown = unit_of(given[0]) if isinstance(given[0], str) else ""
@@ -209,14 +230,16 @@ def _listed(given: Any) -> list[Any]:
     return given
 
 
-def _written(given: Mapping[str, Any]) -> str:
-    return unit_of(str(given["from"]))
+def _first(given: Mapping[str, Any]) -> str:
+    return str(given["from"])
 
 
-def _steps(given: dict[str, Any], unit: str) -> list[float]:
-    """Read from, to and points."""
+def _steps(
+    given: dict[str, Any], read: Callable[[Sequence[str]], Sequence[float] | Array]
+) -> list[float]:
+    """Return the steps of from, to and points; `read` reads both ends."""
     entry = schema.read_entry(schema.AxisEntry, given, "there is")
-    first, last = (quantity(str(end), unit) for end in (entry.first, entry.last))
+    first, last = read([str(entry.first), str(entry.last)])
     if first == last:
         raise ModelError("from and to are the same")
     steps: list[float] = np.linspace(first, last, entry.points).tolist()
@@ -229,26 +252,45 @@ def read_table(
     """Return the trials of a CSV file.
 
     Heads are contributors with their unit, `rod_length_1 [mm]`; a row is a trial, with
-    its deviations.
+    its deviations, or sizes. `rod_length_1 sizes [mm]` says which.
     """
     table = read_csv(folder, name)
     path = table.path
-    units = {each.name: each.unit for each in description.contributors}
-    deviations = np.zeros((len(table.lines), len(units)))
-    names, shown = list(units), {}
+    contributors = {each.name: each for each in description.contributors}
+    deviations = np.zeros((len(table.lines), len(contributors)))
+    names, shown, warnings = list(contributors), dict[str, str](), dict[str, None]()
     for head, written in table.units.items():
+        called, holds = _called(head)
         try:
-            members = expand(head, names)
+            members = expand(called, names)
         except ModelError as error:
             raise DataError(f"{path}, column {head}: {error}") from None
-        column = table.values(head, units[members[0]])
         for member in members:
             if member in shown:
                 raise DataError(f"{path}: {member} is given twice")
-            shown[member] = written
+            reader = DeviationReader(contributors[member])
+            try:
+                column, sizes = reader.column(
+                    table.column(head), written, holds, table.places
+                )
+            except (UnitError, DistributionError) as error:
+                raise DataError(f"{path}, column {head}: {error}") from None
+            shown[member] = reader.shown_unit(written)
             deviations[:, names.index(member)] = column
+            if sizes and not holds:
+                warnings[f"{path.name}: column {head} is taken as sizes"] = None
     note = f"{len(deviations)} trials of {path.name} (SHA-256 {table.digest[:12]})"
-    return Points(deviations, (Case(0, len(deviations), settings),), shown, note=note)
+    cases = (Case(0, len(deviations), settings),)
+    return Points(deviations, cases, shown, note=note, warnings=tuple(warnings))
+
+
+def _called(head: str) -> tuple[str, Holds]:
+    """Return the contributor of a column's head, and what it says that it holds."""
+    name, _, holds = head.rpartition(" ")
+    for word in ("sizes", "deviations"):
+        if holds == word:
+            return name.strip(), word
+    return head, ""
 
 
 def read_reference(

@@ -3,16 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
-from tolstat.deviations.distributions import Distribution
 from tolstat.errors import ModelError, TolstatError
 from tolstat.model.contract import Model
 from tolstat.model.setting_kinds import Rows
 from tolstat.model.settings import settings_of
-from tolstat.study.distribution_entry import written_unit
 from tolstat.study.problems import Problems
 from tolstat.study.study_schema import Document
-from tolstat.units.grammar import Measure
-from tolstat.units.scale import scale_of
 
 SETTING = "links"  # of a model: a table by name with the column `nominal`
 NOMINAL = "nominal"
@@ -54,7 +50,9 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
                     "also given in [deviations]; give its tolerance here only, as "
                     "{ nominal = ..., tolerance = ... }"
                 )
-            if deviates := _deviation(_keys(link), columns):
+            if deviates := {
+                key: value for key, value in _keys(link).items() if key not in columns
+            }:
                 deviations[name] = deviates
     given = {"settings": document.settings, "links": sized}
     settings = settings_with_links(given, model)
@@ -71,28 +69,6 @@ def check_units(
         if isinstance(number, int | float) and f"'{name}'" in str(error):
             example = f'write its unit, such as {NOMINAL} = "{number} mm"'
             problems.add(f"[links] {name}", link, f"the size has no unit; {example}")
-
-
-def check_sizes(
-    links: Mapping[str, Any],
-    settings: Any,
-    distributions: Mapping[str, Distribution],
-    units: Mapping[str, str],
-    problems: Problems,
-) -> None:
-    """Refuse tolerances given as sizes: they contain the nominal, but not zero."""
-    for name, link in links.items():
-        zone = getattr(distributions.get(name), "tolerance", None)
-        if zone is None:
-            continue
-        size = getattr(settings, SETTING)[name][NOMINAL]
-        nominal = size.value if isinstance(size, Measure) else size
-        if zone.lower <= nominal <= zone.upper and not zone.lower <= 0 <= zone.upper:
-            scale = scale_of(units[name], written_unit(link))
-            ends = ((end - nominal) * scale.factor for end in zone)
-            written = "..".join(f"{end:.6g}" for end in ends)
-            message = "a tolerance is relative to the nominal size, such as "
-            problems.add(f"[links] {name}", link, f'{message}"{written} {scale.mark}"')
 
 
 def with_deviation(
@@ -116,11 +92,3 @@ def _columns(model: Model) -> tuple[str, ...]:
 def _keys(link: Any) -> Mapping[str, Any]:
     """Return the keys of a link; a quantity alone is its nominal."""
     return link if isinstance(link, Mapping) else {NOMINAL: link}
-
-
-def _deviation(link: Mapping[str, Any], columns: tuple[str, ...]) -> dict[str, Any]:
-    """Return the keys of a link's deviation; empty if it has none."""
-    found = {key: value for key, value in link.items() if key not in columns}
-    if "data" in found:  # the nominal is subtracted from measured sizes
-        found[NOMINAL] = link[NOMINAL]
-    return found

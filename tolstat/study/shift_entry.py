@@ -12,11 +12,10 @@ import numpy as np
 from tolstat.deviations.distributions import Distribution, Tolerance, Uniform
 from tolstat.deviations.spread import Shifted, half_of, unshifted, zone_of
 from tolstat.errors import CostError
-from tolstat.model.description import Contributor
 from tolstat.study.cost_entry import DIGITS, EXAMPLE, SHIFT, Priced, read, read_cost
 from tolstat.study.distribution_entry import OUTERMOST, written_unit
+from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.study_schema import ShiftKeys, read_entry
-from tolstat.units.grammar import tolerance
 from tolstat.units.scale import scale_of
 
 
@@ -80,29 +79,32 @@ def read_costs(
     name: str,
     given: Any,
     keys: Mapping[str, Any],
-    parts: Sequence[Contributor],
+    readers: Mapping[str, DeviationReader],
     found: Mapping[str, Distribution],
 ) -> list[Priced]:
     """Return the choices of an entry by its cost: a tolerance, a shift, or both."""
     if not isinstance(given, dict) or not given:
         raise CostError(f"cost: a table is expected, {EXAMPLE}")
-    specified = {each.name: found[each.name] for each in parts}
+    specified = {name: found[name] for name in readers}
     if None in map(zone_of, specified.values()):
         raise CostError("cost needs a tolerance; add one to the entry")
     rest = {k: v for k, v in given.items() if k not in ShiftKeys.model_fields}
-    priced = [read_cost(name, rest, keys, parts, specified)] if rest else []
+    priced = [read_cost(name, rest, keys, readers, specified)] if rest else []
     if len(rest) == len(given):
         return priced
     own = {k: v for k, v in given.items() if k not in rest}
-    entry, unit = read_entry(ShiftKeys, own, "cost has"), parts[0].unit
-    low, high = read(tolerance, "shift", entry.shift or "", unit)
+    entry = read_entry(ShiftKeys, own, "cost has")
+    reader = next(iter(readers.values()))
+    low, high = read(reader.zone, "shift", entry.shift or "")
     price = entry.shift_price
     if not low <= 0 <= high or low == high or (price and low < 0 < high):
         words = 'a range around 0 is expected, such as "+-0.2 mm"'
         if price:
             words = 'with a shift_price it goes to one side, such as "-0.2..0 mm"'
         raise CostError(f'cost, shift = "{entry.shift}": {words}')
-    scale = scale_of(unit, written_unit(keys), half_of(specified))
+    scale = scale_of(
+        reader.contributor.unit, written_unit(keys, reader), half_of(specified)
+    )
     words = str(keys.get("nominal_shift", f"0 {scale.mark}".strip()))
     rate = price / max(-low, high)
     ends = (low, high) if -low > high else (high, low)

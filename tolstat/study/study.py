@@ -20,9 +20,9 @@ from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import ModelError, StudyError, TolstatError, UnitError
 from tolstat.model.checked import check_possible, described
 from tolstat.model.contract import Model
-from tolstat.model.description import Description
-from tolstat.model.setting_kinds import as_typed
-from tolstat.model.settings import make, setting_of
+from tolstat.model.description import Contributor, Description
+from tolstat.model.setting_kinds import Number, as_typed
+from tolstat.model.settings import Setting, make, setting_of, settings_of
 from tolstat.statistics.limits.limit import Limit
 from tolstat.study.deviations_section import Deviations, read_deviations
 from tolstat.study.given_points import (
@@ -33,7 +33,7 @@ from tolstat.study.given_points import (
     read_table,
 )
 from tolstat.study.limits_section import read_limits
-from tolstat.study.links_section import check_sizes, check_units, read_links
+from tolstat.study.links_section import check_units, read_links
 from tolstat.study.memory_needed import large, too_large
 from tolstat.study.misplaced_keys import section_of
 from tolstat.study.problems import Problems
@@ -119,6 +119,14 @@ class Study:
         if self.points:
             return ()
         return warnings_of(self.sampling, self.trials, len(self.factors))
+
+    @property
+    def reading_warnings(self) -> tuple[str, ...]:
+        """The warnings about how its values were read, for readers of the results."""
+        return (
+            *self.deviating.warnings,
+            *(self.points.warnings if self.points else ()),
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -225,8 +233,6 @@ def load(
         document.deviations, document.correlation, description.contributors, folder,
         problems, linked=document.links,
     )  # fmt: skip
-    units = {each.name: each.unit for each in description.contributors}
-    check_sizes(document.links, settings, deviating.distributions, units, problems)
     points = None
     if sampling == "grid" and document.grid:
         points = read_grid(document, chosen, settings, description, problems)
@@ -317,14 +323,25 @@ def _model(document: Document, model: Model | None, problems: Problems) -> Model
 
 def _described(model: Model, settings: Any) -> Description:
     """Return contributors and responses; a setting of the same name is the size."""
-    found = described(model, settings)
-    lengths = {e.name: getattr(settings, e.name, None) for e in found.contributors
-               if e.unit == "m" and e.size is None}  # fmt: skip
-    sizes = {n: x for n, x in lengths.items() if isinstance(x, float) and x > 0}
-    return found._replace(contributors=tuple(
-        replace(each, size=sizes.get(each.name, each.size))
-        for each in found.contributors
+    description, declared = described(model, settings), settings_of(model)
+    return description._replace(contributors=tuple(
+        replace(each, size=_size_of(each, declared.get(each.name), settings))
+        for each in description.contributors
     ))  # fmt: skip
+
+
+def _size_of(
+    contributor: Contributor, setting: Setting | None, settings: Any
+) -> float | None:
+    """Return the nominal value of a contributor, SI; None where none is known."""
+    if contributor.size is not None or setting is None:
+        return contributor.size
+    unit = setting.kind.unit if isinstance(setting.kind, Number) else None
+    if contributor.unit == "1" and contributor.shown != "1":  # relative to the setting
+        return None
+    value = getattr(settings, contributor.name)
+    same = (unit or "1") == contributor.unit and isinstance(value, int | float)
+    return float(value) if same else None
 
 
 def _settings(

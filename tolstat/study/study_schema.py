@@ -113,6 +113,7 @@ class PartsEntry(Entry):
     column: str = key("the name of a column, in quotes")
     unit: str | None = key('a text such as "mm"', None)
     nominal: str | None = key('a text such as "2450 mm"', None)
+    holds: Literal["sizes", "deviations"] | None = key("one of sizes, deviations", None)
     fit: Literal["normal", "lognormal"] | None = key("one of normal, lognormal", None)
 
 

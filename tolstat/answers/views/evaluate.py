@@ -18,6 +18,7 @@ from tolstat.model.contract import STEP, Model
 from tolstat.model.description import Description
 from tolstat.model.view import View, in_units
 from tolstat.status import status_words, words_of
+from tolstat.study.nominal_size import are_sizes
 from tolstat.study.study import Source, Study, load
 
 if TYPE_CHECKING:
@@ -207,7 +208,8 @@ def _first(
 
 def _deviations(given: Mapping[str, Any], description: Description) -> Array:
     """Return deviations by name as float64[trial, contributor]."""
-    names = [contributor.name for contributor in description.contributors]
+    contributors = {each.name: each for each in description.contributors}
+    names = list(contributors)
     columns: dict[str, Array] = {}
     for name, values in given.items():
         try:
@@ -220,6 +222,11 @@ def _deviations(given: Mapping[str, Any], description: Description) -> Array:
         for each in expanded:
             if each in columns:
                 raise ModelError(f"deviation {each} is given twice, also by {name}")
+            if (size := contributors[each].size) and are_sizes(column, size):
+                raise ModelError(
+                    f"deviation {each}: these are sizes of a part of nominally "
+                    f"{size:.10g} (SI); give deviations, sizes less {size:.10g}"
+                )
             columns[each] = column
     lengths = {len(column) for column in columns.values() if column.ndim == 1}
     if len(lengths) > 1:

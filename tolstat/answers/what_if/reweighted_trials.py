@@ -138,7 +138,7 @@ def what_if(
             )
             for response in run.responses
         },
-        (*kinds, *notes),
+        (*scenario.warnings, *kinds, *notes),
     )
 
 

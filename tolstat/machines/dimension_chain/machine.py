@@ -36,8 +36,7 @@ class DimensionChain(Model):
             size, unit, written = each["nominal"]
             scale = scale_of(unit, written)
             sentence = f"link of {scale.factor * size:.10g} {scale.mark}".strip()
-            length = abs(size) if unit == "m" else None
-            link = Contributor(name, unit, "", sentence, size=length, shown=scale.shown)
+            link = Contributor(name, unit, "", sentence, size=size, shown=scale.shown)
             links.append(link)
         plain = "1" if settings.unit == "1" else ""
         gap = Response(GAP, settings.unit, sentence=settings.formula.text, shown=plain)

@@ -1,0 +1,286 @@
+"""Deviations against the nominal size of their contributor: one rule, every entrance.
+
+Tolerances, single deviations, columns of files and axes of grids pass here. Per cent is
+of the nominal size. Values that can only be sizes are taken as sizes, with a warning;
+what may be either is refused.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.deviations.distributions import Tolerance
+from tolstat.errors import DistributionError, UnitError
+from tolstat.model.description import Contributor
+from tolstat.units import grammar
+from tolstat.units.conversion import to_si
+from tolstat.units.scale import KNOWN, figures, scale_of
+
+FARTHEST = 0.5  # of the nominal size: what deviates more is doubted
+WIDE = 0.1  # of the nominal size: a wider tolerance is remarked
+FAR = 10  # times their width away from zero: values may be sizes of an unknown nominal
+ROUNDING = 1e-9  # of a size
+SHARES = ("%", "ppm")
+_PLUS = re.compile(r"(?<![eE])\+|±")  # what is typed with it is no size
+
+Holds = Literal["", "sizes", "deviations"]  # of a column; "" where nobody says
+
+
+def are_sizes(values: Array, size: float) -> bool:
+    """Return whether values can only be sizes of a part, and not its deviations."""
+    most = FARTHEST * abs(size) * (1 + ROUNDING)
+    near = (np.abs(values - size) <= most).all()
+    return bool(near and (np.abs(values) > most).any())
+
+
+class DeviationReader:
+    """Reads the deviations of one contributor.
+
+    Attributes
+    ----------
+    contributor : Contributor
+        Its `size` is the nominal value, SI; None where it has none.
+    warnings, notes : list of str
+        What is not read as it stands; what is read so, but unusual.
+    """
+
+    def __init__(self, contributor: Contributor) -> None:
+        self.contributor = contributor
+        self.warnings: list[str] = []
+        self.notes: list[str] = []
+        self._size = contributor.size or 0.0
+
+    @property
+    def nominal(self) -> float:
+        """Its nominal size, SI; 0 where it has none."""
+        return self._size
+
+    @property
+    def is_relative(self) -> bool:
+        """Whether its deviations are shares of a nominal value that is not known."""
+        part = self.contributor
+        return part.unit == "1" and part.size is None and part.shown in ("", *SHARES)
+
+    def with_nominal(self, text: str) -> "DeviationReader":
+        """Return a reader by a typed nominal size; that of the model stays the same."""
+        nominal = grammar.quantity(text, self.contributor.unit)
+        if self._size and abs(nominal - self._size) > ROUNDING * abs(self._size):
+            raise DistributionError(
+                f"nominal = '{text}', but {self.contributor.name} is nominally "
+                f"{self._words(self._size)}; leave nominal out, or change the model's"
+            )
+        return DeviationReader(replace(self.contributor, size=nominal))
+
+    def shown_unit(self, unit: str) -> str:
+        """Return a typed unit, or for a share of a size the unit of that."""
+        part = self.contributor
+        return part.shown if unit in SHARES and not self.is_relative else unit
+
+    def zone(self, text: str) -> Tolerance:
+        """Return a tolerance, SI: the zone of the deviation.
+
+        Raises
+        ------
+        UnitError, DistributionError
+            If it cannot be read, or may be a zone of sizes as well.
+        """
+        ends = self._read(grammar.tolerance, text)
+        zone = Tolerance(*self._settled(ends, text).tolist())
+        share = 2 * zone.half / abs(self._size) if self._size else 0.0
+        if WIDE < share <= 2 * FARTHEST and grammar.unit_of(text) not in SHARES:
+            self.notes.append(
+                f'"{text}" is {figures(100 * share, 2)} % of the nominal '
+                f"{self._words(self._size)} wide"
+            )
+        return zone
+
+    def deviation(self, text: str) -> float:
+        """Return one deviation, SI, of a text that may be a size; see `zone`."""
+        return float(self.axis([text])[0])
+
+    def axis(self, texts: Sequence[str]) -> Array:
+        """Return deviations that belong together, float64[text], SI; see `zone`."""
+        values = [self._read(grammar.quantity, text) for text in texts]
+        typed = texts[0] if len(texts) == 1 else f"{texts[0]}, ..., {texts[-1]}"
+        return self._settled(np.concatenate(values), typed)
+
+    def difference(self, text: str) -> float:
+        """Return a difference of two deviations, SI, which is no size; see `zone`."""
+        value = float(self._read(grammar.quantity, text)[0])
+        if self._size and abs(value) > FARTHEST * abs(self._size):
+            raise DistributionError(
+                f'"{text}" is more than half of the nominal {self._words(self._size)}; '
+                "a distance is expected, not a size"
+            )
+        return value
+
+    def column(
+        self, numbers: Sequence[float], unit: str, holds: Holds, places: Sequence[str]
+    ) -> tuple[Array, bool]:
+        """Return deviations, float64[row], SI, and whether the column holds sizes.
+
+        Parameters
+        ----------
+        numbers : sequence of float
+            As written.
+        unit : str
+            In which they are written; empty where none is given, "1" for none.
+        holds : str
+            What the study says that they are.
+        places : sequence of str
+            File and line of each.
+
+        Raises
+        ------
+        UnitError, DistributionError
+            If the unit is of another kind, or a number is neither a size nor a
+            deviation of this part.
+        """
+        if self.is_relative and not unit:
+            raise UnitError(
+                f"{self.contributor.name} deviates relative to its nominal value: give "
+                'the unit of the column, "%", or "1" where 0.1 is a tenth'
+            )
+        written, factor = self._unit_and_factor(unit or "1")
+        plain = "" if unit == "1" else unit
+        values = np.array([to_si(x, plain, written) for x in numbers]) * factor
+        size = 1.0 if self.is_relative else self._size
+        if not size:
+            self._warn_far(values)
+            return values, False
+        near, far = np.abs(values - size), np.abs(values)
+        most = FARTHEST * abs(size) * (1 + ROUNDING)
+        if holds:  # no part is nothing, or twice as large
+            most = abs(size) * (1 - ROUNDING)
+        if self.is_relative and not holds:
+            if (near <= most).all() and (far > 0).all():
+                raise DistributionError(self._either("the column", "-10 % to +10 %"))
+            return values, False
+        sizes = holds == "sizes" or (
+            not holds and np.sum(near <= most) > np.sum(far <= most)
+        )
+        off = near if sizes else far
+        if not self.is_relative and (off > most).any():
+            row, kind = int(np.argmax(off > most)), "size" if sizes else "deviation"
+            raise DistributionError(
+                f"{places[row]}: {self._words(values[row])} is no {kind} of a part of "
+                f"nominally {self._words(size)}; correct or remove it, or say what "
+                'the column holds, "sizes" or "deviations"'
+            )
+        return (values - size if sizes else values), bool(sizes)
+
+    def _read(self, read: Callable[[str, str], Any], text: str) -> Array:
+        """Return what a grammar reads, ascending, SI: per cent of the nominal size."""
+        try:
+            unit = grammar.unit_of(text)
+        except UnitError:
+            read(text, self.contributor.unit)  # says what is expected
+            raise
+        if self.is_relative and unit == "1":
+            name, number = self.contributor.name, text.strip()
+            raise UnitError(
+                f"{name} deviates relative to its nominal value: write its share, "
+                f'"{number} %", or {self._in_per_cent(read, text)} if 1 is the whole'
+            )
+        written, factor = self._unit_and_factor(unit)
+        return np.sort(factor * np.atleast_1d(read(text, written)))
+
+    def _in_per_cent(self, read: Callable[[str, str], Any], text: str) -> str:
+        ends = [figures(100 * end, KNOWN) for end in np.atleast_1d(read(text, "1"))]
+        same = len(ends) == 2 and ends[0] == f"-{ends[1]}"
+        return f'"{f"+-{ends[1]}" if same else "..".join(ends)} %"'
+
+    def _unit_and_factor(self, unit: str) -> tuple[str, float]:
+        """Return the unit to read a text in, and what turns that into a deviation."""
+        part = self.contributor
+        if unit not in SHARES or self.is_relative:
+            return part.unit, 1.0
+        if part.unit == "1" and part.shown in SHARES:  # a share itself, such as 20 %
+            self.warnings.append(
+                f"{part.name} is nominally {self._words(self._size)}: its deviation "
+                "in % is taken as a difference, not as a share of that"
+            )
+            return part.unit, 1.0
+        if not self._size:
+            why = "its nominal value is 0" if part.size == 0 else "it has no nominal"
+            mark = scale_of(part.unit, part.shown).mark
+            raise UnitError(
+                f"per cent is of the nominal value of {part.name}, and {why}; write "
+                f"the deviation {f'in {mark}' if mark else 'as a plain number'}"
+            )
+        return "1", self._size
+
+    def _settled(self, values: Array, typed: str) -> Array:
+        """Return deviations, of values that may be sizes: float64[value], SI."""
+        size = 1.0 if self.is_relative else self._size
+        most = FARTHEST * abs(size) * (1 + ROUNDING)
+        plus = bool(_PLUS.search(typed))
+        if not size and not plus:
+            self._warn_far(values)
+        if not size or (np.abs(values) <= most).all():
+            return values
+        explicit = plus or (values * size < 0).any()
+        if self.is_relative:
+            if are_sizes(values, size) and not explicit:
+                raise DistributionError(self._either(f'"{typed}"', "-10..+10 %"))
+            return values
+        name, nominal = self.contributor.name, self._words(size)
+        if are_sizes(values, size) and plus:
+            raise DistributionError(
+                f"with a plus sign these are deviations, yet they may be sizes of "
+                f"{nominal}; leave the sign out, or give another nominal"
+            )
+        if are_sizes(values, size):
+            deviations = values - size
+            low, high = float(deviations.min()), float(deviations.max())
+            ends = f"{self._number(low)}.." * (low < high) + self._words(high)
+            self.warnings.append(
+                f'{name}: "{typed}" is taken as sizes of {nominal}: {ends}'
+            )
+            return deviations
+        largest = self._words(float(np.abs(values).max()))
+        if explicit:
+            self.warnings.append(
+                f'{name}: "{typed}" deviates by more than half of {nominal}'
+            )
+            return values
+        raise DistributionError(
+            f"{largest} is more than half of the nominal {nominal}, and no size near "
+            f'it either; write "+{largest}" for a deviation that is meant so, or sizes '
+            "about the nominal"
+        )
+
+    def _warn_far(self, values: Array) -> None:
+        """Warn of deviations from an unknown nominal that look like sizes."""
+        low, high = float(values.min()), float(values.max())
+        if low * high > 0 and min(abs(low), abs(high)) > FAR * (high - low) > 0:
+            self.warnings.append(
+                f"{self.contributor.name} deviates by {self._number(low)} to "
+                f"{self._words(high)}, far from zero for their width: if these are "
+                "sizes, give deviations, or measured parts their `nominal`"
+            )
+
+    def _either(self, typed: str, example: str) -> str:
+        name = self.contributor.name
+        return (
+            f"{name} deviates relative to its nominal value, and {typed} may be that "
+            f'value or a deviation; write a deviation with its sign, "{example}"'
+        )
+
+    def _number(self, value: float) -> str:
+        scale = scale_of(self.contributor.unit, self._shown)
+        return figures(value * scale.factor, KNOWN - 2)
+
+    def _words(self, value: float) -> str:
+        scale = scale_of(self.contributor.unit, self._shown)
+        return f"{self._number(value)} {scale.mark}".strip()
+
+    @property
+    def _shown(self) -> str:
+        part = self.contributor
+        plain = "%" if self.is_relative else "1"
+        return part.shown or (plain if part.unit == "1" else "")
