@@ -129,7 +129,7 @@ def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
             f"{text} is a grade of lengths; {contributor.name} is given in "
             f"{scale_of(contributor.unit, contributor.shown).shown}"
         )
-    nominal = contributor.size if size is None else quantity(str(size), "m")
+    nominal = reader.nominal if size is None else reader.size_of_grade(str(size))
     if not nominal:
         raise GradeError(
             f"{text}: {contributor.name} has no nominal size; give it, such as "

@@ -5,6 +5,7 @@ of the nominal size. Values that can only be sizes are taken as sizes, with a wa
 what may be either is refused.
 """
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -24,6 +25,7 @@ FARTHEST = 0.5  # of the nominal size: what deviates more is doubted
 WIDE = 0.1  # of the nominal size: a wider tolerance is remarked
 FAR = 10  # times their width away from zero: values may be sizes of an unknown nominal
 ROUNDING = 1e-9  # of a size
+TURN = 2 * math.pi * (1 - ROUNDING)  # a phase over it is no size
 SHARES = ("%", "ppm")
 _PLUS = re.compile(r"(?<![eE])\+|±")  # what is typed with it is no size
 
@@ -64,6 +66,16 @@ class DeviationReader:
         """Whether its deviations are shares of a nominal value that is not known."""
         part = self.contributor
         return part.unit == "1" and part.size is None and part.shown in ("", *SHARES)
+
+    def size_of_grade(self, text: str) -> float:
+        """Return the size that a grade refers to, SI; warn if the nominal is another."""
+        size = grammar.quantity(text, "m")
+        if self._size and abs(size - abs(self._size)) > ROUNDING * size:
+            self.warnings.append(
+                f"{self.contributor.name}: the grade is that of {text}, the nominal "
+                f"size is {self._words(self._size)}"
+            )
+        return size
 
     def with_nominal(self, text: str) -> "DeviationReader":
         """Return a reader by a typed nominal size; that of the model stays the same."""
@@ -221,7 +233,8 @@ class DeviationReader:
         plus = bool(_PLUS.search(typed))
         if not size and not plus:
             self._warn_far(values)
-        if not size or (np.abs(values) <= most).all():
+        turn = self.contributor.unit == "rad" and np.ptp(values) > TURN
+        if not size or turn or (np.abs(values) <= most).all():
             return values
         explicit = plus or (values * size < 0).any()
         if self.is_relative:

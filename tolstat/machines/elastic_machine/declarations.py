@@ -143,7 +143,7 @@ def description_of(settings: Settings, deflected: Collection[int]) -> Descriptio
             *(Contributor(f"stiffness_{s}", "1", f"c_{spring(s)}", f"stiffness of the spring before mass {s}", "C in (7)") for s in masses),
             *(Contributor(f"damping_{s}", "1", f"b_{spring(s)}", f"damping of the spring before mass {s}", "B in (7)") for s in masses),
             Contributor("start_up_time", "s", "t0", "start-up time; the final speed stays the same", "(3), (4)"),
-            *(Contributor(f"load_torque_{i}", "N m", f"M_{i}", f"step of the load torque on mass {step['mass']} at {step['time']:g} s", "M_r in (7)", shown="N m") for i, step in enumerate(settings.load_torque, start=1)),
+            *(Contributor(f"load_torque_{i}", "N m", f"M_{i}", f"step of the load torque on mass {step['mass']} at {step['time']:g} s", "M_r in (7)", size=step["torque"], shown="N m") for i, step in enumerate(settings.load_torque, start=1)),
             *([Contributor("braking_time", "s", "t_b", "braking time, from the same speed", "(19)")] if settings.braking_time else ()),
         ),
         (

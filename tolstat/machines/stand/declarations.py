@@ -97,7 +97,7 @@ def description_of(N: Settings) -> Description:
         *(_C(f"hinge_arm_{i}", "m", f"a_{i}", f"hinge of rod {i} from the middle of the carriage", f"(2), ({i + 3}), (7)", N.dl_s / 2, part="hinges") for i in (1, 2)),
         _C("friction", "1", "mu", "sliding friction of the carriage", "(7), (8)"),
         _C("rolling_force", "1", "F0", "rolling force", "(3)"),
-        _C("guide_clearance", "m", "dL", "side clearance between carriage and guides", "delta in (6)"),
+        _C("guide_clearance", "m", "dL", "side clearance between carriage and guides", "delta in (6)", N.dL),
         _C("guide_length", "m", "dh", "length of the carriage along the guides", "(6), (7), (8)", N.dh),
         _C("guide_stiffness", "1", "c_s", "stiffness of the guides against yawing", "(6)"),
         _C("guide_damping", "1", "H_s", "damping of the guides against yawing", "(6)"),
