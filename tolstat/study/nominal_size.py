@@ -68,7 +68,7 @@ class DeviationReader:
         return part.unit == "1" and part.size is None and part.shown in ("", *SHARES)
 
     def size_of_grade(self, text: str) -> float:
-        """Return the size that a grade refers to, SI; warn if the nominal is another."""
+        """Return the size of a grade, SI; warn if the nominal is another."""
         size = grammar.quantity(text, "m")
         if self._size and abs(size - abs(self._size)) > ROUNDING * size:
             self.warnings.append(
