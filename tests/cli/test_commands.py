@@ -177,7 +177,7 @@ def test_warnings_are_printed_before_a_run(tmp_path):
 def table_study(tmp_path):
     """Five stands of a table; the third cannot be mounted."""
     (tmp_path / "machines.csv").write_text(
-        "rod_length_1 [mm],crank_difference [mm]\n1.1,0\n-1,0.2\n9000,0\n0,3\n0,1\n"
+        "rod_length_1 [mm],crank_difference [mm]\n1.1,0\n-1,0.2\n1200,0\n0,3\n0,1\n"
     )
     path = tmp_path / "five.toml"
     path.write_text(

@@ -31,13 +31,11 @@ def read_parts(
     """Return measured parts from a CSV file.
 
     From `data` (the file), `column`; `unit`, if the head has none; `holds` ("sizes" or
-    "deviations"), where these cannot be told apart; `nominal` (a quantity to subtract
+    "deviations"), where both are possible; `nominal` (a quantity to subtract
     from sizes, where the model knows none); `fit` ("normal" or "lognormal").
     """
-    entry, contributor = (
-        read_entry(PartsEntry, keys, "measured parts have"),
-        reader.contributor,
-    )
+    entry = read_entry(PartsEntry, keys, "measured parts have")
+    contributor = reader.contributor
     table = read_csv(folder, entry.data)
     head = table.units.get(entry.column, "")
     written = head if entry.unit is None else entry.unit

@@ -29,7 +29,7 @@ TURN = 2 * math.pi * (1 - ROUNDING)  # a phase over it is no size
 SHARES = ("%", "ppm")
 _PLUS = re.compile(r"(?<![eE])\+|±")  # what is typed with it is no size
 
-Holds = Literal["", "sizes", "deviations"]  # of a column; "" where nobody says
+Holds = Literal["", "sizes", "deviations"]  # of a column; "" where the study is silent
 
 
 def are_sizes(values: Array, size: float) -> bool:
