@@ -215,7 +215,7 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             departures=tuple(linear.departures(by_slopes, each.quantiles))
             if by_slopes
             else (),
-            worst_cases=diagnostics.worst_cases.get(name, {}),
+            worst_cases=run.worst_cases(name),
             worst_trials=(),
             point_mass=point_mass_of(drawn.done(name), replicate) if shown else None,
             indices=indices_of(drawn, name) if shown and drawn.grouped else None,

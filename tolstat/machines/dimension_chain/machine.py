@@ -70,21 +70,27 @@ class DimensionChain(Model):
             of_worst = [jumps]
         worst = "closing link within the tolerances, all links at once"
         numbers = [
-            ("worst_min", unit, found.worst_min, f"least {worst}", of_worst),
-            ("worst_max", unit, found.worst_max, f"largest {worst}", of_worst),
-            ("rss_mean", unit, found.rss_mean, "mean of the linear chain", of_rss),
+            ("worst_min", found.worst_min, f"least {worst}", of_worst, "least"),
+            ("worst_max", found.worst_max, f"largest {worst}", of_worst, "largest"),
+            ("rss_mean", found.rss_mean, "mean of the linear chain", of_rss, ""),
         ]
+        shares = []
         if independent:  # else covariances decide: no sigma, no shares
             sigma = "its sigma, by root sum square"
-            numbers.append(("rss_sigma", unit, found.rss_sigma, sigma, of_rss))
-            numbers += [
-                (f"share_{name}", "1", share, f"of {name} in that variance", of_rss)
+            numbers.append(("rss_sigma", found.rss_sigma, sigma, of_rss, ""))
+            shares = [
+                StudyNumber(
+                    f"share_{name}", "1", share, f"of {name} in that variance",
+                    caveat="; ".join(of_rss),
+                )
                 for name, share in found.shares.items()
-            ]
-        gap = {unit: GAP}
-        return tuple(
-            StudyNumber(name, of, value, words, "", gap.get(of, ""), "; ".join(but))
-            for name, of, value, words, but in numbers
+            ]  # fmt: skip
+        return (
+            *(
+                StudyNumber(name, unit, value, words, "", GAP, "; ".join(but), side)
+                for name, value, words, but, side in numbers
+            ),
+            *shares,
         )
 
 

@@ -1,0 +1,119 @@
+"""Slips in a dimension chain: angles without unit, jumps, small values, two numbers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import tolstat
+from tolstat.errors import ModelError
+from tolstat.machines.dimension_chain.machine import DimensionChain
+from tolstat.model.settings import make
+
+LINKS = {
+    "r": (0.1, "m"), "s": (0.02, "m"), "phi": (0.2, "rad"), "psi": (0.1, "rad"),
+    "n": (45.0, "1"), "k": (0.3, "1"), "w": (3.0, "rad/s"), "t": (0.1, "s"),
+}  # fmt: skip
+
+
+def unit_of_gap(text):
+    links = {name: {"nominal": nominal} for name, nominal in LINKS.items()}
+    return make(DimensionChain(), {"links": links, "gap": text}).unit
+
+
+@pytest.fixture
+def ran(tmp_path):
+    return lambda study: tolstat.run(study, output=tmp_path / "chain.h5", force=True)
+
+
+def chain(gap, links, limit, **changes):
+    """A chain of links, as a study gives it."""
+    return {
+        "model": "dimension_chain", "trials": 2000, "seed": 1, "links": links,
+        "settings": {"gap": gap}, "limits": {"gap": limit}, **changes,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "r*cos(30)", "r*cos(n)", "sin(-n)*k", "tan(abs(n) + k)", "k*sin(n/k)",
+        "sin(s/r + 30)", "r*cos(min(s/r, 1))", "sin(phi/psi)", "r*sin(sqrt(n))",
+        "r*sin(phi*180/pi)", "r*sin(180/pi*phi)", "r*sin(phi*pi/180)", "cos(exp(k))",
+    ],
+)  # fmt: skip
+def test_a_bare_number_is_no_angle(text):
+    with pytest.raises(ModelError, match='"30 deg" or "30 rad".*30.pi/180'):
+        unit_of_gap(text)
+
+
+@pytest.mark.parametrize("text", ["r*sin(phi + 30)", "max(phi, 3)", "phi - n"])
+def test_a_bare_number_is_not_added_to_an_angle(text):
+    with pytest.raises(ModelError, match='such as "30 deg"'):
+        unit_of_gap(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [
+        ("r*cos(n*pi/180)", "m"), ("r*sin(phi + 30*pi/180)", "m"), ("r*sin(s/r)", "m"),
+        ("cos(asin(k))", "1"), ("r*tan(atan2(s, r)/2)", "m"), ("r*sin(2*s/r)", "m"),
+        ("r*cos(2*pi*k)", "m"), ("r*sin(pi*s/r)", "m"), ("sin(w*t)", "1"),
+        ("r*cos(max(phi, 0) - pi/6)", "m"), ("sin(hypot(phi, psi))", "1"),
+        ("r*(1 - phi**2/2)", "m"), ("phi/psi", "1"), ("phi*psi", "1"),
+        ("180/pi*phi", "1"), ("exp(-s/r)", "1"), ("atan(k) + phi", "rad"),
+    ],
+)  # fmt: skip
+def test_angles_and_ratios_of_lengths_are_taken(text, unit):
+    assert unit_of_gap(text) == unit
+
+
+def test_the_worst_case_of_eccentric_parts_is_the_one_of_the_model(ran):
+    """A clearance is largest where all is centred: in no corner of the tolerances."""
+    part = {"nominal": "0 mm", "tolerance": "+-0.1 mm"}
+    ends = {"tolerance": "+-0.1 mm"}
+    for gap, links, least, largest in (
+        ("c - hypot(x, y)", {"c": "0.3 mm"}, 0.3 - 0.1 * math.sqrt(2), 0.3),
+        ("c - abs(x) - abs(y)", {"c": "0.3 mm"}, 0.1, 0.3),
+        ("max(x, y, 0*c)", {"c": "1 mm"}, 0.0, 0.1),
+        ("c + x - y", {"c": {"nominal": "1 mm", **ends}}, 0.7, 1.3),
+    ):
+        study = chain(gap, {**links, "x": part, "y": part}, "0.25..0.26 mm")
+        run = ran(study)
+        cases = run.worst_cases("gap")
+        numbers = {each.worst: each.value for each in run.numbers if each.worst}
+        for side, known in (("least", least), ("largest", largest)):
+            assert cases[side].value == pytest.approx(known * 1e-3, abs=1e-9)
+            assert cases[side].value == pytest.approx(numbers[side], rel=1e-9)
+        report = tolstat.report(run).responses["gap"].worst_cases
+        assert report == cases
+
+
+def test_parts_that_are_all_alike_have_no_worst_case_of_free_parts(ran):
+    size = {"nominal": "1 mm", "tolerance": "+-0.1 mm"}
+    study = chain("p_1 - p_2 + c", {"p_1": size, "p_2": size, "c": "1 mm"}, ">= 1 mm")
+    study["links"] = {n: v["nominal"] for n, v in {"p_1": size, "p_2": size}.items()}
+    study["links"]["c"] = "1 mm"
+    study["deviations"] = {"p": {"tolerance": "+-0.1 mm", "common": True}}
+    least = ran(study).worst_cases("gap")["least"]
+    assert least.value == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize(
+    ("gap", "unit"), [("a / b", ""), ("a - b", ""), ("a * b", " mm"), ("b", " mm")]
+)
+def test_the_numbers_of_a_gap_are_linked_by_what_they_are(ran, gap, unit):
+    """A share of the variance is no value of a gap that is a plain number."""
+    links = {
+        name: {"nominal": f"{size}{unit * (name == 'b')}",
+               "tolerance": f"+-0.1{unit * (name == 'b')}"}
+        for name, size in (("a", 5), ("b", 4))
+    }  # fmt: skip
+    run = ran(chain(gap, links, f">= 1{unit}"))
+    linked = {each.name for each in run.numbers if each.of == "gap"}
+    assert linked == {"worst_min", "worst_max", "rss_mean", "rss_sigma"}
+    assert not any("share" in note for note in tolstat.summary(run).trials.notes)
+    shares = [each.value for each in run.numbers if each.name.startswith("share_")]
+    assert np.sum(shares) == pytest.approx(1.0)
