@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import tolstat
 from tolstat.errors import ModelError
@@ -117,3 +118,54 @@ def test_the_numbers_of_a_gap_are_linked_by_what_they_are(ran, gap, unit):
     assert not any("share" in note for note in tolstat.summary(run).trials.notes)
     shares = [each.value for each in run.numbers if each.name.startswith("share_")]
     assert np.sum(shares) == pytest.approx(1.0)
+
+
+def share_out(run):
+    return np.mean(run.beyond("gap"))
+
+
+# gap, links, limit, and the fraction out of limit: of a normal link the distribution
+# function where the formula crosses the limit
+SMALL = {
+    "exp": ("exp(x)", {"x": ("60", "+-60")}, ">= 1", norm.cdf(-3)),
+    "power": ("x**10", {"x": ("0.001", "+-0.002")}, ">= 1e-35",
+              norm.cdf((1e-3 * 10**-0.5 - 1e-3) / (0.002 / 3))
+              - norm.cdf((-1e-3 * 10**-0.5 - 1e-3) / (0.002 / 3))),
+    "diode": ("exp(-V/0.026)", {"V": ("1", "+-1")}, ">= 1e-30",
+              norm.sf((0.026 * 30 * math.log(10) - 1) / (1 / 3))),
+    "pole": ("k/(a - b)**4", {"k": ("1e-30", ""), "a": ("1", "+-0.3"), "b": ("0.8", "")},
+             ">= 1e-28", 1 - (norm.cdf((10**-0.5 - 0.2) / 0.1)
+                              - norm.cdf((-(10**-0.5) - 0.2) / 0.1))),
+    "exp less a part": ("exp(x) - exp(y)", {"x": ("-60", "+-3"), "y": ("-60", "")},
+                        ">= 1e-40", 0.5),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", SMALL)
+def test_a_small_value_is_no_rounding_error(ran, case):
+    gap, links, limit, known = SMALL[case]
+    links = {
+        name: {"nominal": nominal, **({"tolerance": zone} if zone else {})}
+        for name, (nominal, zone) in links.items()
+    }
+    run = ran(chain(gap, links, limit, trials=20_000))
+    error = 4 * math.sqrt(known * (1 - known) / run.trials)
+    assert share_out(run) == pytest.approx(known, abs=error)
+    assert not np.any(run.column("gap") == 0)
+
+
+@pytest.mark.parametrize(
+    ("gap", "sizes"),
+    [
+        ("a - b - c - d - e", (72.5, 16, 16, 38, 2.5)),
+        ("(a - b - c - d - e)*b/c", (72.5, 16, 16, 38, 2.5)),
+        ("sqrt(abs(a - b - c)*a)", (0.3, 0.1, 0.2)),
+        ("a*sin(pi*b/b)", (5, 1)),
+        ("0.3*a - 0.1*a - 0.2*a", (7,)),
+    ],
+)
+def test_a_rounding_error_of_terms_is_nothing(ran, gap, sizes):
+    links = {n: {"nominal": f"{x} mm"} for n, x in zip("abcde", sizes, strict=False)}
+    links["z"] = {"nominal": "1 mm", "tolerance": "+-0.1 mm"}
+    run = ran(chain(f"{gap} + 0*z", links, ">= 0 mm", trials=20))
+    assert np.all(run.column("gap") == 0)

@@ -308,7 +308,9 @@ class Run:
             sign = 1 if number.worst == "largest" else -1
             size = max(abs(number.value), abs(case.value))
             if sign * (number.value - case.value) > ROUNDING * size:
-                cases[number.worst] = records.WorstCase(number.value, {}, 0, case.failed)
+                cases[number.worst] = records.WorstCase(
+                    number.value, {}, 0, case.failed
+                )
         return cases
 
     def first(self, trials: int) -> Run:

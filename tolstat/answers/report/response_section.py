@@ -346,7 +346,7 @@ def _classical(found: Report, name: str, each: ReportedResponse) -> Table:
     for side, case in each.worst_cases.items():
         said = "no probability: the worst within the tolerances, by the model"
         if case.tried:
-            said = f"no probability: the worst of {case.tried} trials within the tolerances"
+            said = f"no probability: the worst of {case.tried} trials within them"
         if case.failed:
             said += f"; {case.failed} of these failed, and count as out of limit"
         rows[f"worst case, {side}"] = Number(case.value, scale), said

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.dimension_chain.algebras import Slopes, Values
+from tolstat.machines.dimension_chain.algebras import Roundings
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
 from tolstat.model.contract import Model, Outcome, Spreads
@@ -100,10 +100,5 @@ def _gap(deviations: Array, settings: Settings) -> Array:
         name: nominal + deviations[:, i]
         for i, (name, nominal) in enumerate(settings.nominal.items())
     }
-    found = settings.formula.worked_out(Values(links))
-    # a rounding error of the terms is 0: that of 72.5 - 16 - 16 - 38 - 2.5
-    at = settings.formula.worked_out(Slopes(settings.nominal))
-    terms = np.abs(at.by_link * [*settings.nominal.values()]).sum()
-    error = len(links) * np.finfo(float).eps * terms  # NaN where there is no slope
-    found = np.where(np.abs(found) <= error, 0.0, found)
+    found = settings.formula.worked_out(Roundings(links)).value
     return np.broadcast_to(found, len(deviations))
