@@ -13,11 +13,12 @@ from tolstat.arrays import Array
 from tolstat.deviations.distributions import THREE_SIGMA, Distribution, Tolerance
 from tolstat.errors import DistributionError
 
+RARE = 6.0  # normal score of the ends that practically no part is beyond
 FAR, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
 
 
 class Spread(NamedTuple):
-    """Ends of the tolerance, mean and standard deviation, SI.
+    """Ends of the tolerance, mean and standard deviation, farthest parts, SI.
 
     The ends of measured parts are the quantiles at three sigma of a normal
     distribution.
@@ -27,6 +28,9 @@ class Spread(NamedTuple):
     upper: float
     mean: float
     sigma: float
+    # a part beyond these is as rare as one beyond six sigma; NaN where it is unknown
+    least: float = math.nan
+    largest: float = math.nan
 
 
 def zone_of(distribution: Distribution) -> Tolerance | None:
@@ -51,7 +55,8 @@ def spread_of(distribution: Distribution) -> Spread:
     mean = float(np.trapezoid(weight * x, z))
     size = max(float(np.abs(x - mean).max()), 1e-300)  # squares: no overflow
     sigma = size * math.sqrt(np.trapezoid(weight * ((x - mean) / size) ** 2, z))
-    return Spread(float(zone.lower), float(zone.upper), mean, sigma)
+    least, largest = distribution.deviations(ndtr(np.array([-RARE, RARE]))).tolist()
+    return Spread(float(zone.lower), float(zone.upper), mean, sigma, least, largest)
 
 
 @dataclass(frozen=True)

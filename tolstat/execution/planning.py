@@ -37,7 +37,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
     columns = study.sampler.columns if study.sampler else {}
     assumed = assumed_of(study.deviating, scores=bool(study.aim))
     independent = study.deviating.dependence == Dependence()
-    spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
+    spreads = {n: spread_of(d) for n, d in study.deviating.distributions.items()}
     return Run(
         path=path,
         study=records.StudyText(study.text),
@@ -177,7 +177,7 @@ def assumed_of(
     """Return the assumptions on each deviation; with scores also its quantiles."""
     found = {}
     for name, distribution in deviating.distributions.items():
-        lower, upper, mean, sigma = spread_of(distribution)
+        lower, upper, mean, sigma, *_ = spread_of(distribution)
         batch = deviating.dependence.batches.get(name)
         at_scores = distribution.deviations(ndtr(records.SCORES)).tolist()
         found[name] = records.Assumed(

@@ -8,6 +8,7 @@ from tolstat.arrays import Array, Truths
 from tolstat.machines.dimension_chain.algebras import Roundings
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
+from tolstat.machines.dimension_chain.jumps import jumps
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.units.scale import scale_of
@@ -92,6 +93,10 @@ class DimensionChain(Model):
             ),
             *shares,
         )
+
+    def warnings(self, settings: Settings, spreads: Spreads) -> tuple[str, ...]:
+        units = {name: each["nominal"].unit for name, each in settings.links.items()}
+        return jumps(settings.formula, settings.nominal, spreads, units)
 
 
 def _gap(deviations: Array, settings: Settings) -> Array:
