@@ -14,7 +14,7 @@ from tolstat.answers.report.integration import integration_of
 from tolstat.answers.report.main_causes import main_causes
 from tolstat.answers.report.off_centre import OFF_CENTRE, off_centre
 from tolstat.answers.report.report_answer import Report, RunSummary
-from tolstat.answers.report.report_warnings import warnings_of
+from tolstat.answers.report.report_warnings import JUMPS, jumping, warnings_of
 from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.answers.sweep.extremes import Extremes, extremes_of
@@ -155,7 +155,13 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         sample.failures, outside, run.sampling, drawn.sampled.promise,
         tuple(run_answer.notes_of(replace(run, warnings=()), sample)),
     )  # fmt: skip
-    centres = {name: off_centre(drawn, name, summaries[name]) for name in run.limits}
+    clusters = jumping(drawn, dict.fromkeys([*run.limits, *focus]))
+    for name in run.limits.keys() & clusters.keys():
+        causes[name] = causes[name]._replace(reason=JUMPS, needed=0, named=())
+        if clusters[name].turn:
+            summaries[name] = _turned(summaries[name])
+    steady = [name for name in run.limits if name not in clusters]
+    centres = {name: off_centre(drawn, name, summaries[name]) for name in steady}
     for name, off in centres.items():
         judged = summaries[name].limited
         few = judged and judged.yields.within.value < FEWEST_WITHIN
@@ -183,11 +189,18 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     }
     return RunSummary(
         **run_answer.fields_of(run, trials),
-        warnings=warnings_of(drawn),
+        warnings=warnings_of(drawn, clusters),
         all_limits=all_limits(drawn),
         responses=responses,
         numbers=numbers,
     )
+
+
+def _turned(found: Summary) -> Summary:
+    """Return the summary of a response that jumps by a turn: undecided."""
+    if (limited := found.limited) is None:
+        return found
+    return replace(found, limited=limited._replace(yields=limited.yields.jumping))
 
 
 def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
