@@ -9,9 +9,15 @@ import pytest
 from scipy.stats import norm
 
 import tolstat
+from tolstat.answers.report.first_page import next_steps
+from tolstat.answers.report.report_warnings import JUMPS as JUMPS_REASON
+from tolstat.deviations.spread import spread_of
 from tolstat.errors import ModelError
 from tolstat.machines.dimension_chain.machine import DimensionChain
 from tolstat.model.settings import make
+from tolstat.render.screen import as_text
+from tolstat.statistics.limits.yields import JUMP
+from tolstat.study.study import load
 
 LINKS = {
     "r": (0.1, "m"), "s": (0.02, "m"), "phi": (0.2, "rad"), "psi": (0.1, "rad"),
@@ -46,7 +52,7 @@ def chain(gap, links, limit, **changes):
     ],
 )  # fmt: skip
 def test_a_bare_number_is_no_angle(text):
-    with pytest.raises(ModelError, match='"30 deg" or "30 rad".*30.pi/180'):
+    with pytest.raises(ModelError, match=r'"30 deg" or "30 rad".*30\*pi/180'):
         unit_of_gap(text)
 
 
@@ -170,3 +176,109 @@ def test_a_rounding_error_of_terms_is_nothing(ran, gap, sizes):
     links["z"] = {"nominal": "1 mm", "tolerance": "+-0.1 mm"}
     run = ran(chain(f"{gap} + 0*z", links, ">= 0 mm", trials=20))
     assert np.all(run.column("gap") == 0)
+
+
+def warned(gap, links):
+    """Return the warnings of a chain: links by nominal and tolerance."""
+    links = {
+        name: {"nominal": nominal, **({"tolerance": zone} if zone else {}), **more}
+        for name, (nominal, zone, more) in links.items()
+    }
+    study = load(chain(gap, links, ">= 0 mm") | {"limits": {}})
+    spreads = {n: spread_of(x) for n, x in study.deviating.distributions.items()}
+    return study.model.warnings(study.settings, spreads)
+
+
+def link(nominal, zone="", **more):
+    return nominal, zone, more
+
+
+Y, X = link("0 mm", "+-0.01 mm"), link("-10 mm", "+-0.1 mm")
+NEAR = link("0.02 mm", "+-0.015 mm")  # beyond its zone a normal part reaches 0
+# by formula: its links, and the words that say where it jumps
+JUMPS = {
+    "atan2(y, x)": ({"y": Y, "x": X}, ["x is below 0", "y (-20", "atan2(-y, -x)"]),
+    "atan2(y, x) - pi": ({"y": NEAR, "x": X}, ["y (-10 um"]),
+    "r*atan2(y - z, -x)": (
+        {"y": link("5 mm", "+-0.1 mm"), "z": link("5.1 mm", "+-0.2 mm"),
+         "x": link("10 mm", "+-0.1 mm"), "r": link("2 mm")},
+        ["-x is below 0", "y - z (-0.7", "atan2(-(y - z), x)"],
+    ),
+    "k**2/x": ({"x": link("0.05 mm", "+-0.1 mm"), "k": link("1 mm")}, ["pole as x"]),
+    "k**2/(a - b)": (
+        {"a": link("1 mm", "+-0.1 mm"), "b": link("1.1 mm", "+-0.1 mm"),
+         "k": link("1 mm")},
+        ["pole as a - b"],
+    ),
+    "k**4*x**-3": ({"x": link("0.05 mm", "+-0.1 mm"), "k": link("1 mm")}, ["x **"]),
+    "h*tan(g)": ({"g": link("89 deg", "+-1.5 deg"), "h": link("1 mm")}, ["90 deg"]),
+    "h*tan(3*g)": ({"g": link("29 deg", "+-1.5 deg"), "h": link("1 mm")}, ["3 * g"]),
+    # of many links the corner alone shows it
+    "k**2/(" + " + ".join(f"x{i}" for i in range(14)) + " - 13.5*k)": (
+        {**{f"x{i}": link("1 mm", "+-0.03 mm") for i in range(14)}, "k": link("1 mm")},
+        ["pole as x0 + x1"],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("gap", JUMPS, ids=lambda text: text[:30])
+def test_a_jump_within_the_tolerances_is_said_with_its_place(gap):
+    links, words = JUMPS[gap]
+    (sentence,) = warned(gap, links)
+    assert all(each in sentence for each in words), sentence
+
+
+A, B = link("1 mm", "+-0.1 mm"), link("0.3 mm", "+-0.1 mm")
+OFF = link("0 mm", "+-0.1 mm")
+SMOOTH = {
+    "a - b": {"a": A, "b": B},
+    "a/b*b": {"a": A, "b": B},
+    "hypot(a, b) + abs(a) - max(a, b) + min(a, b)": {"a": OFF, "b": OFF},
+    "sqrt(a*b) + a*exp(-b/a)": {"a": A, "b": B},
+    "atan2(a, b)": {"a": OFF, "b": A},
+    "a*cos(atan2(b, -a))": {"a": A, "b": OFF},  # continuous across the cut
+    "a*sin(b/a)/(b/a)": {"a": A, "b": link("0.02 mm", "+-0.1 mm")},  # and here
+    "a**3/b**2": {"a": A, "b": link("0.02 mm", "+-0.1 mm")},  # a pole without a jump
+    "atan2(b, -a)": {"a": A, "b": link("0.02 mm", "+-0.01 mm", distribution="uniform")},
+    "a*tan(g)": {"a": A, "g": link("80 deg", "+-2 deg")},
+    "a - b/sin(g)": {"a": A, "b": B, "g": link("45 deg", "+-1 deg")},
+    "a - b*a/a": {"a": A, "b": B},
+}
+
+
+@pytest.mark.parametrize("gap", SMOOTH)
+def test_a_smooth_formula_has_no_warning(gap):
+    assert warned(gap, SMOOTH[gap]) == ()
+
+
+def turned(offset, n=2000):
+    """An angle beside 180 deg: the share of trials beyond is that of y below 0."""
+    links = {
+        "y": {"nominal": f"{offset} mm", "tolerance": "+-0.03 mm"},
+        "x": {"nominal": "-10 mm", "tolerance": "+-0.1 mm"},
+    }
+    return chain("atan2(y, x)", links, ">= 179 deg", trials=n)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.018, -0.02, 0.025])
+def test_an_angle_beside_180_deg_is_no_verdict(ran, offset):
+    run = ran(turned(offset))
+    found = tolstat.report(run)
+    study, jump = found.warnings
+    assert study.kind == "study" and "atan2(y, x) jumps" in study.sentence
+    assert (jump.kind, jump.response, jump.clusters.turn) == ("jump", "gap", True)
+    over = np.mean(run.column("y") + offset * 1e-3 < 0)
+    assert jump.clusters.below == pytest.approx(over * run.trials, abs=1)
+    each = found.responses["gap"]
+    assert each.limited.yields.verdict == "undecided"
+    assert each.limited.yields.reason == JUMP and each.limited.yields.needed == 0
+    assert each.causes.main is None and each.causes.reason == JUMPS_REASON
+    assert each.off_centre is None
+    (step,) = next_steps(found)
+    assert as_text(step) == "Mend the formula of gap, as said above."
+    # the angle from the opposite direction has a verdict
+    study = turned(offset)
+    study["settings"]["gap"] = "atan2(-y, -x)"
+    study["limits"] = {"gap": "-1..1 deg"}
+    again = tolstat.report(ran(study))
+    assert again.warnings == () and again.verdicts == {"gap": "met"}

@@ -27,7 +27,7 @@ SENTENCE = (
 )
 CUT = "where {} is below 0, from 180 to -180 deg as {} passes 0"
 POLE = "it has a pole as {} passes {}"
-TURN = "measure the angle from the opposite direction, as atan2(-({}), -({}))"
+TURN = "measure the angle from the opposite direction, as atan2({}, {})"
 AVOID = "write the formula without it, or narrow the tolerances"
 
 
@@ -138,8 +138,14 @@ def _sentence(step: Step, part: ast.expr, values: Array, kind: Kind) -> str:
     ends = f"({scale.words(values.min())} to {scale.words(values.max())})"
     text = f"{ast.unparse(part)} {ends}"
     if step.name == "atan2":
-        y, x = map(ast.unparse, step.arguments)
-        cut = CUT.format(x, text)
-        return SENTENCE.format(step, cut, TURN.format(y, x))
+        cut = CUT.format(ast.unparse(step.arguments[1]), text)
+        return SENTENCE.format(step, cut, TURN.format(*map(_negative, step.arguments)))
     edge = "an odd multiple of 90 deg" if step.name == "tan" else "0"
     return SENTENCE.format(step, POLE.format(text, edge), AVOID)
+
+
+def _negative(part: ast.expr) -> str:
+    """Return the text of a part with the other sign."""
+    if isinstance(part, ast.UnaryOp) and isinstance(part.op, ast.USub):
+        return ast.unparse(part.operand)
+    return ast.unparse(ast.UnaryOp(ast.USub(), part))
