@@ -124,9 +124,12 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
 
 
 def summaries_of(drawn: Drawn) -> dict[str, Summary]:
-    """Return a summary of every response of a run whose trials were sampled."""
+    """Return a summary of every response of a run whose trials were sampled.
+
+    A limited response that jumps by a whole turn has no verdict.
+    """
     limits = drawn.run.limits
-    return {
+    found = {
         each.name: summarize(
             drawn.values(each.name),
             drawn.sample,
@@ -136,6 +139,8 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
         )
         for each in drawn.run.responses
     }
+    turned = (name for name, x in jumping(drawn, limits).items() if x.turn)
+    return found | {name: _turned(found[name]) for name in turned}
 
 
 def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
@@ -158,8 +163,6 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     clusters = jumping(drawn, dict.fromkeys([*run.limits, *focus]))
     for name in run.limits.keys() & clusters.keys():
         causes[name] = causes[name]._replace(reason=JUMPS, needed=0, named=())
-        if clusters[name].turn:
-            summaries[name] = _turned(summaries[name])
     steady = [name for name in run.limits if name not in clusters]
     centres = {name: off_centre(drawn, name, summaries[name]) for name in steady}
     for name, off in centres.items():
