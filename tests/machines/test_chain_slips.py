@@ -11,7 +11,7 @@ from scipy.stats import norm
 import tolstat
 from tolstat.answers.report.first_page import next_steps
 from tolstat.answers.report.report_warnings import JUMPS as JUMPS_REASON
-from tolstat.deviations.spread import spread_of
+from tolstat.deviations.spread import reach_of
 from tolstat.errors import ModelError
 from tolstat.machines.dimension_chain.machine import DimensionChain
 from tolstat.model.settings import make
@@ -185,7 +185,7 @@ def warned(gap, links):
         for name, (nominal, zone, more) in links.items()
     }
     study = load(chain(gap, links, ">= 0 mm") | {"limits": {}})
-    spreads = {n: spread_of(x) for n, x in study.deviating.distributions.items()}
+    spreads = {n: reach_of(x) for n, x in study.deviating.distributions.items()}
     return study.model.warnings(study.settings, spreads)
 
 

@@ -18,7 +18,7 @@ FAR, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
 
 
 class Spread(NamedTuple):
-    """Ends of the tolerance, mean and standard deviation, farthest parts, SI.
+    """Ends of the tolerance, mean and standard deviation, SI.
 
     The ends of measured parts are the quantiles at three sigma of a normal
     distribution.
@@ -28,9 +28,6 @@ class Spread(NamedTuple):
     upper: float
     mean: float
     sigma: float
-    # a part beyond these is as rare as one beyond six sigma; NaN where it is unknown
-    least: float = math.nan
-    largest: float = math.nan
 
 
 def zone_of(distribution: Distribution) -> Tolerance | None:
@@ -55,8 +52,19 @@ def spread_of(distribution: Distribution) -> Spread:
     mean = float(np.trapezoid(weight * x, z))
     size = max(float(np.abs(x - mean).max()), 1e-300)  # squares: no overflow
     sigma = size * math.sqrt(np.trapezoid(weight * ((x - mean) / size) ** 2, z))
+    return Spread(float(zone.lower), float(zone.upper), mean, sigma)
+
+
+def reach_of(distribution: Distribution) -> Spread:
+    """Return the spread from end to end of what parts reach, the tolerance included.
+
+    A part beyond an end is as rare as one beyond six sigma of a normal distribution.
+    """
+    spread = spread_of(distribution)
     least, largest = distribution.deviations(ndtr(np.array([-RARE, RARE]))).tolist()
-    return Spread(float(zone.lower), float(zone.upper), mean, sigma, least, largest)
+    return spread._replace(
+        lower=min(spread.lower, least), upper=max(spread.upper, largest)
+    )
 
 
 @dataclass(frozen=True)

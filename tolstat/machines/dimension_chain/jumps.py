@@ -39,15 +39,14 @@ def jumps(
 ) -> tuple[str, ...]:
     """Return a sentence for each step of a formula that jumps where its links deviate.
 
+    `spreads` go from end to end of what parts reach.
+
     A step may jump where its arguments lie on both sides of a cut, at corners of the
     deviations or inside them. It does if the closing link differs by much right beside
     the cut: cos(atan2(y, x)) does not.
     """
     names = [name for name in spreads if name in formula.used]
-    ends = np.array([
-        (np.fmin(spreads[n].lower, spreads[n].least),
-         np.fmax(spreads[n].upper, spreads[n].largest)) for n in names
-    ]).reshape(-1, 2)  # fmt: skip
+    ends = np.array([spreads[n][:2] for n in names]).reshape(-1, 2)
     size = np.array([nominal[n] for n in names])
     lower, upper = size + ends[:, 0], size + ends[:, 1]
     if not names or not np.all(np.isfinite([lower, upper])):
