@@ -65,7 +65,9 @@ class Toy(Model):
             (*parts, angle),
             (
                 Response("gap", "m", "g", "sum of the parts", "sum"),
-                Response("ratio", "1", "q", "share of the first part", "sum"),
+                Response(
+                    "ratio", "1", "q", "share of the first part", "sum", shown="1"
+                ),
             ),
         )
 

@@ -41,7 +41,10 @@ class Sides(Model):
     name = "sides"
 
     def describe(self, settings):
-        responses = (Response("area", "m^2", "A"), Response("slenderness", "1", "s"))
+        responses = (
+            Response("area", "m^2", "A"),
+            Response("slenderness", "1", "s", shown="1"),
+        )
         return Description((Contributor("width", "m", "w"),), responses)
 
     def evaluate(self, deviations, settings):

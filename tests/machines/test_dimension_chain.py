@@ -211,7 +211,7 @@ REFUSED = {
     "f'{e}'": "links, numbers",
     "R_out - 2": "character 9, '2': a plain number cannot be taken from",
     "e + d**2": "a quantity in m\\^2 cannot be added to a quantity in m",
-    "sin(e)*d": "sin takes an angle or a plain number",
+    "sin(e)*d": "sin takes an angle, or a ratio such as arc over radius, not a quant",
     "R_out^2": r"a power is written \*\*",
     "e**d": "an exponent is a plain number",
     "e**99": "an exponent is a plain number",

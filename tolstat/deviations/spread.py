@@ -13,6 +13,7 @@ from tolstat.arrays import Array
 from tolstat.deviations.distributions import THREE_SIGMA, Distribution, Tolerance
 from tolstat.errors import DistributionError
 
+RARE = 6.0  # normal score of the ends that practically no part is beyond
 FAR, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
 
 
@@ -52,6 +53,18 @@ def spread_of(distribution: Distribution) -> Spread:
     size = max(float(np.abs(x - mean).max()), 1e-300)  # squares: no overflow
     sigma = size * math.sqrt(np.trapezoid(weight * ((x - mean) / size) ** 2, z))
     return Spread(float(zone.lower), float(zone.upper), mean, sigma)
+
+
+def reach_of(distribution: Distribution) -> Spread:
+    """Return the spread from end to end of what parts reach, the tolerance included.
+
+    A part beyond an end is as rare as one beyond six sigma of a normal distribution.
+    """
+    spread = spread_of(distribution)
+    least, largest = distribution.deviations(ndtr(np.array([-RARE, RARE]))).tolist()
+    return spread._replace(
+        lower=min(spread.lower, least), upper=max(spread.upper, largest)
+    )
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from scipy.special import ndtr
 from tolstat import catalogue
 from tolstat.arrays import Array
 from tolstat.deviations.dependence import Dependence
-from tolstat.deviations.spread import Spread, spread_of
+from tolstat.deviations.spread import Spread, reach_of, spread_of
 from tolstat.errors import StudyError
 from tolstat.execution.trial_table import Trials
 from tolstat.model.checked import impossible, model_warnings, numbers_of
@@ -38,6 +38,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
     assumed = assumed_of(study.deviating, scores=bool(study.aim))
     independent = study.deviating.dependence == Dependence()
     spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
+    reaches = {n: reach_of(d) for n, d in study.deviating.distributions.items()}
     return Run(
         path=path,
         study=records.StudyText(study.text),
@@ -75,7 +76,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         made={**provenance(), "started_at": now()},
         warnings=(
             *study.reading_warnings,
-            *model_warnings(model, study.settings, spreads),
+            *model_warnings(model, study.settings, reaches),
         ),
         columns=_columns(study, trials),
     )

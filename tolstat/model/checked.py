@@ -29,8 +29,9 @@ RESERVED = (
 )  # fmt: skip
 DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "number"}
 DECLARATIONS = "name", "failures", "assumptions", "views", "moves", "integrates"
+SIDES = "least", "largest"  # of a worst case
 STREAMS = {"stdout": 1, "stderr": 2}  # of the process, with their descriptors
-TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
+TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat", "worst"
 
 
 def check_model(model: object) -> Model:
@@ -160,6 +161,11 @@ def numbers_of(
         if each.of and units.get(each.of) != each.unit:
             raise model.fault(
                 f"number {each.name}: no response {each.of} with its unit, {each.unit}"
+            )
+        if each.worst and not (each.of and each.worst in SIDES):
+            raise model.fault(
+                f"number {each.name}: worst = {each.worst!r}; {' or '.join(SIDES)} is "
+                "allowed, of the response that `of` names"
             )
     return found
 

@@ -132,7 +132,8 @@ class Model(ABC):
     def warnings(self, settings: Any, spreads: Spreads) -> tuple[str, ...]:
         """Return warnings that stand before the verdicts of a study, a sentence each.
 
-        `spreads` are those of `numbers`.
+        `spreads` are those of `numbers`, but from end to end of what parts reach:
+        practically none is beyond.
         """
         return ()
 

@@ -67,6 +67,8 @@ class StudyNumber(NamedTuple):
     shown: str = ""
     of: str = ""  # the response that it describes, with the same unit
     caveat: str = ""  # its limits, or why there is no value
+    # "least" or "largest" if it is the worst case of `of` on that side
+    worst: str = ""
 
 
 class Description(NamedTuple):

@@ -153,8 +153,8 @@ class WorstCase(NamedTuple):
     """The worst corner of the tolerances that was found."""
 
     value: float  # of the response, SI; NaN if every trial failed
-    deviations: Mapping[str, float]  # of the trial, SI
-    tried: int  # trials simulated for it
+    deviations: Mapping[str, float]  # of the trial, SI; empty if the model names none
+    tried: int  # trials simulated for it; 0 if the model knows it without
     failed: int  # how many of these failed
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -290,6 +291,27 @@ class Run:
         known = np.where(np.isnan(precise), values, precise)[worst]
         order = np.argsort(margins(known, limit.permitted), kind="stable")
         return dict(zip(worst[order].tolist(), known[order].tolist(), strict=True))
+
+    def worst_cases(self, response: str) -> dict[str, records.WorstCase]:
+        """Return the worst cases of a limited response, by side.
+
+        A search among corners cannot see a worst case inside the tolerances: where the
+        model knows a worse one (`StudyNumber.worst`), it counts. A model takes all
+        parts for free: not where some are alike.
+        """
+        cases = dict(self.diagnostics.worst_cases.get(response, {}))
+        alike = any(each.batch for each in self.assumed.values())
+        for number in self.numbers if not alike else ():
+            case = cases.get(number.worst)
+            if number.of != response or case is None or math.isnan(case.value):
+                continue
+            sign = 1 if number.worst == "largest" else -1
+            size = max(abs(number.value), abs(case.value))
+            if sign * (number.value - case.value) > ROUNDING * size:
+                cases[number.worst] = records.WorstCase(
+                    number.value, {}, 0, case.failed
+                )
+        return cases
 
     def first(self, trials: int) -> Run:
         """Return the run of its first trials alone."""

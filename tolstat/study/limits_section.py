@@ -19,19 +19,20 @@ def read_limits(
     problems: Problems,
 ) -> dict[str, Limit]:
     """Return the limits of responses, SI; a name without number means each of them."""
-    units = {each.name: each.unit for each in responses}
+    known = {each.name: each for each in responses}
     found: dict[str, Limit] = {}
     for name, value in given.items():
         with problems.noting(f"[limits] {name}", value):
-            for each in expand(name, list(units)):
+            for each in expand(name, list(known)):
                 if each in found:
                     raise ModelError(f"{each} is given twice")
-                found[each] = read_limit(value, units[each])
+                response = known[each]
+                found[each] = read_limit(value, response.unit, response.shown)
     return found
 
 
-def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
-    """Return the limit of a response, SI.
+def read_limit(given: str | dict[str, Any], unit: str, shown: str = "") -> Limit:
+    """Return the limit of a response in an SI unit, shown in another one.
 
     "<= 3 %", or with a demand, { limit = "<= 3 %", yield = "99 %" }. The demand is a
     yield (99.73 % by default), the largest fraction nonconforming (`ppm = 100`), or the
@@ -39,7 +40,7 @@ def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
     """
     keys = {"limit": given} if isinstance(given, str) else given
     entry = read_entry(LimitEntry, keys, "a limit has")
-    lower, upper = limit(entry.limit, unit)
+    lower, upper = limit(entry.limit, unit, shown)
     found = Limit(lower, upper, words=entry.limit.strip())
     ppk, ppm = entry.ppk, entry.ppm
     typed = f"Ppk {figures(ppk, KNOWN)}" if ppk is not None else ""

@@ -38,8 +38,9 @@ def section_of(
             if expand(name, [each.name for each in contributors]):
                 return "deviations"
         with suppress(TolstatError):
-            units = {each.name: each.unit for each in responses}
-            first, *_ = expand(name, list(units))
-            if not setting or read_limit(value, units[first]):
+            known = {each.name: each for each in responses}
+            first, *_ = expand(name, list(known))
+            response = known[first]
+            if not setting or read_limit(value, response.unit, response.shown):
                 return "limits"
     return "settings" if setting else ""

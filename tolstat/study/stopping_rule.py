@@ -5,11 +5,12 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from tolstat.errors import StudyError, UnitError, allowed_names
-from tolstat.model.description import Description
+from tolstat.model.description import Description, Response
 from tolstat.statistics.intervals.convergence import Precision
 from tolstat.statistics.intervals.statistic import Statistic
 from tolstat.study.study_schema import UntilEntry, read_entry
 from tolstat.units.grammar import bare_number, quantity, unit_of
+from tolstat.units.scale import PER_CENT, scale_of
 
 KINDS = ("mean", "sigma", "median", "beyond")
 
@@ -32,15 +33,15 @@ def read_until(
     """
     entry = read_entry(UntilEntry, given, "there is")
     rules = [entry.until] if isinstance(entry.until, str) else entry.until
-    units = {each.name: each.unit for each in description.responses}
-    read = [_precision(rule, units, limited) for rule in rules]
+    known = {each.name: each for each in description.responses}
+    read = [_precision(rule, known, limited) for rule in rules]
     shown = {each.statistic.response: unit for each, unit in read if unit}
     precisions = tuple(each for each, _ in read)
     return Until(precisions, entry.at_most, tuple(rules), shown)
 
 
 def _precision(
-    rule: str, units: Mapping[str, str], limited: Mapping[str, Any]
+    rule: str, known: Mapping[str, Response], limited: Mapping[str, Any]
 ) -> tuple[Precision, str]:
     """Return one rule, and the unit of its precision."""
     words = rule.replace("±", "+-").split(maxsplit=2)
@@ -50,13 +51,13 @@ def _precision(
             '"extra_loss p95 +-2 %"'
         )
     name, kind, precision = words
-    if name not in units:
-        raise StudyError(f"response {name}: {allowed_names(name, units)}")
+    if name not in known:
+        raise StudyError(f"response {name}: {allowed_names(name, known)}")
     statistic = _statistic(name, kind)
     if kind == "beyond" and name not in limited:
         raise StudyError(f"{name} beyond: the response has no limit")
     within = precision.removeprefix("+-").strip()
-    value, relative = _within(within, kind, units[name])
+    value, relative = _within(within, kind, known[name])
     if not value > 0:
         raise UnitError(f'"{precision}": a precision above zero is expected')
     of_the_response = not relative and kind != "beyond" and not within.endswith("pp")
@@ -65,9 +66,9 @@ def _precision(
     )
 
 
-def _within(words: str, kind: str, unit: str) -> tuple[float, bool]:
+def _within(words: str, kind: str, response: Response) -> tuple[float, bool]:
     """Return a precision; a per cent is relative to the number, in any unit."""
-    share = kind == "beyond"
+    share, unit = kind == "beyond", response.unit
     if words.endswith("pp") and (share or unit == "1"):
         return bare_number(words.removesuffix("pp").strip()) / 100, False
     if share and words.endswith("%"):
@@ -78,7 +79,14 @@ def _within(words: str, kind: str, unit: str) -> tuple[float, bool]:
     words = words.removesuffix("of itself").strip()
     if words.endswith("%"):
         return bare_number(words.removesuffix("%").strip()) / 100, True
-    return quantity(words, "1" if share else unit), False
+    scale = PER_CENT if share else scale_of(unit, response.shown)
+    value = quantity(words, scale.unit)
+    if scale.unit == "1" and scale.factor != 1 and unit_of(words) == "1":
+        raise UnitError(
+            f'"+-{words}" of a number shown in {scale.mark} has no unit; write '
+            f'"+-{words} pp" for percentage points, or "+-{words} % of itself"'
+        )
+    return value, False
 
 
 def _statistic(name: str, kind: str) -> Statistic:

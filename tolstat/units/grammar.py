@@ -25,6 +25,7 @@ _WRITTEN_IN = {
     "rad": ("deg", "mrad"), "rad/s": ("rpm",), "N": ("kN", "MN"),
     "J": ("kJ", "MJ"), "W": ("kW", "MW"), "Pa": ("kPa", "MPa", "GPa"),
 }  # fmt: skip
+SIDES = "<=", ">="
 _SAME = 1e-12  # of a value: rounding of writing and reading
 
 # squares and products of numbers in this range are numbers too
@@ -87,8 +88,12 @@ def tolerance(text: str, unit: str) -> Range:
     return zone
 
 
-def limit(text: str, unit: str) -> Range:
-    """Read a limit, "<= 3 %", ">= 0 mm" or "1..2 mm": the permitted values, SI."""
+def limit(text: str, unit: str, shown: str = "") -> Range:
+    """Read a limit, "<= 3 %", ">= 0 mm" or "1..2 mm": the permitted values, SI.
+
+    `shown` is the unit in which the response is shown.
+    """
+    _check_share(text, unit, shown)
     match _split(text):
         case "<=", most, "", given:
             return Range(-math.inf, _si(most, given, unit))
@@ -153,6 +158,24 @@ def _split(text: str) -> tuple[str, str, str, str]:
 def _si(number: str, given: str, unit: str) -> float:
     written = _computable(number, float(number))
     return _computable(number, to_si(written, given, unit))
+
+
+def _check_share(text: str, unit: str, shown: str) -> None:
+    """Refuse a limit without unit of what is shown in per cent or ppm."""
+    sign, first, last, written = _split(text)
+    scale = scale_of(unit, shown)
+    if unit != "1" or scale.factor == 1 or written or not (sign in SIDES or last):
+        return
+    numbers = [float(number) for number in (first, last) if number]
+    readings = dict.fromkeys(
+        f"{sign} {'..'.join(figures(k * x, MOST_FIGURES) for x in numbers)}".strip()
+        for k in (1.0, scale.factor)
+    )
+    both = " or ".join(f'"{reading} {scale.mark}"' for reading in readings)
+    raise UnitError(
+        f"the unit is missing, and the response is shown in {scale.mark}; write {both} "
+        '(a model shows a plain number by shown="1")'
+    )
 
 
 def _computable(number: str, value: float) -> float:

@@ -309,7 +309,7 @@ def test_the_median_is_named_if_the_mean_of_a_skewed_response_lies_inside(tmp_pa
     assert "the median lies" in as_text(parts)
 
 
-@pytest.mark.parametrize(("limit", "far"), [(">= 1.7", False), (">= 4", True)])
+@pytest.mark.parametrize(("limit", "far"), [(">= 170 %", False), (">= 400 %", True)])
 def test_no_share_is_shifted_by_100_per_cent(limit, far, tmp_path):
     class Stiff(Model):
         name = "stiff"

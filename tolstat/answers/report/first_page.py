@@ -13,7 +13,7 @@ from tolstat.answers.next_steps import to_allocate, to_extend, to_halve, to_resu
 from tolstat.answers.report import what_helps
 from tolstat.answers.report.finer_run import settle
 from tolstat.answers.report.off_centre import OFF_CENTRE, findings
-from tolstat.answers.report.report_warnings import in_words
+from tolstat.answers.report.report_warnings import JUMPS, JumpWarning, in_words
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
@@ -29,7 +29,7 @@ from tolstat.document.inline import (
 )
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
-from tolstat.statistics.limits.yields import MET, NOT_MET
+from tolstat.statistics.limits.yields import INTEGRATION_ERROR, MET, NOT_MET
 from tolstat.statistics.summary import Limited
 from tolstat.units.scale import PART, PER_CENT, PPM
 
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     )
     from tolstat.statistics.sensitivity.pairs import Together
 
+UNNAMED = (OFF_CENTRE, JUMPS)  # reasons for which no contributor is named
 MOST_LIMITS = 6  # in the table of a first page: on paper it is one sheet
 ALL_LIMITS = "All limits"
 PICTURE = "Fraction out of limit against what is permitted"
@@ -177,7 +178,7 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         below = explained(main.together, causes) if main.together else level
         return Cell(text(main.words), text(below, also(causes)))
     variance: Parts = ()
-    if causes.reason != OFF_CENTRE and (most := each.largest_share):
+    if causes.reason not in UNNAMED and (most := each.largest_share):
         variance = say("variance: {} {}", Name(most[0]), of_variance(most[1]))
     return Cell(text(no_cause(each)), variance)
 
@@ -234,11 +235,23 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
         for known in (True, False)
         for name, each in found.limits.items()
     )
-    rough = [name for name, each in found.limits.items() if each.yields.reason]
+    rough = [
+        name
+        for name, each in found.limits.items()
+        if each.yields.reason == INTEGRATION_ERROR
+    ]
     if finer := settle(run, rough):
         return (finer,)  # the other numbers are of the rough run, too
     more = _more_trials(found)
-    steps = [_centre(found), next(filter(None, halve), ()), more, _allocate(found)]
+    jumps = [Name(x.response) for x in found.warnings if isinstance(x, JumpWarning)]
+    mend = say("Mend the formula of {}, as said above.", listed(jumps)) if jumps else ()
+    steps = [
+        mend,
+        _centre(found),
+        next(filter(None, halve), ()),
+        more,
+        _allocate(found),
+    ]
     return tuple(filter(None, steps))
 
 
@@ -255,7 +268,7 @@ def _allocate(found: RunSummary) -> Parts:
         response = found.responses[name]
         unmet |= each.yields.verdict != MET
         causes = response.causes
-        if not causes or each.yields.verdict == MET or causes.reason == OFF_CENTRE:
+        if not causes or each.yields.verdict == MET or causes.reason in UNNAMED:
             continue
         if main := causes.main:
             now = each.yields.fraction_out_of_limit.value

@@ -14,7 +14,7 @@ from tolstat.answers.report.integration import integration_of
 from tolstat.answers.report.main_causes import main_causes
 from tolstat.answers.report.off_centre import OFF_CENTRE, off_centre
 from tolstat.answers.report.report_answer import Report, RunSummary
-from tolstat.answers.report.report_warnings import warnings_of
+from tolstat.answers.report.report_warnings import JUMPS, jumping, warnings_of
 from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.answers.sweep.extremes import Extremes, extremes_of
@@ -124,9 +124,12 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
 
 
 def summaries_of(drawn: Drawn) -> dict[str, Summary]:
-    """Return a summary of every response of a run whose trials were sampled."""
+    """Return a summary of every response of a run whose trials were sampled.
+
+    A limited response that jumps by a whole turn has no verdict.
+    """
     limits = drawn.run.limits
-    return {
+    found = {
         each.name: summarize(
             drawn.values(each.name),
             drawn.sample,
@@ -136,6 +139,8 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
         )
         for each in drawn.run.responses
     }
+    turned = (name for name, x in jumping(drawn, limits).items() if x.turn)
+    return found | {name: _turned(found[name]) for name in turned}
 
 
 def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
@@ -155,7 +160,11 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         sample.failures, outside, run.sampling, drawn.sampled.promise,
         tuple(run_answer.notes_of(replace(run, warnings=()), sample)),
     )  # fmt: skip
-    centres = {name: off_centre(drawn, name, summaries[name]) for name in run.limits}
+    clusters = jumping(drawn, dict.fromkeys([*run.limits, *focus]))
+    for name in run.limits.keys() & clusters.keys():
+        causes[name] = causes[name]._replace(reason=JUMPS, needed=0, named=())
+    steady = [name for name in run.limits if name not in clusters]
+    centres = {name: off_centre(drawn, name, summaries[name]) for name in steady}
     for name, off in centres.items():
         judged = summaries[name].limited
         few = judged and judged.yields.within.value < FEWEST_WITHIN
@@ -183,11 +192,18 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     }
     return RunSummary(
         **run_answer.fields_of(run, trials),
-        warnings=warnings_of(drawn),
+        warnings=warnings_of(drawn, clusters),
         all_limits=all_limits(drawn),
         responses=responses,
         numbers=numbers,
     )
+
+
+def _turned(found: Summary) -> Summary:
+    """Return the summary of a response that jumps by a turn: undecided."""
+    if (limited := found.limited) is None:
+        return found
+    return replace(found, limited=limited._replace(yields=limited.yields.jumping))
 
 
 def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
@@ -215,7 +231,7 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             departures=tuple(linear.departures(by_slopes, each.quantiles))
             if by_slopes
             else (),
-            worst_cases=diagnostics.worst_cases.get(name, {}),
+            worst_cases=run.worst_cases(name),
             worst_trials=(),
             point_mass=point_mass_of(drawn.done(name), replicate) if shown else None,
             indices=indices_of(drawn, name) if shown and drawn.grouped else None,

@@ -312,6 +312,8 @@ def _contributors(
             "slope at the nominal trial": (each.slopes, Ratio(each.scale, shown))
         }
         for side, case in each.worst_cases.items():
+            if not case.deviations:
+                continue
             own[f"worst case, {side}"] = case.deviations, shown
         row: Row = {"contributor": Name(part)}
         for head, (of, scale) in (shares | own).items():
@@ -342,7 +344,9 @@ def _remarks(found: Report, known: Contributions) -> Parts:
 def _classical(found: Report, name: str, each: ReportedResponse) -> Table:
     scale, rows = each.scale, dict[str, tuple[Given, Said]]()
     for side, case in each.worst_cases.items():
-        said = f"no probability: the worst of {case.tried} trials within the tolerances"
+        said = "no probability: the worst within the tolerances, by the model"
+        if case.tried:
+            said = f"no probability: the worst of {case.tried} trials within them"
         if case.failed:
             said += f"; {case.failed} of these failed, and count as out of limit"
         rows[f"worst case, {side}"] = Number(case.value, scale), said

@@ -138,7 +138,7 @@ def _worst_cases(found: RunSummary) -> Parts:
     out = []
     for name, limited in found.limits.items():
         scale, limit = found.responses[name].scale, limited.limit
-        cases = found.stored_run.diagnostics.worst_cases.get(name, {})
+        cases = found.stored_run.worst_cases(name)
         out += [
             say(f"{{}} {{}} ({limit.words})", Name(name),
                 "failed" if math.isnan(case.value) else Number(case.value, scale))

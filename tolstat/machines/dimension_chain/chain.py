@@ -85,7 +85,7 @@ def _worst(
         value = np.broadcast_to(found.value, len(points))
         return value, np.asarray(found.by_link)[which].T
 
-    points = _looked_at(lower, upper)
+    points = points_of(lower, upper)
     values, slopes = slopes_at(points)
     if not np.isfinite(values).all():
         return math.nan, math.nan, ()
@@ -110,7 +110,7 @@ def _worst(
     return ends[0], ends[1], turning
 
 
-def _looked_at(lower: Array, upper: Array) -> Array:
+def points_of(lower: Array, upper: Array) -> Array:
     """Return corners of the tolerances and points inside them: float64[point, link]."""
     from scipy.stats import qmc  # slow to import
 

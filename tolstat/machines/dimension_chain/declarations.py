@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 
 from tolstat.errors import ModelError, UnitError
-from tolstat.machines.dimension_chain.algebras import Dimensions, Values
+from tolstat.machines.dimension_chain.algebras import Dimensions, Kind, Values
 from tolstat.machines.dimension_chain.formula import Formula
 from tolstat.model.settings import column, setting
-from tolstat.units.conversion import si_unit
 from tolstat.units.grammar import Measure
 
 # a ball between the discs of a wave gear, and their track
@@ -63,4 +62,5 @@ class Settings:
     def unit(self) -> str:
         """SI unit of the closing link."""
         units = {name: each["nominal"].unit for name, each in self.links.items()}
-        return si_unit(self.formula.worked_out(Dimensions(units)))
+        kind: Kind = self.formula.worked_out(Dimensions(units))
+        return kind.unit

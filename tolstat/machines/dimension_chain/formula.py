@@ -6,7 +6,7 @@ import math
 import sys
 import unicodedata
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from tolstat.errors import ModelError, allowed_names
 from tolstat.machines.dimension_chain.algebras import OF_ONE, Dimensions, Values
@@ -22,6 +22,18 @@ FUNCTIONS = {
     "atan2": (2, 2), "hypot": (2, 3), "min": (2, 9), "max": (2, 9),
 }  # fmt: skip
 SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
+
+
+class Step(NamedTuple):
+    """A step of a formula: its function or sign, and what it is of."""
+
+    name: str
+    node: ast.expr
+    arguments: tuple[ast.expr, ...]
+
+    def __str__(self) -> str:
+        """Return its text."""
+        return ast.unparse(self.node)
 
 
 @dataclass(frozen=True)
@@ -56,13 +68,25 @@ class Formula:
         """The text for a message."""
         return repr(self.text if len(self.text) <= SHOWN else f"{self.text[:SHOWN]}...")
 
-    def worked_out(self, algebra: Algebra) -> Any:
-        """Return the value of the formula: numbers, slopes or dimensions.
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """Its divisions, powers and calls of functions."""
+        found = []
+        for node in ast.walk(self._tree):
+            match node:
+                case ast.Call(func=ast.Name(id=name), args=arguments):
+                    found.append(Step(name, node, tuple(arguments)))
+                case ast.BinOp(left=left, op=ast.Div() | ast.Pow() as op, right=right):
+                    found.append(Step(SIGNS[type(op)], node, (left, right)))
+        return tuple(found)
+
+    def worked_out(self, algebra: Algebra, part: ast.expr | None = None) -> Any:
+        """Return the value of the formula, or of a part: numbers, slopes or dimensions.
 
         Raises ModelError if the algebra refuses a step (`ValueError`): its place and
         the reason.
         """
-        return self._value(self._tree, algebra)
+        return self._value(part or self._tree, algebra)
 
     def _value(self, node: ast.expr, algebra: Algebra, depth: int = 0) -> Any:
         """Return the value of a node and the nodes below it; refuse any not allowed."""

@@ -5,9 +5,10 @@ import math
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.dimension_chain.algebras import Slopes, Values
+from tolstat.machines.dimension_chain.algebras import Roundings
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
+from tolstat.machines.dimension_chain.jumps import jumps
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.units.scale import scale_of
@@ -69,22 +70,32 @@ class DimensionChain(Model):
             of_worst = [jumps]
         worst = "closing link within the tolerances, all links at once"
         numbers = [
-            ("worst_min", unit, found.worst_min, f"least {worst}", of_worst),
-            ("worst_max", unit, found.worst_max, f"largest {worst}", of_worst),
-            ("rss_mean", unit, found.rss_mean, "mean of the linear chain", of_rss),
+            ("worst_min", found.worst_min, f"least {worst}", of_worst, "least"),
+            ("worst_max", found.worst_max, f"largest {worst}", of_worst, "largest"),
+            ("rss_mean", found.rss_mean, "mean of the linear chain", of_rss, ""),
         ]
+        shares = []
         if independent:  # else covariances decide: no sigma, no shares
             sigma = "its sigma, by root sum square"
-            numbers.append(("rss_sigma", unit, found.rss_sigma, sigma, of_rss))
-            numbers += [
-                (f"share_{name}", "1", share, f"of {name} in that variance", of_rss)
+            numbers.append(("rss_sigma", found.rss_sigma, sigma, of_rss, ""))
+            shares = [
+                StudyNumber(
+                    f"share_{name}", "1", share, f"of {name} in that variance",
+                    caveat="; ".join(of_rss),
+                )
                 for name, share in found.shares.items()
-            ]
-        gap = {unit: GAP}
-        return tuple(
-            StudyNumber(name, of, value, words, "", gap.get(of, ""), "; ".join(but))
-            for name, of, value, words, but in numbers
+            ]  # fmt: skip
+        return (
+            *(
+                StudyNumber(name, unit, value, words, "", GAP, "; ".join(but), side)
+                for name, value, words, but, side in numbers
+            ),
+            *shares,
         )
+
+    def warnings(self, settings: Settings, spreads: Spreads) -> tuple[str, ...]:
+        units = {name: each["nominal"].unit for name, each in settings.links.items()}
+        return jumps(settings.formula, settings.nominal, spreads, units)
 
 
 def _gap(deviations: Array, settings: Settings) -> Array:
@@ -93,10 +104,5 @@ def _gap(deviations: Array, settings: Settings) -> Array:
         name: nominal + deviations[:, i]
         for i, (name, nominal) in enumerate(settings.nominal.items())
     }
-    found = settings.formula.worked_out(Values(links))
-    # a rounding error of the terms is 0: that of 72.5 - 16 - 16 - 38 - 2.5
-    at = settings.formula.worked_out(Slopes(settings.nominal))
-    terms = np.abs(at.by_link * [*settings.nominal.values()]).sum()
-    error = len(links) * np.finfo(float).eps * terms  # NaN where there is no slope
-    found = np.where(np.abs(found) <= error, 0.0, found)
+    found = settings.formula.worked_out(Roundings(links)).value
     return np.broadcast_to(found, len(deviations))

@@ -1,5 +1,7 @@
 """The yield of a limit, with failed trials, and its verdict."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
@@ -19,6 +21,7 @@ Ends = tuple[float, float]
 
 MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
 INTEGRATION_ERROR = "integration error"  # why a verdict is undecided
+JUMP = "the response jumps by a whole turn"
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 
 
@@ -36,12 +39,18 @@ class Yield(NamedTuple):
     # trials that decide an undecided verdict with a chance of 80 %; 0 otherwise, above
     # 1e9, and if integration errors leave it undecided
     needed: int
-    reason: str = ""  # "integration error" if these leave it undecided; otherwise empty
+    # why it is undecided although trials would tell: `INTEGRATION_ERROR` or `JUMP`
+    reason: str = ""
 
     @property
     def words(self) -> str:
         """The verdict, and its reason where it has one."""
         return worded(self.verdict, self.reason)
+
+    @property
+    def jumping(self) -> Yield:
+        """The same of a response that jumps by a whole turn: trials decide nothing."""
+        return self._replace(verdict=UNDECIDED, needed=0, reason=JUMP)
 
 
 def yield_of(
