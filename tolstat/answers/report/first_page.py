@@ -29,7 +29,7 @@ from tolstat.document.inline import (
 )
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
-from tolstat.statistics.limits.yields import MET, NOT_MET
+from tolstat.statistics.limits.yields import INTEGRATION_ERROR, MET, NOT_MET
 from tolstat.statistics.summary import Limited
 from tolstat.units.scale import PART, PER_CENT, PPM
 
@@ -139,6 +139,8 @@ def limits_table(
             "what would help": what_helps.cell(found.stored_run, each.causes, limited),
         })  # fmt: skip
     words, said = ("main cause", "what would help"), rests_on(found)
+    if found.unseen_errors:
+        said = say("{}; {}", said, found.unseen_errors)
     if any(is_clipped(found.responses[name]) for name, _ in every[:most]):
         said = say("{}; variance: {}", said, CENTRAL.strip())
     if len(rows) < len(every):
@@ -177,7 +179,8 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         below = explained(main.together, causes) if main.together else level
         return Cell(text(main.words), text(below, also(causes)))
     variance: Parts = ()
-    if causes.reason != OFF_CENTRE and (most := each.largest_share):
+    hidden = causes.reason in (OFF_CENTRE, INTEGRATION_ERROR)
+    if not hidden and (most := each.largest_share):
         variance = say("variance: {} {}", Name(most[0]), of_variance(most[1]))
     return Cell(text(no_cause(each)), variance)
 
