@@ -18,7 +18,6 @@ from tolstat.moving import (
 )
 
 HORIZON = 2.0  # s
-SAMPLED = 1.0 / 64.0  # s, of the controller
 
 
 @dataclass(frozen=True)
@@ -37,10 +36,11 @@ def pushed(moment, y, p, out):
 
 @compiled(rates_signature)
 def controlled(moment, y, p, out):
-    """A controller switches each 1/128 s between two speeds whose mean is zero."""
+    """A drift, and a controller that removes it within 20 ms of each second."""
     t, speed = rows(moment)[0], rows(p)[0]
-    phase = t * 64.0 - np.floor(t * 64.0)
-    write(out, 0, (np.where(phase < 0.5, -speed, speed),))
+    phase = t - np.floor(t)
+    acts = (phase > 0.67) & (phase < 0.69)
+    write(out, 0, (np.where(acts, 49.0 * speed, -speed),))
 
 
 @compiled(rates_signature)
@@ -109,12 +109,12 @@ class Pulse(Short):
 class ShortPulse(Pulse):
     """A push that nearly all trials miss."""
 
-    name, width = "short_pulse", 2e-4
+    name, width = "short_pulse", 1e-3
     rates = pushed
 
 
 class Controller(Short):
-    """Steps of half a second see the controller always in one phase."""
+    """A sampled controller that steps of half a second do not meet."""
 
     name = "controller"
     rates, start = controlled, (0.0,)
@@ -140,13 +140,13 @@ class Tooth(Short):
 
 
 class Brush(Short):
-    """A contact of a millisecond."""
+    """A contact of two milliseconds."""
 
     name = "brush"
     rates, scale, start, column = braked, (1.0, 1.0), (0.0, 1.0), 1
 
     def parameters(self, d):
-        return 1e-3 * (1.0 + d), 300.0
+        return 2e-3 * (1.0 + d), 150.0
 
     def truth(self, d):
         w, a = self.parameters(d)

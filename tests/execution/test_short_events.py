@@ -15,7 +15,7 @@ from tolstat.document.blocks import Paragraph
 NORMAL = "+-10 %"
 
 
-def ran(folder, model, limit, trials=1000, tolerance=NORMAL, **settings):
+def ran(folder, model, limit, trials=2000, tolerance=NORMAL, **settings):
     study = {
         "model": model.name, "trials": trials, "seed": 1, "settings": settings,
         "deviations": {"d": tolerance}, "limits": {"end": limit},
@@ -48,7 +48,9 @@ def test_what_steps_miss_leaves_the_limit_undecided(tmp_path, model, limit):
     yields = found.limits["end"].yields
     assert yields.words == "undecided (integration error)"
     (warning,) = [x for x in found.warnings if isinstance(x, VerdictWarning)]
-    assert warning.movement.moved > 0 and warning.movement.largest > 0.1
+    seen = warning.movement
+    assert seen.moved or seen.moved_third
+    assert seen.largest > 0.1
     causes = found.responses["end"]
     assert causes.causes.named == () and causes.off_centre is None
     (step,) = next_steps(found)
@@ -76,8 +78,8 @@ def test_numbers_that_err_more_than_their_interval(tmp_path, model, tolerance):
     number, error = warning.numbers["mean"]
     truth = model.truth(run.column("d")).mean()
     assert not number.lower <= truth <= number.upper
-    # the audit knows the direction, and most of the size
-    assert abs(number.value - error - truth) < 0.6 * abs(number.value - truth)
+    # the audit knows the direction; it misses some events itself
+    assert 0.0 < error / (number.value - truth) < 1.1
 
 
 def test_a_response_far_from_its_limit_with_an_error_far_above_its_spread(tmp_path):
@@ -95,10 +97,10 @@ def test_a_response_far_from_its_limit_with_an_error_far_above_its_spread(tmp_pa
      (models.Brush(), ">= 0.6")],
 )  # fmt: skip
 def test_steps_shorter_than_the_event_decide(tmp_path, model, limit):
-    run = ran(tmp_path, model, limit, trials=1500, max_step="0.5 ms")
+    run = ran(tmp_path, model, limit, max_step="0.5 ms")
     found = tolstat.summary(run)
     assert found.limits["end"].yields.words == right(run, model, limit)
-    assert found.unseen_errors.startswith("15 random trials evaluated again, none")
+    assert found.unseen_errors.startswith("20 random trials evaluated again, none")
 
 
 @pytest.mark.parametrize("rtol", [1e-1, 1e-2, 1e-3, 1e-6])
@@ -116,10 +118,10 @@ def test_a_smooth_model_that_is_rough_is_right_or_undecided(tmp_path, rtol, limi
 def test_a_third_evaluation_is_stored_and_kept(tmp_path):
     run = ran(tmp_path, models.Pulse(), ">= 0.3")
     third = tolstat.open(run.path).audited.third
-    assert third.settings == pytest.approx({"rtol": 1e-12, "max_step": 0.5 / 16})
+    assert third.settings == pytest.approx({"rtol": 1e-9 / 32, "max_step": 0.5 / 16})
     assert np.isin(third.trials, run.audited.trials).all()
     assert 8 <= len(third.trials) <= 24
-    longer = tolstat.extend(run.path, trials=1200, model=models.Pulse(), progress=None)
+    longer = tolstat.extend(run.path, trials=2200, model=models.Pulse(), progress=None)
     assert longer.audited.third and len(longer.audited.trials) > 20
     assert tolstat.verify(longer.path, model=models.Pulse()).whole
 

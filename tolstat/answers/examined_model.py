@@ -13,7 +13,7 @@ from tolstat.answers.report.report_warnings import movement_words
 from tolstat.arrays import Array
 from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, say, text
-from tolstat.execution.diagnostics.audit import phased
+from tolstat.execution.diagnostics.audit import finer, phased
 from tolstat.execution.verification import other_answers
 from tolstat.integrator.examination import (
     MOST_STEPS,
@@ -23,7 +23,7 @@ from tolstat.integrator.examination import (
 )
 from tolstat.integrator.integrate import observed
 from tolstat.model import settings as model_settings
-from tolstat.model.checked import described, simulate, tightened
+from tolstat.model.checked import described, simulate
 from tolstat.model.contract import Answers, Model
 from tolstat.statistics.limits.audited_response import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
@@ -119,12 +119,12 @@ def _audit(
 
     The trials are evaluated again, and a third time, as an audit does it.
     """
-    tight, tightest = (tightened(model, settings, times) for times in (1, 2))
+    tight, tightest = (finer(model, settings, times) for times in (1, 2))
     if tight is None or not model.integrates:
         return []
     levels = [simulate(model, rows, settings).responses]
-    for times, finer in enumerate((tight, tightest or tight), 1):
-        cases = phased(Case(0, len(rows), finer), times)
+    for times, level in enumerate((tight, tightest or tight), 1):
+        cases = phased(Case(0, len(rows), level), times)
         parts = [simulate(model, rows[c.first : c.stop], c.settings) for c in cases]
         levels.append(Answers.joined(parts).responses)
     trials, none = np.arange(len(rows)), np.zeros(len(rows), np.bool_)
@@ -134,7 +134,7 @@ def _audit(
         limit = limits.get(response.name, FROM_ZERO)
         if limits and limit is FROM_ZERO:
             continue
-        usual, precise, most = (level[:, column] for level in levels)
+        usual, precise, most = (answers[:, column] for answers in levels)
         audited = AuditedResponse(
             usual, limit.permitted, trials, precise, ~none, none, trials, most
         )

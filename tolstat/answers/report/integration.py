@@ -128,6 +128,12 @@ def _reasons(audited: Audited, name: str) -> NDArray[np.uint8]:
 def _errors(run: Run, audited: Audited, name: str) -> IntegrationError:
     ran = (audited.status == Status.DONE) & (run.status[audited.trials] == Status.DONE)
     precise = np.where(ran, audited.responses[name], np.nan)
+    if third := audited.third:  # of these the best is known
+        known = third.status == Status.DONE
+        where = np.searchsorted(audited.trials, third.trials[known])
+        precise[where] = np.where(
+            ran[where], third.responses[name][known], precise[where]
+        )
     alike = audited.at_random | (_reasons(audited, name) > 0)
     return integration_error(run.column(name), audited.trials, precise, alike)
 

@@ -7,7 +7,7 @@ over the range. A few of them are evaluated a third time: do they move again?
 import dataclasses
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from tolstat.deviations.samplers import uniform
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.checked import tightened
+from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import NO_LIMIT, Limit, within, worst_trials
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Reason, joined
@@ -33,7 +34,8 @@ OUT = 20  # random ones of the trials out of limit, for each limited response
 # of these at least, where trials moved; or a hundredth of all
 OUT_MOVED = 100
 THIRD = 8  # trials of a kind: those that moved most, random ones, over the range
-PARTS = 8  # of the trials, by their longest step
+TIGHTER = 32.0  # rtol of a third evaluation: twice the steps
+PARTS = 8  # of the trials at least, by their longest step; or eight trials of each
 
 
 class Choice(NamedTuple):
@@ -79,7 +81,7 @@ def evaluated_again(
 
     `times`: how often the settings are tightened.
     """
-    tight = tightened(study.model, study.settings, times)
+    tight = finer(study.model, study.settings, times)
     if tight is None:
         return None
     before, now = dataclasses.asdict(study.settings), dataclasses.asdict(tight)
@@ -87,7 +89,7 @@ def evaluated_again(
         part
         for case in cases_among(study.cases, choice.trials)
         for part in phased(
-            case._replace(settings=tightened(study.model, case.settings, times)), times
+            case._replace(settings=finer(study.model, case.settings, times)), times
         )
     ]
     rows = trials.deviations[choice.trials]
@@ -103,19 +105,35 @@ def evaluated_again(
     )
 
 
+def finer(model: Model, settings: Any, times: int = 1) -> Any | None:
+    """Return the settings of an audit, or (2 times) of its third evaluation.
+
+    That has a shorter longest step again, and a less tight rtol than tightening twice
+    gives: it takes twice the steps of an audit, which is enough to see its errors.
+    """
+    tight = tightened(model, settings, times)
+    if times == 1 or tight is None or not model.integrates:
+        return tight
+    once: Any = tightened(model, settings)
+    rtol = max(once.rtol / TIGHTER, tight.rtol)
+    return dataclasses.replace(tight, rtol=rtol)
+
+
 def phased(case: Case, times: int = 1) -> list[Case]:
     """Return a case in parts whose longest steps differ a little.
 
-    With equal steps all trials may miss the same short event. `times`, how often the
-    settings were tightened, makes them differ from those tightened less often.
+    With equal steps all trials may miss the same short event. In a third evaluation
+    (2 `times`) trials are few: every two have another longest step.
     """
     settings = case.settings
     if not isinstance(step := getattr(settings, "max_step", None), float):
         return [case]
-    ends = np.unique(np.linspace(case.first, case.stop, PARTS + 1).astype(int)).tolist()
-    shorter = [step * (1 - (i + (times - 1) / 2) / 24) for i in range(PARTS)]
+    trials = case.stop - case.first
+    parts = max(PARTS, trials // PARTS) if times == 1 else -(-trials // 2)
+    ends = np.unique(np.linspace(case.first, case.stop, parts + 1).astype(int)).tolist()
+    shorter = step * (1 - (np.arange(parts) + (times - 1) / 2) / (3 * parts))
     return [
-        Case(first, stop, dataclasses.replace(settings, max_step=shorter[i]))
+        Case(first, stop, dataclasses.replace(settings, max_step=float(shorter[i])))
         for i, (first, stop) in enumerate(pairwise(ends))
     ]
 
@@ -210,7 +228,10 @@ def choose_third(
         reasons = found.chosen_by.get(name, np.zeros(len(errors), np.uint8))
         over = found.trials[(reasons & Reason.SPREAD) > 0]
         chosen += [found.trials[most], _some(over, max(2, THIRD // len(names)))]
-    return np.unique(np.concatenate(chosen))
+    three_kinds = np.unique(np.concatenate(chosen))
+    others = np.setdiff1d(found.trials, three_kinds)
+    more = _some(others, max(0, 3 * THIRD - len(three_kinds)))
+    return np.union1d(three_kinds, more)
 
 
 def _some(trials: Integers, number: int = THIRD) -> Integers:
