@@ -101,15 +101,15 @@ def examined(what: str) -> tuple[blocks.Document, Health]:
         states = _states(found)
     else:
         facts["equations"] = "none are integrated"
-    doubts = _audit(model, settings, every, limits)
+    warnings = _audit(model, settings, every, limits)
     shown = blocks.shown(
         blocks.Paragraph(text(model.title), "lead"),
         blocks.Facts(tuple((name, text(each)) for name, each in facts.items())),
-        blocks.Bullets((*doubts, *map(text, advice))),
+        blocks.Bullets((*warnings, *map(text, advice))),
         states,
     )
     usual = Health.GOOD if healthy else Health.UNHEALTHY
-    return blocks.Document("", shown), Health.NO_AUDIT if doubts else usual
+    return blocks.Document("", shown), Health.NO_AUDIT if warnings else usual
 
 
 def _audit(
@@ -128,7 +128,7 @@ def _audit(
         parts = [simulate(model, rows[c.first : c.stop], c.settings) for c in cases]
         levels.append(Answers.joined(parts).responses)
     trials, none = np.arange(len(rows)), np.zeros(len(rows), np.bool_)
-    doubts, responses = list[Parts](), described(model, settings).responses
+    warnings, responses = list[Parts](), described(model, settings).responses
     sizes = np.abs(np.nan_to_num(levels[0])).max(axis=0)
     for column, response in enumerate(responses):
         limit = limits.get(response.name, FROM_ZERO)
@@ -150,8 +150,8 @@ def _audit(
         if fails:
             scale = scale_of(response.unit, response.shown, float(sizes[column]))
             seen = movement_words(audited.movement, scale)
-            doubts.append(say(MISSED, Name(response.name), seen))
-    return doubts
+            warnings.append(say(MISSED, Name(response.name), seen))
+    return warnings
 
 
 def _facts(found: Examination) -> dict[str, str]:
