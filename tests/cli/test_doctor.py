@@ -7,6 +7,7 @@ import contextlib
 import pytest
 from click.testing import CliRunner
 
+from tests.conftest import ROOT
 from tolstat.cli.main import main
 
 BAD = """
@@ -41,6 +42,20 @@ class Explodes(Shared):
         ends = np.tile([0.0, 1.0], (n, 1))  # of state and of time
         found = integrate(SYSTEM, ends, deviations, ends, Accuracy(settings.rtol, 0.1))
         return Outcome(found.peak, found.status, found.steps)
+"""
+
+
+MODELS = ROOT / "tests" / "execution" / "short_events.py"
+STUDY = """
+model = "{}"
+trials = 100
+seed = 1
+[settings]
+{}
+[deviations]
+d = "+-10 %"
+[limits]
+end = "{}"
 """
 
 
@@ -82,3 +97,23 @@ def test_of_a_new_model_and_a_study(call):
     call("new", "crank", "--machine", "crank.py:Crank", "-o", "crank.toml")
     assert "3 done" in call("doctor", "crank.toml", "--machine", "crank.py:Crank")
     assert "no model is called 'crunk'" in call("doctor", "crunk", code=2)
+
+
+@pytest.mark.parametrize(
+    ("name", "limit"),
+    [("Pulse", ">= 0.3"), ("Controller", "<= 0.5"), ("Tooth", ">= 0.5"),
+     ("Brush", "<= 0.8")],
+)  # fmt: skip
+def test_an_event_that_steps_miss(call, tmp_path, name, limit):
+    """It is not called stiff; what the audit would see is said."""
+    study, machine = tmp_path / "study.toml", ("--machine", f"{MODELS}:{name}")
+    study.write_text(STUDY.format(name.lower(), "", limit))
+    said = call("doctor", "study.toml", *machine, code=1)
+    assert "would leave end undecided" in said and "stiff" not in said
+    assert "evaluated a third time" in said or "evaluated again moved" in said
+
+
+def test_smooth_equations_are_healthy(call, tmp_path):
+    (tmp_path / "study.toml").write_text(STUDY.format("swing", "", "<= 1"))
+    said = call("doctor", "study.toml", "--machine", f"{MODELS}:Swing")
+    assert "undecided" not in said and "stiff" not in said

@@ -1,24 +1,46 @@
 """Examination of a model: a few trials, their steps, errors, and dependence."""
 
+import math
+from collections.abc import Mapping
+from enum import Enum, auto
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from tolstat import catalogue
+from tolstat.answers.report.report_warnings import movement_words
+from tolstat.arrays import Array
 from tolstat.document import blocks
-from tolstat.document.inline import Number, text
+from tolstat.document.inline import Name, Number, Parts, say, text
+from tolstat.execution.diagnostics.audit import finer, phased
 from tolstat.execution.verification import other_answers
-from tolstat.integrator.examination import MOST_STEPS, Examination, examine
+from tolstat.integrator.examination import (
+    MOST_STEPS,
+    PERMITTED,
+    Examination,
+    examine,
+)
 from tolstat.integrator.integrate import observed
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, simulate
-from tolstat.model.contract import Answers
+from tolstat.model.contract import Answers, Model
+from tolstat.statistics.limits.audited_response import AuditedResponse
+from tolstat.statistics.limits.limit import Limit
 from tolstat.status import words_of
+from tolstat.study.given_points import Case
 from tolstat.study.study import load
+from tolstat.units.scale import scale_of
 
 TRIALS = 3
+AUDITED = 24  # trials evaluated again as by an audit
+FROM_ZERO = Limit(0.0, math.inf)  # without limits errors count beside the size
+MISSED = (
+    "Integration errors would leave {} undecided: {}. An event shorter than max_step, "
+    "or a jump of the rates, is missed. Give it marks or a crossing, or let max_step "
+    "be shorter than it."
+)
 SMALL = 1e-6  # SI: deviations, where no study gives tolerances
-PERMITTED = 300.0  # of rtol, for a healthy error
 DEPENDENT = (
     "An answer depends on the other trials of its block: compute each row of "
     "deviations by itself."
@@ -26,8 +48,16 @@ DEPENDENT = (
 OTHER = 100.0  # times its largest value, or a part of it: a scale to think about
 
 
-def examined(what: str) -> tuple[blocks.Document, bool]:
-    """Return the examination of a few trials of a model, and whether it is healthy.
+class Health(Enum):
+    """What an examination finds."""
+
+    GOOD = auto()
+    NO_AUDIT = auto()  # the audit of a run would leave its limits undecided
+    UNHEALTHY = auto()
+
+
+def examined(what: str) -> tuple[blocks.Document, Health]:
+    """Return the examination of a few trials of a model, and its health.
 
     Parameters
     ----------
@@ -39,15 +69,17 @@ def examined(what: str) -> tuple[blocks.Document, bool]:
     StudyError, ModelError
         If there is no such study or model, or it cannot be evaluated.
     """
+    limits: Mapping[str, Limit] = {}
     if what.endswith(".toml"):
         study = load(Path(what))
-        model, settings = study.model, study.settings
-        rows = study.deviations()[:TRIALS]
+        model, settings, limits = study.model, study.settings, study.limits
+        every = study.deviations()[:AUDITED]
     else:
         model = catalogue.load(what) if ":" in what else catalogue.find(what)
         settings = model_settings.make(model, None)
         names = described(model, settings).contributors
-        rows = SMALL * np.arange(TRIALS)[:, None] * np.ones((1, len(names)))
+        every = SMALL * np.arange(AUDITED)[:, None] * np.ones((1, len(names)))
+    rows = every[:TRIALS]
     with observed() as seen:
         together = simulate(model, rows, settings)
     apart = Answers.joined([simulate(model, row[None, :], settings) for row in rows])
@@ -65,17 +97,61 @@ def examined(what: str) -> tuple[blocks.Document, bool]:
         failure = next((f"A trial {each.failure}" for each in seen if each.failure), "")
         facts |= _facts(found)
         advice += _advice(found, rtol, failure)
-        healthy &= not found.failed.any() and max(found.errors.values()) <= PERMITTED
+        healthy &= not found.failed.any() and found.accurate
         states = _states(found)
     else:
         facts["equations"] = "none are integrated"
+    warnings = _audit(model, settings, every, limits)
     shown = blocks.shown(
         blocks.Paragraph(text(model.title), "lead"),
         blocks.Facts(tuple((name, text(each)) for name, each in facts.items())),
-        blocks.Bullets(tuple(map(text, advice))),
+        blocks.Bullets((*warnings, *map(text, advice))),
         states,
     )
-    return blocks.Document("", shown), healthy
+    usual = Health.GOOD if healthy else Health.UNHEALTHY
+    return blocks.Document("", shown), Health.NO_AUDIT if warnings else usual
+
+
+def _audit(
+    model: Model, settings: Any, rows: Array, limits: Mapping[str, Limit]
+) -> list[Parts]:
+    """Return why an audit of these trials would fail; empty if it would not.
+
+    The trials are evaluated again, and a third time, as an audit does it.
+    """
+    tight, tightest = (finer(model, settings, times) for times in (1, 2))
+    if tight is None or not model.integrates:
+        return []
+    levels = [simulate(model, rows, settings).responses]
+    for times, level in enumerate((tight, tightest or tight), 1):
+        cases = phased(Case(0, len(rows), level), times)
+        parts = [simulate(model, rows[c.first : c.stop], c.settings) for c in cases]
+        levels.append(Answers.joined(parts).responses)
+    trials, none = np.arange(len(rows)), np.zeros(len(rows), np.bool_)
+    warnings, responses = list[Parts](), described(model, settings).responses
+    sizes = np.abs(np.nan_to_num(levels[0])).max(axis=0)
+    for column, response in enumerate(responses):
+        limit = limits.get(response.name, FROM_ZERO)
+        if limits and limit is FROM_ZERO:
+            continue
+        usual, precise, most = (answers[:, column] for answers in levels)
+        audited = AuditedResponse(
+            usual, limit.permitted, trials, precise, ~none, none, trials, most
+        )
+        fails = audited.irregular.any()
+        if limits:  # a verdict depends on more
+            fails |= audited.unsettled.any() or audited.dominant
+        else:  # a residual has no size of its own
+            alike = [size for size, other in zip(sizes, responses, strict=True)
+                     if other.unit == response.unit]  # fmt: skip
+            fails &= np.nan_to_num(
+                audited.errors
+            ).max() > PERMITTED * settings.rtol * max(alike)
+        if fails:
+            scale = scale_of(response.unit, response.shown, float(sizes[column]))
+            seen = movement_words(audited.movement, scale)
+            warnings.append(say(MISSED, Name(response.name), seen))
+    return warnings
 
 
 def _facts(found: Examination) -> dict[str, str]:
@@ -114,7 +190,7 @@ def _advice(found: Examination, rtol: float, failure: str) -> list[str]:
         times = f"{found.undamped:.2g} times the steps"
         pays = "pays" if found.undamped > 1.0 else "does not pay"
         said.append(f"Damping {pays}: without it the trials need {times}.")
-    if max(found.errors.values()) > PERMITTED:
+    if not found.accurate:
         said.append(
             f"Errors exceed {PERMITTED:.0f} times rtol = {rtol:g}. A branch of the "
             "rates without a crossing, or a lambda that is too large, does this."

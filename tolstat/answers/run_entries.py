@@ -157,7 +157,7 @@ def judged(run: Run) -> Mapping[str, Yield | RareSummary]:
         return {}
     return {
         name: yield_of(drawn.values(name), drawn.sample, of.permitted, of.demanded,
-                       drawn.ends(name))
+                       drawn.ends(name), drawn.audited(name))
         for name, of in run.limits.items()
     }  # fmt: skip
 

@@ -9,7 +9,8 @@ from tolstat.arrays import Array, Truths
 from tolstat.deviations.samplers import OWN
 from tolstat.errors import Advice, PictureError
 from tolstat.statistics.integration_error import response_ends
-from tolstat.statistics.limits.limit import within
+from tolstat.statistics.limits.audited_response import AuditedResponse
+from tolstat.statistics.limits.limit import NO_LIMIT, within
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run_records import Sampled
@@ -45,6 +46,10 @@ class Drawn(NamedTuple):
         found = ends_of(self.run, name)
         return None if found is None else found[:, self.trials]
 
+    def audited(self, name: str) -> AuditedResponse | None:
+        """Return what the audit shows of a response; None if not audited."""
+        return audited_of(self.run, name)
+
     @property
     def grouped(self) -> bool:
         """Whether the run was made for Sobol' indices."""
@@ -69,6 +74,14 @@ def ends_of(run: Run, name: str) -> Array | None:
     chosen = again.at_random | (again.chosen_by.get(name, 0) != 0)
     values, precise = run.column(name), again.responses[name]
     return response_ends(values, again.trials, precise, chosen)
+
+
+def audited_of(run: Run, name: str) -> AuditedResponse | None:
+    """Return what the audit shows of a response; None if nothing was audited."""
+    if run.audited is None:
+        return None
+    limit = run.limits.get(name, NO_LIMIT)
+    return run.audited.response(name, run.column(name), limit.permitted)
 
 
 def changes_of(run: Run, name: str) -> Truths:

@@ -10,13 +10,13 @@ from tolstat.answers.checks import (
     surroundings_document,
     verified_document,
 )
-from tolstat.answers.examined_model import examined
+from tolstat.answers.examined_model import Health, examined
 from tolstat.cli.options import run_file, workers
 from tolstat.execution import verification
 from tolstat.execution.self_check import check, surroundings
 from tolstat.render.screen import show
 
-UNHEALTHY = 3  # exit code
+EXIT_CODES = {Health.GOOD: 0, Health.NO_AUDIT: 1, Health.UNHEALTHY: 3}
 
 
 @click.command()
@@ -43,13 +43,13 @@ def doctor(what: str | None) -> None:
     It shows versions, processor, cores, stored compiled code and trials per second.
     Exit code 1 if the same trials have different responses. Of a model it shows what
     demands the steps of a few trials, their errors, and the scale of each state. Exit
-    code 3 if an answer depends on its block, a trial fails, or errors are far above
-    rtol.
+    code 1 if the audit of a run would fail, else 3 if an answer depends on its block, a
+    trial fails, or errors are far above rtol.
     """
     if what:
-        document, healthy = examined(what)
+        document, health = examined(what)
         show(document)
-        sys.exit(0 if healthy else UNHEALTHY)
+        sys.exit(EXIT_CODES[health])
     show(surroundings_document(surroundings()))
     repeated = check()
     show(check_document(repeated))

@@ -17,10 +17,12 @@ from tolstat.status import Status
 
 FREE = 1e9  # times its scale: the error of such a state does not count
 FEWER = 0.9  # of the steps, or fewer, are left: what was changed had demanded them
-LOOSER, TIGHTER, LEAST_RTOL = 100.0, 1000.0, 1e-12
+LOOSER, TIGHTER, LEAST_RTOL, SHORTER = 100.0, 1000.0, 1e-12, 4.0
+LOOSEST = 0.1  # rtol, at which stability alone still limits steps
 SAMPLES = 200  # of the states, for their sizes
 MOST_STEPS = 200_000  # of a trial that is integrated again
-STIFF = 0.7  # of the steps at least are left at a hundred times rtol
+STIFF = 0.7  # of the steps at least are left at larger rtol
+PERMITTED = 300.0  # of rtol, for a healthy error
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,10 @@ class Examination:
     alone: tuple[float, ...]  # [state], only the error of this state counts
     longer: float  # the longest step is four times as long
     looser: float  # rtol is a hundred times as large
+    loosest: float  # rtol is ten thousand times as large, at most 0.1
     undamped: float | None  # no state is damped; None if none is
-    errors: Mapping[str, float]  # by kind of result, of rtol: against rtol/1000
+    # by kind of result, of rtol: against rtol/1000 and a quarter of the longest step
+    errors: Mapping[str, float]
     scale: Array  # as declared
     proposed: Array  # [state]
 
@@ -50,8 +54,18 @@ class Examination:
 
     @property
     def stiff(self) -> bool:
-        """Whether stability limits the steps, not accuracy."""
-        return self.looser > STIFF and not self.by_longest
+        """Whether stability limits the steps, not accuracy.
+
+        Unmarked events, too, need steps that hardly depend on rtol; but fewer at a far
+        larger one, and the results depend on whether steps meet them.
+        """
+        least = min(self.looser, self.loosest)
+        return least > STIFF and not self.by_longest and self.accurate
+
+    @property
+    def accurate(self) -> bool:
+        """Whether the results are as accurate as rtol lets expect."""
+        return max(self.errors.values()) <= PERMITTED
 
 
 def examine(found: Integration) -> Examination:
@@ -60,7 +74,7 @@ def examine(found: Integration) -> Examination:
     Parameters
     ----------
     found : Integration
-        Of a few trials: they are integrated again once for each state, and five times.
+        Of a few trials: they are integrated again once for each state, and six times.
     """
     system, block = found.system, found.block
     rtol, longest, most = block.accuracy
@@ -76,7 +90,7 @@ def examine(found: Integration) -> Examination:
         scale[state] = system.scale[state]
         return share(few, scale=scale)
 
-    tight = few._replace(rtol=max(rtol / TIGHTER, LEAST_RTOL))
+    tight = Accuracy(max(rtol / TIGHTER, LEAST_RTOL), longest / SHORTER, few.max_steps)
     undamped = None
     if system.damped:  # the rows of lambda become watched quantities
         spare = len(system.damped) * (1 + len(system.sloped))
@@ -88,6 +102,7 @@ def examine(found: Integration) -> Examination:
         tuple(alone(i) for i in range(len(system.scale))),
         share(few._replace(max_step=4.0 * longest)),
         share(few._replace(rtol=LOOSER * rtol)),
+        share(few._replace(rtol=max(min(LOOSER**2 * rtol, LOOSEST), LOOSER * rtol))),
         undamped,
         _errors(base, _again(found, tight), system.scale, rtol),
         np.array(system.scale, float),

@@ -346,13 +346,20 @@ def _shaped(
     return found
 
 
-def tightened(model: Model, settings: Any) -> Any | None:
-    """Return settings that evaluate more precisely, checked; None without any."""
-    with _asking(model, "tightened"):
-        tight = model.tightened(settings)
-    if tight is not None and (type(tight) is not type(settings) or tight == settings):
-        raise model.fault("tightened must return other settings of the same class")
-    return tight
+def tightened(model: Model, settings: Any, times: int = 1) -> Any | None:
+    """Return settings that evaluate more precisely, checked; None without any.
+
+    `times`: how often they are tightened.
+    """
+    for number in range(times):
+        with _asking(model, "tightened"):
+            tight = model.tightened(settings)
+        if tight is None or (number and tight == settings):
+            return None
+        if type(tight) is not type(settings) or tight == settings:
+            raise model.fault("tightened must return other settings of the same class")
+        settings = tight
+    return settings
 
 
 def history_of(

@@ -8,6 +8,7 @@ from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.moments import Ends, Reach
 from tolstat.statistics.intervals.statistic import as_sampled, for_any, quantiles_at
+from tolstat.statistics.limits.audited_response import AuditedResponse
 from tolstat.statistics.limits.capability import (
     Performance,
     by_moments,
@@ -57,16 +58,19 @@ def summarize(
     limit: Limit | None = None,
     declared: Ends | None = None,
     ends: Array | None = None,
+    audited: AuditedResponse | None = None,
 ) -> Summary:
     """Summarize a response: float64[trial], SI, NaN in trials that are not done.
 
     `declared` is the declared range of the response; an open end is infinite. `ends`
-    are the responses that integration errors allow, as of `yield_of`.
+    and `audited` are those of `yield_of`.
     """
     done = values[sample.done]
     limited = None
     if limit is not None and sample.ran.any():
-        judged = yield_of(values, sample, limit.permitted, limit.demanded, ends)
+        judged = yield_of(
+            values, sample, limit.permitted, limit.demanded, ends, audited
+        )
         limited = Limited(
             limit,
             judged,

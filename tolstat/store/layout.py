@@ -146,7 +146,7 @@ def draft_of(run: Run, path: Path) -> tuple[MemoryFile, dict[str, Place]]:
     ) as file:  # fmt: skip
         _lay_out(file, run)
         write_record(file, run)
-        for name in ("audit", "rerun"):
+        for name in ("audit", "audit/third", "rerun"):
             if name in file:
                 _describe(file[name], run)
         if run.study_file:  # from here: both may be moved together

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.audited_response import AuditedResponse
 
 SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies outside
 Members = tuple[str, ...]  # contributors, taken together
@@ -118,6 +119,7 @@ class Reason(IntFlag):
     NEAR = 1  # next to an end of its limit, or so near that an error may cross it
     WORST = 2  # nearest to the limit from within, or farthest out of limit
     SPREAD = 4  # one of those spread over its range, the least and the largest included
+    OUT = 8  # a random one of those out of limit
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,21 @@ class Audited:
     at_random: Truths
     # uint8[n]: by response, why it chose a trial: sums of `Reason`, 0 for none
     chosen_by: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
+    # some of them, evaluated a third time, tighter still; None if the model cannot
+    third: "Audited | None" = None
+
+    def response(
+        self, name: str, values: Array, permitted: tuple[float, float]
+    ) -> AuditedResponse:
+        """Return a response beside its values in all trials, SI, NaN in failed ones."""
+        third, none = self.third, np.zeros(0)
+        reasons = self.chosen_by.get(name, np.zeros(len(self.trials), np.uint8))
+        return AuditedResponse(
+            values, permitted, self.trials, self.responses[name], self.at_random,
+            (reasons & Reason.OUT) > 0,
+            np.searchsorted(self.trials, third.trials if third else none),
+            third.responses[name] if third else none,
+        )  # fmt: skip
 
 
 def joined(one: Audited, other: Audited) -> Audited:

@@ -14,7 +14,7 @@ from typing import BinaryIO
 
 from tolstat.errors import DamagedError, FormatError, RunFileError
 
-FORMAT = 6
+FORMAT = 7
 MARK = b"tolstat seal, format "
 HDF5 = b"\x89HDF\r\n\x1a\n"
 NEAR = 1 << 16  # bytes from the beginning, in which earlier formats have their seal

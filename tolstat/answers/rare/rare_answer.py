@@ -13,7 +13,7 @@ from tolstat.answers import run_answer
 from tolstat.answers.cells import limit_cells
 from tolstat.answers.rare import rare_document
 from tolstat.answers.rare.failure_points import FailurePoint, failure_points
-from tolstat.answers.sampled_trials import changes_of, ends_of
+from tolstat.answers.sampled_trials import audited_of, changes_of, ends_of
 from tolstat.arrays import Truths
 from tolstat.deviations.rare_stage import SPREAD, STAGE, WEIGHT
 from tolstat.document.blocks import Document
@@ -141,7 +141,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     unseen = unmet(weights[last]) if last.any() else math.nan
     points, changes = failure_points(run, out), changes_of(run, name)
     judged, reason = judged_with(
-        ends_of(run, name), limit.permitted, limit.demanded,
+        (ends_of(run, name), audited_of(run, name)), limit.permitted, limit.demanded,
         run.status == Status.DONE, ran & ~out,
         lambda good: rare_share(~good[last], weights[last]).complement,
     )  # fmt: skip

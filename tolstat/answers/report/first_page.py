@@ -41,7 +41,11 @@ if TYPE_CHECKING:
     )
     from tolstat.statistics.sensitivity.pairs import Together
 
-UNNAMED = (OFF_CENTRE, JUMPS)  # reasons for which no contributor is named
+UNNAMED = (
+    OFF_CENTRE,
+    JUMPS,
+    INTEGRATION_ERROR,
+)  # reasons for which no contributor is named
 MOST_LIMITS = 6  # in the table of a first page: on paper it is one sheet
 ALL_LIMITS = "All limits"
 PICTURE = "Fraction out of limit against what is permitted"
@@ -140,6 +144,8 @@ def limits_table(
             "what would help": what_helps.cell(found.stored_run, each.causes, limited),
         })  # fmt: skip
     words, said = ("main cause", "what would help"), rests_on(found)
+    if found.unseen_errors:
+        said = say("{}; {}", said, found.unseen_errors)
     if any(is_clipped(found.responses[name]) for name, _ in every[:most]):
         said = say("{}; variance: {}", said, CENTRAL.strip())
     if len(rows) < len(every):

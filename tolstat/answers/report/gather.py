@@ -10,7 +10,11 @@ import numpy as np
 from tolstat.answers import run_answer
 from tolstat.answers.rare.rare_answer import RareSummary, rare_summary
 from tolstat.answers.report import report_answer
-from tolstat.answers.report.integration import integration_of
+from tolstat.answers.report.integration import (
+    integration_of,
+    integration_warnings,
+    unseen_errors,
+)
 from tolstat.answers.report.main_causes import main_causes
 from tolstat.answers.report.off_centre import OFF_CENTRE, off_centre
 from tolstat.answers.report.report_answer import Report, RunSummary
@@ -22,7 +26,7 @@ from tolstat.errors import PictureError
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
-from tolstat.statistics.limits.yields import joint_yield
+from tolstat.statistics.limits.yields import INTEGRATION_ERROR, joint_yield
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sensitivity import linear
 from tolstat.statistics.summary import Summary, summarize
@@ -136,6 +140,7 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
             limits.get(each.name),
             each.range,
             drawn.ends(each.name),
+            drawn.audited(each.name),
         )
         for each in drawn.run.responses
     }
@@ -160,11 +165,23 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         sample.failures, outside, run.sampling, drawn.sampled.promise,
         tuple(run_answer.notes_of(replace(run, warnings=()), sample)),
     )  # fmt: skip
+    rough = {
+        name
+        for name in run.limits
+        if (judged := summaries[name].limited)
+        and judged.yields.reason == INTEGRATION_ERROR
+    }
+    for name in rough:  # what is wrong has no cause among the parts
+        causes[name] = causes[name]._replace(reason=INTEGRATION_ERROR, named=())
     clusters = jumping(drawn, dict.fromkeys([*run.limits, *focus]))
     for name in run.limits.keys() & clusters.keys():
         causes[name] = causes[name]._replace(reason=JUMPS, needed=0, named=())
-    steady = [name for name in run.limits if name not in clusters]
-    centres = {name: off_centre(drawn, name, summaries[name]) for name in steady}
+    steady = run.limits.keys() - clusters.keys() - rough
+    centres = {
+        name: off_centre(drawn, name, summaries[name])
+        for name in run.limits
+        if name in steady
+    }
     for name, off in centres.items():
         judged = summaries[name].limited
         few = judged and judged.yields.within.value < FEWEST_WITHIN
@@ -192,7 +209,11 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     }
     return RunSummary(
         **run_answer.fields_of(run, trials),
-        warnings=warnings_of(drawn, clusters),
+        warnings=(
+            *warnings_of(drawn, clusters),
+            *integration_warnings(drawn, summaries),
+        ),
+        unseen_errors=unseen_errors(drawn, summaries),
         all_limits=all_limits(drawn),
         responses=responses,
         numbers=numbers,

@@ -1,22 +1,33 @@
 """Integration errors, from the trials of a run that were evaluated again."""
 
 import math
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.answers.report.report_answer import Effect, IntegrationErrors, LargestError
+from tolstat.answers.report.report_warnings import (
+    NumbersWarning,
+    VerdictWarning,
+    WrongNumber,
+)
 from tolstat.answers.sampled_trials import Drawn, changes_of
 from tolstat.arrays import Array
+from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import (
+    IntegrationError,
     integration_error,
     share_above_largest,
 )
+from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.intervals.statistic import quantiles_at
-from tolstat.statistics.limits.yields import yield_of
+from tolstat.statistics.limits.yields import INTEGRATION_ERROR, UNDECIDED, yield_of
 from tolstat.statistics.summary import Summary
 from tolstat.status import Status
-from tolstat.store.run_records import Reason
+from tolstat.store.run_records import Audited, Reason
+from tolstat.store.stored_run import Run
+from tolstat.units.scale import PER_CENT, share_words
 
 
 def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | None:
@@ -27,11 +38,8 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | 
     run, audited = drawn.run, drawn.run.audited
     if audited is None:
         return None
-    ran = (audited.status == Status.DONE) & (run.status[audited.trials] == Status.DONE)
-    precise = np.where(ran, audited.responses[name], np.nan)
-    reasons = audited.chosen_by.get(name, np.zeros(len(ran), np.uint8))
-    values, random = run.column(name), audited.at_random
-    error = integration_error(values, audited.trials, precise, random | (reasons > 0))
+    random, reasons = audited.at_random, _reasons(audited, name)
+    error = _errors(run, audited, name)
 
     def largest(some: NDArray[np.bool_]) -> LargestError:
         own = error.of(audited.trials[some])
@@ -41,17 +49,97 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | 
     at_random = largest(random & np.isin(audited.trials, drawn.trials))
     chosen = {str(r.name).lower(): (reasons & r) > 0 for r in Reason}
     above = share_above_largest(at_random.trials)
-    known = len(error.trials) > 0
     return IntegrationErrors(
         len(audited.trials), error.failed, audited.settings, error.largest, at_random,
         math.nan if drawn.sample.replicates else above,
         {reason: largest(some) for reason, some in chosen.items() if some.any()},
-        _effect(drawn, error.removed(values)[drawn.trials], of) if known else None,
+        _effect(drawn, error, name, of) if len(error.trials) else None,
         int(np.count_nonzero(changes_of(run, name))) if of.limited else None,
     )  # fmt: skip
 
 
-def _effect(drawn: Drawn, better: Array, of: Summary) -> Effect:
+def integration_warnings(
+    drawn: Drawn, summaries: Mapping[str, Summary]
+) -> Iterator[VerdictWarning | NumbersWarning]:
+    """Yield the verdicts that errors leave undecided, and numbers that they spoil."""
+    if drawn.run.audited is None:
+        return
+    for name, summary in summaries.items():
+        scale, audited = drawn.run.scales[name], drawn.audited(name)
+        limited = summary.limited
+        if audited and limited and limited.yields.reason == INTEGRATION_ERROR:
+            yield VerdictWarning(name, audited.movement, scale)
+    for name, summary in summaries.items():
+        if wrong := _wrong_numbers(drawn, drawn.run.audited, name, summary):
+            yield NumbersWarning(name, wrong, drawn.run.scales[name])
+
+
+def _wrong_numbers(
+    drawn: Drawn, audited: Audited, name: str, summary: Summary
+) -> dict[str, WrongNumber]:
+    """Return printed numbers whose errors exceed their intervals, and are visible."""
+    numbers = {"mean": summary.mean, "sigma": summary.sigma}
+    numbers |= {share_words(share): x for share, x in summary.quantiles.items()}
+    numbers = {n: x for n, x in numbers.items() if x.sure and math.isfinite(x.value)}
+    error = _errors(drawn.run, audited, name)
+    least = min((min(x.upper - x.value, x.value - x.lower) for x in numbers.values()),
+                default=math.inf)  # fmt: skip
+    # no number errs more than sigma can, twice the largest error
+    if not 2 * error.largest > least or not error.largest > 0:
+        return {}
+    effect, scale = _effect(drawn, error, name, summary), drawn.run.scales[name]
+    errors = {"mean": effect.mean, "sigma": effect.sigma}
+    errors |= {share_words(share): x for share, x in effect.quantiles.items()}
+
+    def printed(number: Estimate, off: float) -> str:
+        return scale.interval(*(x - off for x in number[:3]))[0]
+
+    return {
+        n: WrongNumber(x, errors[n])
+        for n, x in numbers.items()
+        if not x.lower <= x.value - errors[n] <= x.upper
+        and printed(x, 0.0) != printed(x, errors[n])
+    }
+
+
+def unseen_errors(drawn: Drawn, summaries: Mapping[str, Summary]) -> str:
+    """Return what the audit cannot see; empty where no verdict rests on it."""
+    audited = [
+        drawn.audited(name)
+        for name, summary in summaries.items()
+        if summary.limited and summary.limited.yields.verdict != UNDECIDED
+    ]
+    moved = [each.moved[each.at_random] for each in audited if each]
+    if not moved or not (number := len(moved[0])):
+        return ""
+    count = int(np.count_nonzero(np.any(moved, axis=0)))
+    most = PER_CENT.at_most(proportion(count, number).upper)
+    return (
+        f"{number} random trials evaluated again, {count or 'none'} moved: up to "
+        f"{most} % may"
+    )
+
+
+def _reasons(audited: Audited, name: str) -> NDArray[np.uint8]:
+    none = np.zeros(len(audited.trials), np.uint8)
+    return audited.chosen_by.get(name, none)
+
+
+def _errors(run: Run, audited: Audited, name: str) -> IntegrationError:
+    ran = (audited.status == Status.DONE) & (run.status[audited.trials] == Status.DONE)
+    precise = np.where(ran, audited.responses[name], np.nan)
+    if third := audited.third:  # of these the best is known
+        known = third.status == Status.DONE
+        where = np.searchsorted(audited.trials, third.trials[known])
+        precise[where] = np.where(
+            ran[where], third.responses[name][known], precise[where]
+        )
+    alike = audited.at_random | (_reasons(audited, name) > 0)
+    return integration_error(run.column(name), audited.trials, precise, alike)
+
+
+def _effect(drawn: Drawn, error: IntegrationError, name: str, of: Summary) -> Effect:
+    better: Array = error.removed(drawn.run.column(name))[drawn.trials]
     sample, limited = drawn.sample, of.limited
     done, moved = better[sample.done], None
     sigma = float(done.std(ddof=1)) if len(done) > 1 else math.nan

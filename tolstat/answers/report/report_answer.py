@@ -270,6 +270,8 @@ class RunSummary(RunAnswer):
 
     # what a reader has to know before any verdict
     warnings: tuple[ReportWarning, ...]
+    # what the audit cannot see, where verdicts rest on one; else empty
+    unseen_errors: str
     all_limits: AllLimits | None  # None without limits
     responses: Mapping[str, ResponseSummary]
     numbers: Mapping[str, NumberOfStudy]  # equal for all its trials

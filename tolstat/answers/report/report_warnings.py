@@ -13,6 +13,8 @@ from tolstat.arrays import Array, Integers
 from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, counted, say, text
 from tolstat.statistics.clusters import Clusters, clusters_of
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.audited_response import Movement
 from tolstat.units.scale import Scale
 
 # by SI unit of a response: its whole turns, and the fewest trials a turn away that are
@@ -37,7 +39,32 @@ class JumpWarning(NamedTuple):
     kind: str = "jump"
 
 
-ReportWarning = StudyWarning | JumpWarning
+class VerdictWarning(NamedTuple):
+    """A verdict that integration errors leave undecided."""
+
+    response: str
+    movement: Movement
+    scale: Scale
+    kind: str = "verdict"
+
+
+class WrongNumber(NamedTuple):
+    """A number that errs by more than its interval."""
+
+    number: Estimate
+    error: float  # by the trials evaluated again: the number less its right value
+
+
+class NumbersWarning(NamedTuple):
+    """Numbers of a response whose integration errors exceed their intervals."""
+
+    response: str
+    numbers: Mapping[str, WrongNumber]
+    scale: Scale
+    kind: str = "numbers"
+
+
+ReportWarning = StudyWarning | JumpWarning | VerdictWarning | NumbersWarning
 
 
 def warnings_of(
@@ -73,8 +100,18 @@ def in_words(warnings: Iterable[ReportWarning]) -> blocks.Bullets:
 
 
 def _sentence(warning: ReportWarning) -> Parts:
-    if isinstance(warning, StudyWarning):
-        return text(warning.sentence)
+    match warning:
+        case StudyWarning():
+            return text(warning.sentence)
+        case JumpWarning():
+            return _jump(warning)
+        case VerdictWarning():
+            return _verdict(warning)
+        case NumbersWarning():
+            return _numbers(warning)
+
+
+def _jump(warning: JumpWarning) -> Parts:
     found, scale = warning.clusters, warning.scale
     step = " a whole turn," if found.turn else ""
     return say(
@@ -85,3 +122,29 @@ def _sentence(warning: ReportWarning) -> Parts:
         counted(found.below, "trial"), Number(found.lower, scale),
         Number(found.above), Number(found.upper, scale),
     )  # fmt: skip
+
+
+def _verdict(warning: VerdictWarning) -> Parts:
+    seen = movement_words(warning.movement, warning.scale)
+    return say("{}: undecided (integration error: {})", Name(warning.response), seen)
+
+
+def movement_words(seen: Movement, scale: Scale) -> Parts:
+    """Say how many trials moved when they were evaluated again, and how far."""
+    exact = scale._replace(least=0.0)
+    largest = Number(seen.largest, exact)
+    said = say("errors of up to {} may change the verdict", largest)
+    if seen.moved:
+        moved = f"{seen.moved} of {seen.trials} trials evaluated again moved, by up to "
+        said = text(moved, largest)
+    third = f"; evaluated a third time, {seen.moved_third} of {seen.third} moved"
+    return text(said, third if seen.moved_third else None)
+
+
+def _numbers(warning: NumbersWarning) -> Parts:
+    exact = warning.scale._replace(least=0.0)
+    (name, wrong), *others = warning.numbers.items()
+    more = f", and {len(others)} more" if others else None
+    return say(f"{{}}: {name} {{}}, integration error {{}}{{}}",
+               Name(warning.response), Number(wrong.number, exact),
+               Number(wrong.error, exact), more)  # fmt: skip

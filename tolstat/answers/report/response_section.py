@@ -50,7 +50,7 @@ Values = Mapping[str, Estimate] | Mapping[str, float]
 
 CHOSEN = {
     "random": "at random", "near": "next to the limit", "worst": "worst",
-    "spread": "over the range",
+    "spread": "over the range", "out": "at random, out of limit",
 }  # fmt: skip
 ALONE, TOGETHER = "alone, % of the variance", "with interactions, % of the variance"
 STILL = (

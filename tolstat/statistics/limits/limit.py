@@ -62,6 +62,9 @@ class Limit(NamedTuple):
         return float(typed) if typed else ppk_of(1 - self.demanded, self.ends)
 
 
+NO_LIMIT = Limit(-math.inf, math.inf)
+
+
 def within(values: Array, permitted: tuple[float, float]) -> Truths:
     """Return which values are permitted; the NaN of a failed trial is not."""
     lower, upper = permitted

@@ -9,6 +9,7 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.audited_response import AuditedResponse
 from tolstat.statistics.limits.limit import DEMANDED, within
 from tolstat.statistics.limits.sample_size import (
     grown,
@@ -59,10 +60,12 @@ def yield_of(
     limit: Ends,
     demanded: float = DEMANDED,
     ends: Array | None = None,
+    audited: AuditedResponse | None = None,
 ) -> Yield:
     """Estimate the yield of a limit.
 
-    `ends` are responses that integration errors allow, as of `response_ends`.
+    `ends` are responses that integration errors allow, as of `response_ends`; `audited`
+    is what the audit shows, None without one.
 
     For independent trials intervals are anytime-valid: adding trials until there is a
     verdict does not raise the error. Otherwise intervals come from replicates or
@@ -72,8 +75,9 @@ def yield_of(
     good = within(values, limit) & sample.done
     least = _most(good, sample)
     found, reason = judged_with(
-        ends, limit, demanded, sample.done, good, lambda units: _most(units, sample)
-    )
+        (ends, audited), limit, demanded, sample.done, good,
+        lambda units: _most(units, sample),
+    )  # fmt: skip
     needed, more = 0, found == UNDECIDED and not reason
     if more and sample.replicates:
         needed = replicates_that_decide(good[ran], sample.replicate[ran], demanded)
@@ -86,7 +90,7 @@ def yield_of(
 
 
 def judged_with(
-    ends: Array | None,
+    errors: tuple[Array | None, AuditedResponse | None],
     limit: Ends,
     demanded: float,
     done: Truths,
@@ -96,15 +100,20 @@ def judged_with(
     """Return a verdict, and why it is undecided if integration errors can change it.
 
     It has to be the same for the trials `good` within the limit, for those within it
-    whatever their errors, and for those that some error puts within. `share` estimates
-    their yield.
+    whatever their errors, and for those that some error puts within. And the audit has
+    to permit it. `errors` are `ends` and `audited` of `yield_of`; `share` estimates a
+    yield.
     """
-    found, every = verdict(share(good), demanded), list[Truths]()
+    (ends, audited), within_limit = errors, share(good)
+    found, every = verdict(within_limit, demanded), list[Truths]()
     if ends is not None:
         (least, largest), (lower, upper) = ends, limit
         every.append(done & (least >= lower) & (largest <= upper))
         every.append((least <= upper) & (largest >= lower))
-    if any(verdict(share(each), demanded) != found for each in every):
+    if any(verdict(share(each), demanded) != found for each in every) or (
+        audited
+        and not audited.permits(found == MET, 1 - within_limit.upper, 1 - demanded)
+    ):
         return UNDECIDED, INTEGRATION_ERROR
     return found, ""
 
