@@ -67,7 +67,7 @@ def first_page(
     ranges = blocks.shown(ranges_of(found))
     picture = blocks.Section(PICTURE, ranges, level=3, page_only=True)
     return blocks.shown(
-        in_words(found.warnings),
+        in_words(found.warnings, found.stored_run.scales),
         lead(found),
         blocks.Bullets(findings(found)),
         limits_table(found, links, MOST_LIMITS if many else None),

@@ -55,7 +55,7 @@ def summary_document(found: RunSummary) -> blocks.Document:
     return blocks.Document(
         title,
         blocks.shown(
-            in_words(found.warnings),
+            in_words(found.warnings, found.stored_run.scales),
             lead(found),
             blocks.Bullets(findings(found)),
             limits_table(found),

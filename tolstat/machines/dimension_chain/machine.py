@@ -49,6 +49,9 @@ class DimensionChain(Model):
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         return Outcome(_gap(deviations, settings)[:, None])
 
+    def warnings(self, settings: Settings, spreads: Spreads) -> tuple[str, ...]:
+        return _unused(settings)
+
     def numbers(
         self, settings: Settings, spreads: Spreads, *, independent: bool = True
     ) -> tuple[StudyNumber, ...]:
@@ -86,6 +89,22 @@ class DimensionChain(Model):
             StudyNumber(name, of, value, words, "", gap.get(of, ""), "; ".join(but))
             for name, of, value, words, but in numbers
         )
+
+
+def _unused(settings: Settings) -> tuple[str, ...]:
+    """Return a sentence about the links that the formula does not name."""
+    used = settings.formula.used
+    unused = [name for name in settings.links if name not in used]
+    if not unused:
+        return ()
+    links, change = (
+        ("link", "it changes") if len(unused) == 1 else ("links", "they change")
+    )
+    names = ", ".join(unused)
+    return (
+        f"The formula of the gap does not name the {links} {names}: {change} nothing. "
+        f"It names {', '.join(used)}.",
+    )
 
 
 def _gap(deviations: Array, settings: Settings) -> Array:
