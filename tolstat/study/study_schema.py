@@ -68,8 +68,10 @@ class Document(Entry):
     deviations: dict[str, str | dict[str, Any]] = key(
         'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", cp = 1.33 }', {}
     )
-    correlation: dict[str, dict[str, float]] = key(
-        "a table of rank correlations, such as { rod_length_2 = 0.6 }", {}
+    correlation: dict[str, dict[str, float | dict[str, float]]] = key(
+        "a table of rank correlations, such as { rod_length_2 = 0.6 }, or of "
+        "Pearson's, such as { rod_length_2 = { pearson = 0.6 } }",
+        {},
     )
     grid: dict[str, Any] = key(
         "a table of contributors or settings and their values", {}
@@ -104,6 +106,12 @@ class LimitEntry(Entry):
     demanded: str | None = key('a text such as "99 %"', None, alias="yield")
     ppk: float | None = key("a number such as ppk = 1.33", None)
     ppm: float | None = key("a number such as ppm = 100", None)
+
+
+class PearsonEntry(Entry):
+    """A correlation that is not of ranks."""
+
+    pearson: float = key("a number such as pearson = 0.6")
 
 
 class PartsEntry(Entry):
