@@ -6,6 +6,8 @@ from pathlib import Path
 from traceback import TracebackException
 from typing import Any, NamedTuple
 
+from tolstat.synonyms import names_of
+
 LONGEST = 1000  # characters of the message of another's error
 
 
@@ -115,13 +117,17 @@ def told(error: BaseException) -> str:
 
 
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:
-    """Return a hint for a wrong name: the nearest allowed names, or all of them.
+    """Return a hint for a wrong name: the names that are meant, or all allowed ones.
 
-    "did you mean ...?" where an allowed name is near, else the list of them. The wrong
-    name is as the user typed it.
+    "did you mean ...?" where the wrong name is another word of the field for an allowed
+    one, or else near one; else the list of them. The wrong name is as the user typed
+    it.
     """
     names = list(allowed)
-    near = difflib.get_close_matches(wrong, names, n=3, cutoff=0.6)
+    near = names_of(wrong, names) or [
+        (name, "") for name in difflib.get_close_matches(wrong, names, n=3, cutoff=0.6)
+    ]
     if near:
-        return "did you mean " + " or ".join(f"'{name}'" for name in near) + "?"
+        meant = " or ".join(f"'{name}'{more}" for name, more in near)
+        return f"did you mean {meant}?"
     return "allowed: " + (", ".join(names) if names else "none")

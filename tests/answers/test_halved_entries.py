@@ -14,9 +14,11 @@ from click.testing import CliRunner
 
 import tolstat
 from tests.conftest import ROOT
-from tolstat.answers.next_steps import to_halve
+from tolstat.answers.next_steps import to_allocate, to_halve
 from tolstat.answers.report.first_page import next_steps
+from tolstat.answers.report.what_helps import cell
 from tolstat.cli.main import main
+from tolstat.errors import StudyError
 from tolstat.render.screen import as_text
 from tolstat.study.study import load
 
@@ -164,3 +166,60 @@ def test_the_next_step_says_why_a_cause_cannot_be_halved(tmp_path):
     found = tolstat.summary(chain(tmp_path, entry, "<= 0.3 mm"))
     said = [as_text(each) for each in next_steps(found)]
     assert "a cannot be halved: it has no tolerance." in said
+
+
+@pytest.mark.parametrize("kind", [k for k, (e, *_) in ENTRIES.items() if len(e) > 1])
+def test_a_range_alone_proposes_an_entry_that_is_accepted_when_typed(tmp_path, kind):
+    """A plateau of 0.15 mm does not fit +-0.1 mm: it changes with the tolerance."""
+    entry, half, limit = ENTRIES[kind]
+    run = chain(tmp_path, entry, limit)
+    zone = half["tolerance"]
+    try:
+        said = "\n".join(tolstat.what_if(run, {"a": zone}).notes)
+    except StudyError as error:
+        said = str(error)
+    proposed = re.findall(r"a range alone is normal: (\{.*\}) keeps it", said)
+    assert bool(proposed) == ("distribution" in entry)
+    for each in proposed:
+        again = tomllib.loads(f"a = {each}")
+        assert again["a"] == half
+        fresh = tomllib.loads(tolstat.fresh_study(run, again))
+        assert fresh["links"]["a"] == {"nominal": "50 mm", **half}
+
+
+KEYED = {
+    "plateau": {"distribution": "trapezoidal", "plateau": "+-0.15 mm"},
+    "mode": {"distribution": "triangular", "mode": "0.18 mm"},
+    "median": {"distribution": "lognormal", "median": "0.1 mm"},
+    "shift": {"shift": "-0.15 mm"},
+    "moved": {"shift": "0.15 mm", "nominal_shift": "0.1 mm"},
+}
+
+
+@pytest.mark.parametrize("key", KEYED)
+def test_a_price_that_is_proposed_fits_the_other_keys(tmp_path, key):
+    run = chain(tmp_path, {"tolerance": "+-0.2 mm", **KEYED[key]}, "<= 0.1 mm")
+    write, _ = to_allocate(run, ["a"])
+    typed(write)
+    (priced,) = load(tmp_path / "chain-priced.toml").deviating.priced
+    assert priced.cost(priced.specified_choice) == pytest.approx(1)
+
+
+def test_no_price_is_proposed_where_a_key_allows_no_narrower_tolerance(tmp_path):
+    entry = {"tolerance": "+-0.2 mm", "distribution": "trapezoidal"}
+    run = chain(tmp_path, {**entry, "plateau": "+-0.2 mm"}, "<= 0.1 mm")
+    assert to_allocate(run, ["a"]) == ()
+
+
+@pytest.mark.parametrize(
+    ("key", "limit"),
+    [
+        ("plateau", "<= 0.1 mm"), ("mode", "-0.06..0.18 mm"),
+        ("shift", "-0.25..-0.05 mm"),
+    ],
+)  # fmt: skip
+def test_the_table_names_no_tolerance_that_is_refused_alone(tmp_path, key, limit):
+    run = chain(tmp_path, {"tolerance": "+-0.2 mm", **KEYED[key]}, limit)
+    found = tolstat.summary(run).responses["gap"]
+    said = as_text(cell(run, found.causes, found.limited).main)
+    assert said in ("halve a", "halve a and b")  # not "to +-0.1 mm"

@@ -6,15 +6,19 @@ import numpy as np
 import pytest
 from scipy import stats
 
+import tolstat
 from tests.deviations.drawing import draw
 from tolstat.deviations.dependence import (
     Batch,
     Dependence,
     correlation_of_scores,
     groups,
+    rank_of_pearson,
+    scores_of_rank,
 )
 from tolstat.deviations.distributions import Lognormal, Normal, Tolerance, Uniform
-from tolstat.errors import DependenceError
+from tolstat.errors import DependenceError, StudyError
+from tolstat.study.study import load
 
 NAMES = ["rod_1", "rod_2", "rod_3", "mass"]
 ZONE = Tolerance(-1e-3, 1e-3)
@@ -100,3 +104,82 @@ def test_an_impossible_correlation_names_its_entries():
     for words in ("rod_1 with rod_2 (0.9)", "rod_1 with rod_3 (-0.9)", "not positive"):
         assert words in str(refused.value)
     assert "mass" not in str(refused.value)
+
+
+def quadrature(first, second, r):
+    """Return Pearson's correlation of two deviations whose scores have r."""
+    nodes, weights = np.polynomial.hermite_e.hermegauss(120)
+    weights = weights / weights.sum()
+    z = r * nodes[:, None] + np.sqrt(1 - r * r) * nodes
+    x, y = (
+        part.deviations(np.clip(stats.norm.cdf(scores), 1e-16, 1 - 1e-16))
+        for part, scores in ((first, nodes), (second, z))
+    )
+    x = x - weights @ x
+    y = y - weights @ y @ weights
+    square_x, square_y = weights @ x**2, weights @ y**2 @ weights
+    return (weights @ (x * (y @ weights))) / np.sqrt(square_x * square_y)
+
+
+@pytest.mark.parametrize("pearson", [0.9, 0.3, -0.6])
+def test_pearson_of_normal_deviations_is_that_of_their_scores(pearson):
+    rank = rank_of_pearson(pearson, PARTS["rod_1"], PARTS["mass"])
+    assert rank == pytest.approx(6 / np.pi * np.arcsin(pearson / 2), abs=1e-9)
+    assert scores_of_rank(rank) == pytest.approx(pearson, abs=1e-9)
+
+
+@pytest.mark.parametrize("pearson", [0.9, 0.3, -0.6])
+def test_pearson_of_uniform_deviations_is_their_rank_correlation(pearson):
+    rank = rank_of_pearson(pearson, Uniform(ZONE), Uniform(Tolerance(0, 3.0)))
+    assert rank == pytest.approx(pearson, abs=1e-6)
+
+
+def test_pearson_of_lognormal_and_normal_is_a_closed_form():
+    """That of a normal and a lognormal is r s / sqrt(exp(s^2) - 1)."""
+    s = np.log(2e-3 / 0.2e-3) / 3
+    rank = rank_of_pearson(0.5, PARTS["rod_1"], PARTS["rod_2"])
+    r = 0.5 * np.sqrt(np.expm1(s * s)) / s
+    assert scores_of_rank(rank) == pytest.approx(r, abs=1e-6)
+
+
+@pytest.mark.parametrize("names", [("rod_2", "rod_3"), ("rod_2", "rod_2")])
+def test_pearson_of_other_deviations_by_quadrature(names):
+    parts = [PARTS[name] for name in names]
+    r = scores_of_rank(rank_of_pearson(0.7, *parts))
+    assert quadrature(*parts, r) == pytest.approx(0.7, abs=1e-4)
+
+
+def test_a_pearson_correlation_out_of_reach_is_refused():
+    with pytest.raises(DependenceError, match=r"reach -0\.555 to 1"):
+        rank_of_pearson(-0.9, Lognormal(ZONE, -0.8e-3), Lognormal(ZONE, -0.8e-3))
+
+
+@pytest.mark.parametrize(("sign", "sigma"), [("-", 0.4472), ("+", 1.9494)])
+def test_sigma_of_two_links_with_pearson(tmp_path, sign, sigma):
+    """sqrt(1 + 1 -+ 2 x 0.9) mm for two links of sigma 1 mm."""
+    link = {"nominal": "100 mm", "tolerance": "+-3 mm"}
+    study = {"model": "dimension_chain", "trials": 40_000, "seed": 1}
+    study |= {"settings": {"gap": f"A {sign} B"}, "links": {"A": link, "B": link}}
+    study["correlation"] = {"A": {"B": {"pearson": 0.9}}}
+    run = tolstat.run(study, output=tmp_path / "run.h5", workers=1)
+    assert 1e3 * run.column("gap").std() == pytest.approx(sigma, rel=0.015)
+    assert run.correlation["A"]["B"] == pytest.approx(0.8915, abs=1e-4)
+    (note,) = (each for each in run.notes if "Pearson" in each)
+    assert "rank correlation 0.8915" in note and "Pearson's 0.9 " in note
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ({"pearsn": 0.9}, "did you mean 'pearson'"),
+        ({"pearson": 1.5}, "between -1 and 1"),
+        ({"rank": 0.9}, "no key rank"), ({}, "pearson is missing"),
+        ({"pearson": "high"}, "such as { rod_length_2"),
+    ],
+)  # fmt: skip
+def test_wrong_pearson_correlations(value, words):
+    study = {"model": "stand", "trials": 8, "seed": 1}
+    study["deviations"] = {"rod_length": "+-1 mm"}
+    study["correlation"] = {"rod_length_1": {"rod_length_2": value}}
+    with pytest.raises(StudyError, match=words):
+        load(study)

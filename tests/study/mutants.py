@@ -233,7 +233,13 @@ def wrong_of_message(message: str, study: Path, mutant: Mutant) -> str:
     said = message.replace(str(study), "").replace(study.name, "")
     keys = {*Document.model_fields, *KEYS[3:]} - {"", "a"}
     known = any(re.search(rf"\b{re.escape(key)}\b", said) for key in keys)
-    about_the_file = ("(at line", "(at end of document", "codec can't", "larger than")
+    about_the_file = (
+        "(at line",
+        "(at end of document",
+        "is not UTF-8",
+        "NUL bytes",
+        "larger than",
+    )
     if known or any(words in said for words in about_the_file):
         return ""
     held = re.findall(r"^\s+(\[.+?\] .+?|\S.*?)(?: = |: )", said, flags=re.MULTILINE)

@@ -10,6 +10,7 @@ from tolstat.store.stored_run import Run
 from tolstat.units import grammar
 from tolstat.units.scale import KNOWN, Scale, figures
 
+PLACES = ("plateau", "mode", "median", "shift")  # keys that are places in the zone
 NOT_KEPT = ("tolerance", "size", "iso1328", "module", "nominal", "common", "cost")
 
 
@@ -56,22 +57,62 @@ def nominal_shift(entry: Mapping[str, Any], unit: str) -> float:
 def _halved(entry: Mapping[str, Any], zone: Tolerance, unit: str, scale: Scale) -> Any:
     """Return an entry with half its tolerance, and what depends on that."""
     zone = Tolerance(*(end - nominal_shift(entry, unit) for end in zone))
-
-    def typed(ends: Sequence[float], centre: float = zone.nearest) -> str:
-        half = [scale.factor * (centre + 0.5 * (end - centre)) for end in ends]
-        words = [figures(end, KNOWN) for end in half]
-        if words[0] == f"-{words[-1]}":
-            words = [f"+-{words[1]}"]
-        return f"{'..'.join(words)} {scale.mark}".strip()
-
-    new: dict[str, Any] = {"tolerance": typed(zone)}
-    for key, value in entry.items():
-        if key == "shift":
-            new[key] = typed([grammar.quantity(value, unit)], 0.0)
-        elif key in ("mode", "median"):
-            new[key] = typed([grammar.quantity(value, unit)])
-        elif key == "plateau":
-            new[key] = typed(grammar.tolerance(value, unit))
-        elif key not in NOT_KEPT:
-            new[key] = value
+    half = Tolerance(*(zone.nearest + 0.5 * (end - zone.nearest) for end in zone))
+    kept = {k: v for k, v in entry.items() if k not in NOT_KEPT}
+    new = {"tolerance": _typed(half, scale), **moved(kept, zone, half, unit, scale)}
     return new if len(new) > 1 else new["tolerance"]
+
+
+def moved(
+    entry: Mapping[str, Any], old: Tolerance, new: Tolerance, unit: str, scale: Scale
+) -> dict[str, Any]:
+    """Return keys of an entry with their places in a zone, in another zone.
+
+    Mode, median and plateau lie as far across the new zone as across the old one; the
+    shift of a mean grows and shrinks with the zone. Other keys stay.
+    """
+    ratio = new.half / old.half
+
+    def place(x: float) -> float:
+        return new.middle + ratio * (x - old.middle)
+
+    found = dict(entry)
+    for key in entry.keys() & {*PLACES}:
+        if key == "plateau":
+            ends = [*map(place, grammar.tolerance(entry[key], unit))]
+        else:
+            x = grammar.quantity(str(entry[key]), unit)
+            ends = [ratio * x if key == "shift" else place(x)]
+        found[key] = _typed(ends, scale)
+    return found
+
+
+def narrowest(entry: Mapping[str, Any], zone: Tolerance, unit: str) -> float:
+    """Return how narrow a tolerance may be, over its width, with its keys unchanged.
+
+    The zone, SI, is that of a run, its nominal shift included.
+    """
+    zone = Tolerance(*(end - nominal_shift(entry, unit) for end in zone))
+    fixed, reach = zone.nearest, [0.0]
+    for key in entry.keys() & {*PLACES}:
+        if key == "shift":
+            reach.append(abs(grammar.quantity(str(entry[key]), unit)) / zone.half)
+            continue
+        ends = (
+            grammar.tolerance(entry[key], unit)
+            if key == "plateau"
+            else [grammar.quantity(str(entry[key]), unit)]
+        )
+        for x in ends:
+            end = zone.upper if x > fixed else zone.lower
+            # no narrower zone has a place on the other side of the end that stays
+            reach.append((x - fixed) / (end - fixed) if end != fixed else 0.0)
+    return max(reach)
+
+
+def _typed(ends: Sequence[float], scale: Scale) -> str:
+    """Return a quantity, or a zone, as it is typed."""
+    words = [figures(scale.factor * end, KNOWN) for end in ends]
+    if words[0] == f"-{words[-1]}":
+        words = [f"+-{words[1]}"]
+    return f"{'..'.join(words)} {scale.mark}".strip()

@@ -31,7 +31,8 @@ def new_model(path: Path | str) -> str:
             "such as slider_crank.py"
         )
     model = "".join(part.capitalize() for part in name.split("_"))
-    text = files("tolstat.answers").joinpath("templates", "model.py.txt").read_text()
+    template = files("tolstat.answers").joinpath("templates", "model.py.txt")
+    text = template.read_text("utf-8")
     for key, value in {"name": name, "file": str(path), "model": model}.items():
         text = text.replace(f"{{{key}}}", value)
     return text

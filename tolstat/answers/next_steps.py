@@ -5,7 +5,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tolstat.answers.halved_entries import entries_of, halved_entries
+from tolstat.answers.halved_entries import entries_of, halved_entries, narrowest
 from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
@@ -17,6 +17,8 @@ from tolstat.units.grammar import quantity
 from tolstat.units.scale import KNOWN, figures
 
 MOST = 100_000  # trials of a run that is suggested
+# of a tolerance: the least price by default, and room above what its keys allow
+DEFAULT_TIGHTEST, ROOM = 0.25, 1.05
 # keys that a shifted zone replaces, and those of cost and batch
 OF_THE_ZONE = ("tolerance", "size", "iso1328", "module", "cost", "common")
 WORDS = {
@@ -113,6 +115,12 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
             scale, zone = run.scales[own[0]], Tolerance(*run.assumed[own[0]].tolerance)
             at = f"+-{figures(scale.factor * zone.half, KNOWN)} {scale.mark}".strip()
             keys["cost"] = {"law": "reciprocal", "at": at, "price": 1}
+            least = ROOM * narrowest(keys, zone, scale.unit)
+            if least >= 1:
+                continue
+            if least > DEFAULT_TIGHTEST:
+                half = figures(scale.factor * zone.half * least, KNOWN)
+                keys["cost"]["tightest"] = f"+-{half} {scale.mark}".strip()
             kept = {k: x for k, x in keys.items() if k not in ("nominal", "common")}
             entries[name] = toml_of(kept)
     if not entries:

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import click
 
-from tolstat.errors import TolstatError
+from tolstat.errors import TolstatError, allowed_names
 
 FILES = {
     "new": "new",
@@ -50,6 +50,14 @@ class Group(click.Group):
             command.params.append(MACHINE)
             self.commands[cmd_name] = command
         return self.commands[cmd_name]
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return a command; refuse an unknown one, with those that may be meant."""
+        if args and args[0] not in FILES and not args[0].startswith("-"):
+            ctx.fail(f"No such command '{args[0]}'; {allowed_names(args[0], FILES)}")
+        return super().resolve_command(ctx, args)
 
     def format_commands(
         self, ctx: click.Context, formatter: click.HelpFormatter

@@ -38,7 +38,7 @@ def _write(output: Path, text: str, what: str) -> None:
     """Write a new file; an existing one may have been edited."""
     check_folder(output)
     try:
-        with output.open("x") as file:
+        with output.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
         raise RunFileError(f"{output} exists; give another name") from None

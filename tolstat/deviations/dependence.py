@@ -3,19 +3,25 @@
 Both act on normal scores (a Gaussian copula): each deviation keeps its distribution.
 """
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
 from tolstat.arrays import Array
+from tolstat.deviations.distributions import Distribution
 from tolstat.errors import DependenceError
 
 Pair = tuple[str, str]
 
 # a correlation matrix below this least eigenvalue counts as not positive definite
 LEAST_EIGENVALUE = 1e-9
+TERMS = 200  # of an expansion in Hermite polynomials
+FAR, STEP = 8.0, 1e-3  # of the normal scores over which it is integrated
+CLOSEST = 1 - 1e-9  # correlation of normal scores
 
 
 class Batch(NamedTuple):
@@ -89,7 +95,7 @@ def correlation_of_scores(group: list[str], dependence: Dependence) -> Array:
     for pair, rank in dependence.correlations.items():
         if pair[0] in group:
             i, j = (group.index(name) for name in pair)
-            R[i, j] = R[j, i] = 2 * np.sin(np.pi * rank / 6)
+            R[i, j] = R[j, i] = scores_of_rank(rank)
             given[pair] = rank
     values, vectors = np.linalg.eigh(R)
     if values[0] < LEAST_EIGENVALUE:
@@ -106,3 +112,57 @@ def correlation_of_scores(group: list[str], dependence: Dependence) -> Array:
             f"to zero: {', '.join(named)} (pairs not given are uncorrelated)"
         )
     return R
+
+
+def scores_of_rank(rank: float) -> float:
+    """Return the correlation of normal scores: Pearson's of normal deviations."""
+    return 2 * math.sin(math.pi * rank / 6)
+
+
+def rank_of_scores(r: float) -> float:
+    """Return the rank correlation of normal scores whose correlation is r."""
+    return 6 / math.pi * math.asin(r / 2)
+
+
+def rank_of_pearson(pearson: float, first: Distribution, second: Distribution) -> float:
+    """Return the rank correlation of two deviations with a linear correlation.
+
+    The correlation r of their normal scores is solved for: that of the deviations is
+    the sum of a_k b_k r^k over those of a_k b_k, with a, b their expansions in Hermite
+    polynomials (H. O. Lancaster, Biometrika 44, 1957). Normal ones have a_1, b_1 alone.
+
+    Raises `DependenceError` if no Gaussian copula reaches it.
+    """
+    a, b = _hermite(first), _hermite(second)
+    powers = np.arange(1, TERMS + 1)
+
+    def linear(r: float) -> float:
+        return float(np.sum(a * b * r**powers))
+
+    least, most = linear(-CLOSEST), linear(CLOSEST)
+    if not least <= pearson <= most:
+        raise DependenceError(
+            f"Pearson correlation {pearson:g}: these two distributions reach "
+            f"{least:.3g} to {most:.3g}"
+        )
+    r = brentq(lambda r: linear(r) - pearson, -CLOSEST, CLOSEST, xtol=1e-14)
+    return rank_of_scores(r)
+
+
+def _hermite(distribution: Distribution) -> Array:
+    """Return the expansion of a deviation in normal scores, float64[term]; its norm 1.
+
+    Polynomials are normalized; the constant term, the mean, is left out.
+    """
+    z = np.arange(-FAR, FAR + STEP / 2, STEP)
+    weight = np.exp(-0.5 * z * z)
+    weight /= weight.sum()
+    x = distribution.deviations(ndtr(z))
+    x = x - weight @ x
+    x = x / math.sqrt(weight @ x**2)
+    before, polynomial, found = np.zeros_like(z), np.ones_like(z), np.empty(TERMS)
+    for k in range(TERMS):
+        after = (z * polynomial - math.sqrt(k) * before) / math.sqrt(k + 1)
+        before, polynomial = polynomial, after
+        found[k] = weight @ (x * polynomial)
+    return found

@@ -110,6 +110,8 @@ def halved(distribution: Distribution) -> Nearer:
     Each deviation is half as far from zero, or from the nearer end of a tolerance on
     one side of zero. +-0.2 mm becomes +-0.1 mm, 0..60 um becomes 0..30 um. +16..+34 um
     becomes +16..+25 um, as a finer grade of the same position. Shape and Cp stay.
+    A drawing may narrow a zone about its middle instead: what is said to be impossible
+    for any narrower tolerance considers both (`tolstat.answers.report.off_centre`).
 
     Raises `DistributionError` if it has no tolerance.
     """

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from tolstat.catalogue import place_of
 from tolstat.deviations.draw import SAMPLERS
-from tolstat.errors import Advice, RunFileError, StudyError
+from tolstat.errors import Advice, DataError, RunFileError, StudyError
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.checksums import ranges_of
 from tolstat.store.stored_run import Run
+from tolstat.study.files import study_text
 from tolstat.study.study import Study, load
 
 
@@ -37,9 +38,9 @@ def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
     """Return the changes of the study file since a run was made from it."""
     path = study_file or run.study_file
     try:
-        text = path.read_text("utf-8") if path else run.study.text
+        text = study_text(path) if path else run.study.text
         now = tomllib.loads(text)
-    except (OSError, ValueError, RecursionError):
+    except (DataError, ValueError, RecursionError):
         return []  # moved, or being edited: the run stores its text
     return [
         f"{path}: {key} was {was!r} when the run was made, and is {is_now!r}"

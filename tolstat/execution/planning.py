@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +65,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         },
         limits=study.limits,
         assumed=assumed,
-        correlation=asked.correlation,
+        correlation=_ranks(study),
         independent=independent,
         words=words_of(model.failures),
         grid=tuple(axis.name for axis in points.swept) if points else (),
@@ -161,6 +161,17 @@ def _swept(study: Study) -> tuple[records.Swept, ...]:
         for axis in study.points.swept
         if not axis.members
     )
+
+
+def _ranks(study: Study) -> dict[str, dict[str, float]]:
+    """Return rank correlations, of names as the study writes them where it can."""
+    typed = study.document.correlation
+    if all(isinstance(x, float) for others in typed.values() for x in others.values()):
+        return cast(dict[str, dict[str, float]], typed)
+    found = dict[str, dict[str, float]]()
+    for (first, second), rank in study.deviating.dependence.correlations.items():
+        found.setdefault(first, {})[second] = rank
+    return found
 
 
 def _numbers(

@@ -192,4 +192,6 @@ class Diagnostics:
     worst_cases: Mapping[str, Mapping[str, WorstCase]] = field(default_factory=dict)
     # by limited response and the contributors whose tolerances are halved, at once
     halved: Mapping[str, Mapping[Members, Halved]] = field(default_factory=dict)
+    # contributors that deviate and change no response
+    idle: tuple[str, ...] = ()
     missing: str = ""  # why there are none; empty if there are

@@ -66,7 +66,7 @@ def read_csv(folder: Path | None, name: str) -> CsvTable:
     """
     path = beside(folder, name)
     found = content(path, MOST_MEGABYTES)
-    text = as_text(path, found, "utf-8-sig")
+    text = as_text(path, found)
     numbered = [
         (line, _cells(path, line, row))
         for line, row in enumerate(text.splitlines(), start=1)

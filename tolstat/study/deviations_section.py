@@ -10,6 +10,8 @@ from tolstat.deviations.dependence import (
     Dependence,
     correlation_of_scores,
     groups,
+    rank_of_pearson,
+    scores_of_rank,
 )
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.names import expand
@@ -21,6 +23,11 @@ from tolstat.study.measured_parts import read_parts
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
 from tolstat.study.shift_entry import read_costs
+from tolstat.study.study_schema import PearsonEntry, read_entry
+
+MOST_NOTED = 6  # pairs; the page has all
+# by both names: of ranks, or { pearson = ... }
+Correlations = Mapping[str, Mapping[str, float | Mapping[str, float]]]
 
 
 class Deviations(NamedTuple):
@@ -37,7 +44,7 @@ class Deviations(NamedTuple):
 
 def read_deviations(
     entries: Mapping[str, str | dict[str, Any]],
-    correlations: Mapping[str, Mapping[str, float]],
+    correlations: Correlations,
     contributors: Sequence[Contributor],
     folder: Path | None,
     problems: Problems,
@@ -86,6 +93,11 @@ def read_deviations(
                 warnings |= dict.fromkeys(reader.warnings)
                 notes += [f"{member}: {note}" for note in reader.notes]
     pairs = _pairs(correlations, list(known), found, batches, problems)
+    notes += [
+        f"{a} and {b}: rank correlation {rank:.4g}, which is Pearson's "
+        f"{scores_of_rank(rank):.4g} if both are normal"
+        for (a, b), rank in [*pairs.items()][:MOST_NOTED]
+    ]
     return Deviations(
         found, Dependence(batches, pairs), words, shown, tuple(notes), tuple(priced),
         tuple(warnings),
@@ -130,7 +142,7 @@ def _batch(name: str, common: Any, members: list[str]) -> Batch | None:
 
 
 def _pairs(
-    given: Mapping[str, Mapping[str, float]],
+    given: Correlations,
     known: list[str],
     found: Mapping[str, Distribution],
     batches: Mapping[str, Batch],
@@ -141,11 +153,11 @@ def _pairs(
     for name, partners in given.items():
         with problems.noting(f"[correlation] {name}", partners):
             firsts = expand(name, known)
-            for other, rank in partners.items():
+            for other, correlation in partners.items():
                 seconds = expand(other, known)
-                _add_pairs(pairs, firsts, seconds, rank)
                 for member in (*firsts, *seconds):
                     _check_deviates(member, found, batches)
+                _add_pairs(pairs, firsts, seconds, correlation, found)
     for group in groups(pairs):
         with problems.noting("[correlation]", None):
             correlation_of_scores(group, Dependence({}, pairs))
@@ -156,21 +168,31 @@ def _add_pairs(
     pairs: dict[tuple[str, str], float],
     firsts: list[str],
     seconds: list[str],
-    rank: float,
+    correlation: float | Mapping[str, float],
+    found: Mapping[str, Distribution],
 ) -> None:
-    if not -1 < rank < 1:
+    """Add the rank correlations of pairs; those of Pearson depend on distributions."""
+    linear = isinstance(correlation, Mapping)
+    typed = (
+        read_entry(PearsonEntry, correlation, "a correlation has").pearson
+        if isinstance(correlation, Mapping)
+        else correlation
+    )
+    if not -1 < typed < 1:
+        kind = "Pearson" if linear else "rank"
         raise DependenceError(
-            f"rank correlation {rank:g}: a number between -1 and 1 is expected, both "
-            "excluded; for equal parts give common = true"
+            f"{kind} correlation {typed:g}: a number between -1 and 1 is expected, "
+            "both excluded; for equal parts give common = true"
         )
     of_one_name = firsts == seconds and len(firsts) > 1
-    found = combinations(firsts, 2) if of_one_name else product(firsts, seconds)
-    for first, second in found:
+    every = combinations(firsts, 2) if of_one_name else product(firsts, seconds)
+    for first, second in every:
         if first == second:
             raise DependenceError(f"{first} is correlated with itself")
         if (first, second) in pairs or (second, first) in pairs:
             raise DependenceError(f"{first} with {second} is given twice")
-        pairs[first, second] = rank
+        of_pair = (found[first], found[second])
+        pairs[first, second] = rank_of_pearson(typed, *of_pair) if linear else typed
 
 
 def _check_deviates(

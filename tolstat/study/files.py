@@ -1,10 +1,12 @@
 """Bounds of a study: the size and depth of its text, and the files that it may name."""
 
+import codecs
 import io
 import math
+import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,13 @@ TOO_DEEP = f"more than {DEEPEST} tables or lists inside each other"
 MEGABYTE = 1_000_000
 MOST_MEGABYTES = 1  # of a study
 TOO_LONG = "a number has thousands of digits; no key allows that"
+BYTE_ORDER_MARKS = {  # that of UTF-16 begins one of UTF-32
+    codecs.BOM_UTF32_LE: "utf-32", codecs.BOM_UTF32_BE: "utf-32",
+    codecs.BOM_UTF8: "utf-8-sig",
+    codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
+}  # fmt: skip
+AS_UTF_8 = "save the file as UTF-8"
+BACKSLASH = "in double quotes \\ begins an escape; write / between folders"
 NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
 
@@ -82,11 +91,16 @@ def beside(folder: Path | None, name: str) -> Path:
     a study given in Python, any file is allowed.
     """
     path = Path(name) if folder is None else folder / name
+    if not name.isprintable():  # "rods\table.csv": TOML reads a tab
+        raise DataError(f"{name!r}: a character of the name is a control; {BACKSLASH}")
     try:
         inside = not folder or path.resolve().is_relative_to(folder.resolve())
         other = inside and path.exists() and not path.is_file()
+        of_windows = os.sep == "/" and "\\" in name and not path.exists()
     except (OSError, ValueError, RuntimeError) as error:
         raise DataError(f"{path} cannot be read: {error}") from None
+    if of_windows:
+        raise DataError(f"{path}: no such file; write / between folders, not \\")
     if folder and not inside:
         raise DataError(
             f"{path} lies outside the folder of the study; put the file into "
@@ -116,12 +130,38 @@ def content(path: Path, megabytes: int) -> bytes:
     return found
 
 
-def as_text(path: Path, found: bytes, encoding: str) -> str:
-    """Return the text of a file; every line ends as in Python."""
+def as_text(path: Path, found: bytes) -> str:
+    """Return the text of a file; every line ends as in Python.
+
+    UTF-8, or what its byte order mark says: UTF-8, UTF-16 or UTF-32, as editors of
+    Windows write them. No other encoding is guessed.
+    """
+    marks = (each for each in BYTE_ORDER_MARKS if found.startswith(each))
+    encoding = BYTE_ORDER_MARKS.get(next(marks, b""), "utf-8")
+    if encoding == "utf-8" and b"\0" in found:
+        raise DataError(
+            f"{path} cannot be read: it contains NUL bytes, as UTF-16 without a byte "
+            f"order mark does; {AS_UTF_8}"
+        )
     try:
         return io.TextIOWrapper(io.BytesIO(found), encoding).read()
     except UnicodeDecodeError as error:
-        raise DataError(f"{path} cannot be read: {error}") from None
+        if not encoding.startswith("utf-8"):
+            raise DataError(
+                f"{path} cannot be read: it begins as {encoding.upper()} and is cut "
+                f"off or damaged; {AS_UTF_8}"
+            ) from None
+        line = len(re.findall(rb"\r\n|\r|\n", found[: error.start])) + 1
+        byte = found[error.start : error.start + 1]
+        raise DataError(
+            f"{path}, line {line}: byte 0x{byte.hex().upper()} is not UTF-8 (in "
+            f"Windows-1252 it is '{byte.decode('cp1252', 'replace')}'); {AS_UTF_8}"
+        ) from None
+
+
+def study_text(path: Path) -> str:
+    """Return the text of a study file."""
+    return as_text(path, content(path, MOST_MEGABYTES))
 
 
 def read_toml(source: Path | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
@@ -136,7 +176,7 @@ def read_toml(source: Path | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     if source.suffix == ".h5":
         raise StudyError(f"{source} is a stored run; a study is a .toml file")
     try:
-        text = as_text(source, content(source, MOST_MEGABYTES), "utf-8")
+        text = study_text(source)
     except DataError as error:
         raise StudyError(f"{error}") from None
     return text, _table(text, f"{source}")
@@ -151,7 +191,8 @@ def _table(text: str, source: str) -> dict[str, Any]:
         else:
             return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise StudyError(f"{source} is not a TOML file: {error}") from None
+        hint = f"; {BACKSLASH}" if _in_escape(lines, str(error)) else ""
+        raise StudyError(f"{source} is not a TOML file: {error}{hint}") from None
     except RecursionError:
         line = max(lines, key=lambda each: each.count("[") + each.count("{"))
         why = TOO_DEEP
@@ -159,3 +200,10 @@ def _table(text: str, source: str) -> dict[str, Any]:
         line = max(lines, key=lambda each: sum(map(str.isdigit, each)))
         why = TOO_LONG
     raise StudyError(f"{source} cannot be run:\n  {line[:40]}...: {why}")
+
+
+def _in_escape(lines: Sequence[str], error: str) -> bool:
+    """Return whether an error of TOML lies behind a backslash in double quotes."""
+    place = re.search(r"line (\d+), column (\d+)", error)
+    line, column = map(int, place.groups()) if place else (1, 1)
+    return "\\" in lines[line - 1][:column].rpartition('"')[2]

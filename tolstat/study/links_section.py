@@ -60,6 +60,21 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
     return document.model_copy(update={"settings": settings, "deviations": both})
 
 
+def read_sizes(
+    sizes: Mapping[str, Any],
+    links: Mapping[str, Any],
+    model: Model,
+    problems: Problems,
+) -> dict[str, Any]:
+    """Return the links whose sizes can be read, as a setting."""
+    found = dict[str, Any]()
+    kind = settings_of(model)[SETTING].kind
+    for name, size in sizes.items():
+        with problems.noting(f"[links] {name}", links[name]):
+            found |= kind.read({name: size})
+    return found
+
+
 def check_units(
     links: Mapping[str, Any], error: TolstatError, problems: Problems
 ) -> None:

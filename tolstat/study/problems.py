@@ -46,6 +46,10 @@ class Problems:
         """Return whether a problem of a key was noted."""
         return key in self._places
 
+    def noted_in(self, *sections: str) -> bool:
+        """Return whether a problem was noted of one of some sections or their keys."""
+        return any(e.strip("[").partition("]")[0] in sections for e in self._places)
+
     @contextmanager
     def noting(self, key: str, value: Any) -> Iterator[None]:
         """Note an error that is raised inside, and continue after it."""

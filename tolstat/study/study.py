@@ -33,9 +33,10 @@ from tolstat.study.given_points import (
     read_table,
 )
 from tolstat.study.limits_section import read_limits
-from tolstat.study.links_section import check_units, read_links
+from tolstat.study.links_section import SETTING, check_units, read_links, read_sizes
 from tolstat.study.memory_needed import large, too_large
 from tolstat.study.misplaced_keys import section_of
+from tolstat.study.mixed_text import without_mixed
 from tolstat.study.problems import Problems
 from tolstat.study.sampling import (
     aim_of,
@@ -45,7 +46,8 @@ from tolstat.study.sampling import (
     warnings_of,
 )
 from tolstat.study.stopping_rule import Until, read_until
-from tolstat.study.study_schema import Document, read
+from tolstat.study.study_schema import DECISIVE, Document, read
+from tolstat.study.undescribed import note_readable
 from tolstat.units.conversion import dimension
 from tolstat.units.grammar import unit_of
 from tolstat.units.scale import SIZES
@@ -218,8 +220,10 @@ def load(
                 problems.add(key, value, wrong)
 
     text, document = read(given, problems, section, trials=trials, seed=seed)
+    document = without_mixed(document, problems)
     typed = typed_units(document.model_dump())
     sampling, about = read_sampling(document.sampling, problems)
+    chosen = None
     try:
         chosen = _model(document, model, problems)
         settings, document = _settings(document, chosen, problems)
@@ -228,6 +232,7 @@ def load(
         )
     except StudyError:  # without these the rest cannot be read
         faults(NOTHING, None)
+        note_readable(document, chosen, problems)
         raise problems.refusal from None
     deviating = read_deviations(
         document.deviations, document.correlation, description.contributors, folder,
@@ -312,6 +317,8 @@ def typed_units(study: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _model(document: Document, model: Model | None, problems: Problems) -> Model:
+    if problems.noted("model"):
+        raise problems.refusal
     found = problems.required(
         "model", document.model, lambda: catalogue.find(model or document.model)
     )
@@ -348,16 +355,19 @@ def _settings(
     document: Document, model: Model, problems: Problems
 ) -> tuple[Any, Document]:
     """Return the settings, links among them, and the study with links as deviations."""
-    values, before = {}, len(problems.found)
+    values: dict[str, Any] = {}
     links, document = document.links, read_links(document, model, problems)
     for name, given in document.settings.items():
+        if name == SETTING and links:  # all that can be read, and problems of the rest
+            values[name] = read_sizes(given, links, model, problems)
+            continue
         with problems.noting(f"[settings] {name}", given):
             known = setting_of(model, name)
             try:
                 values[name] = known.kind.read(given)
             except ModelError as error:
                 raise ModelError(f"{error} ({known.sentence})") from None
-    if len(problems.found) > before:  # names left out may be missed: not reported
+    if problems.noted_in(*DECISIVE):  # names left out may be missed: not reported
         with suppress(TolstatError):
             return make(model, values), document
         problems.raise_if_any()
@@ -365,6 +375,6 @@ def _settings(
         return make(model, values), document
     except TolstatError as error:
         check_units(links, error, problems)
-        if len(problems.found) == before:
+        if not problems.noted_in(*DECISIVE):
             problems.add("[settings]", None, str(error))
         raise problems.refusal from None

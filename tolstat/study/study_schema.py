@@ -22,7 +22,7 @@ MISSING = {
     "trials": "missing; give the number of trials, such as trials = 4096",
     "seed": "missing; give a whole number, such as seed = 75; it makes runs repeatable",
 }
-DECISIVE = ("model", "settings", "links")  # for all other sections
+DECISIVE = ("model", "settings", "links")  # for the names of all other sections
 UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
 AXIS = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
@@ -68,8 +68,10 @@ class Document(Entry):
     deviations: dict[str, str | dict[str, Any]] = key(
         'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", cp = 1.33 }', {}
     )
-    correlation: dict[str, dict[str, float]] = key(
-        "a table of rank correlations, such as { rod_length_2 = 0.6 }", {}
+    correlation: dict[str, dict[str, float | dict[str, float]]] = key(
+        "a table of rank correlations, such as { rod_length_2 = 0.6 }, or of "
+        "Pearson's, such as { rod_length_2 = { pearson = 0.6 } }",
+        {},
     )
     grid: dict[str, Any] = key(
         "a table of contributors or settings and their values", {}
@@ -104,6 +106,12 @@ class LimitEntry(Entry):
     demanded: str | None = key('a text such as "99 %"', None, alias="yield")
     ppk: float | None = key("a number such as ppk = 1.33", None)
     ppm: float | None = key("a number such as ppm = 100", None)
+
+
+class PearsonEntry(Entry):
+    """A correlation that is not of ranks."""
+
+    pearson: float = key("a number such as pearson = 0.6")
 
 
 class PartsEntry(Entry):
@@ -238,9 +246,7 @@ def _checked(
             left[section] = {k: v for k, v in left[section].items() if k != inner[0]}
         else:
             left.pop(section, None)
-    if any(section in DECISIVE for section, *_ in wrong):
-        raise problems.refusal
-    return Document.model_validate(left)
+    return Document.model_validate({"model": "", **left})
 
 
 def _place(where: tuple[Any, ...], table: Mapping[str, Any]) -> tuple[Any, ...]:

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy import stats
 
 import tolstat
 from tests.answers.report.test_main_causes import steps_of
@@ -443,3 +444,45 @@ def test_a_shifted_nominal_is_not_named_without_its_shift(limit, tmp_path):
     assert (off.what, off.reason, off.tolerances) == ("mean", "", NEVER)
     assert off.value == pytest.approx(0.6e-3, abs=0.002e-3)
     assert "nominal value lies" not in as_text(parts)
+
+
+FIT = {
+    "model": "dimension_chain", "trials": 4000, "seed": 1,
+    "settings": {"gap": "hole - shaft"},
+}  # fmt: skip
+H7, G6, F7, P6 = (0, 25), (-25, -9), (-50, -25), (26, 42)  # um, of 50 mm
+
+
+@pytest.mark.parametrize(
+    ("hole", "shaft", "limit", "never"),
+    [
+        (H7, G6, ">= 20 um", False), (H7, G6, ">= 35 um", True),
+        (H7, G6, "20..80 um", False), (H7, F7, ">= 40 um", False),
+        (H7, F7, ">= 60 um", True), (H7, P6, ">= -25 um", False),
+        (H7, P6, "<= -36 um", True), (H7, (-60, -20), ">= 45 um", False),
+        ((-12, 12), (-8, 8), ">= 2 um", True),
+    ],
+)  # fmt: skip
+def test_never_is_said_where_no_narrower_zone_meets_the_limit(
+    tmp_path, hole, shaft, limit, never
+):
+    """At the middles, at the ends nearest to zero, or one of each."""
+    links = {
+        name: {"nominal": "50 mm", "tolerance": "{}..{} um".format(*zone)}
+        for name, zone in (("hole", hole), ("shaft", shaft))
+    }
+    study = {**FIT, "links": links, "limits": {"gap": limit}}
+    off = found_of(study, tmp_path)[0].responses["gap"].off_centre
+    said = off is not None and off.tolerances == NEVER
+    ends = [(sum(zone) / 2, min(max(0, zone[0]), zone[1])) for zone in (hole, shaft)]
+    lower, upper = tolstat.open(tmp_path / "gap.h5").limits["gap"].permitted
+    reached = [1e-6 * (a - b) for a in ends[0] for b in ends[1]]
+    possible = any(lower < gap < upper for gap in reached)
+    assert said == never == (not possible)
+
+
+def test_half_the_width_about_the_same_middles_meets_the_limit_of_a_clearance_fit():
+    """H7/g6 of 50 mm, at least 18 um: 10 000 ppm, and 2 ppm about the middles."""
+    mean, sigma = 12.5 + 17.0, math.hypot(25 / 6, 16 / 6)
+    assert stats.norm.cdf((18 - mean) / sigma) > 2.7e-3
+    assert stats.norm.cdf((18 - mean) / (sigma / 2)) < 1e-4

@@ -87,18 +87,18 @@ def off_centre(drawn: Drawn, name: str, found: Summary) -> OffCentre | None:
         _moved(run),
     )
     nominal, linear = run.nominal_values[name], math.nan
-    nearest = {
-        n: min(max(moved.get(n, 0.0), z.lower), z.upper) for n, z in zones.items()
-    }
-    narrow = nominal + sum(s * nearest[n] for n, s in slopes.items())
+    least, most = _narrowest(nominal, slopes, zones, moved)
     if slopes:
         linear = nominal + sum(s * run.assumed[n].mean for n, s in slopes.items())
     nominal += sum(s * moved.get(n, 0.0) for n, s in slopes.items())
-    halved = (narrow + linear) / 2 + (at - linear) / 4
+    # the best of both ways to narrow: ever more, and half of the way
+    middle, rest = lower / 2 + upper / 2, linear / 2 + (at - linear) / 4
+    aim = min(max(middle, least), most)
+    halved = rest + min(max(middle - rest, least / 2), most / 2)
     room = min(upper - halved, halved - lower)
     reach = _half_reach(limit, drawn.done(name), at, found.sigma.value)
     tolerances = NOT_HALVED if room < reach else ""
-    if min(upper - narrow, narrow - lower) <= ROUNDING * abs(at - nominal):
+    if min(upper - aim, aim - lower) <= ROUNDING * abs(at - nominal):
         tolerances = NEVER
     if median.lower > upper or median.upper < lower:
         what, at = ("median", median.value) if lower <= at <= upper else ("mean", at)
@@ -123,6 +123,26 @@ def off_centre(drawn: Drawn, name: str, found: Summary) -> OffCentre | None:
         yield_of(shifted, drawn.sample, limit.permitted, limit.demanded),
         () if reason == NONLINEAR else _shifts(run, slopes, zones, shift),
     )  # fmt: skip
+
+
+def _narrowest(
+    nominal: float,
+    slopes: Mapping[str, float],
+    zones: Mapping[str, Tolerance],
+    moved: Mapping[str, float],
+) -> tuple[float, float]:
+    """Return the least and the largest response, by slopes, without any spread.
+
+    A zone that is narrowed ever more ends at its middle, or at its end nearest to the
+    nominal value, as grades of one position do: see `tolstat.deviations.spread.halved`.
+    """
+    least = most = nominal
+    for name, slope in slopes.items():
+        zone = zones[name]
+        nearest = min(max(moved.get(name, 0.0), zone.lower), zone.upper)
+        effects = slope * nearest, slope * zone.middle
+        least, most = least + min(effects), most + max(effects)
+    return least, most
 
 
 def rounding(limit: Limit, size: float) -> float:

@@ -16,6 +16,7 @@ from tolstat.answers.report.first_page import (
 )
 from tolstat.answers.report.response_section import response_section
 from tolstat.answers.report.summary_document import assumption, responses_table
+from tolstat.deviations.dependence import scores_of_rank
 from tolstat.document import blocks
 from tolstat.document.inline import Number, Parts, Typed, listed, say, text
 from tolstat.units.scale import PER_CENT
@@ -151,12 +152,16 @@ def _assumed(found: Report) -> list[Parts]:
 
 def _correlation(found: Report) -> Parts:
     pairs = [
-        f"{a} with {b} {rank}"
+        f"{a} with {b} {rank:.6g} ({scores_of_rank(rank):.3g})"
         for a, others in found.assumptions.correlation.items()
         for b, rank in others.items()
     ]
     if pairs:
-        return say("Rank correlations (Gaussian copula): {}.", listed(pairs))
+        return say(
+            "Rank correlations (Gaussian copula), in brackets Pearson's of normal "
+            "deviations: {}.",
+            listed(pairs),
+        )
     if found.stored_run.independent:
         return text("Deviations are independent.")
     return text("Deviations are independent, except parts of one batch named above.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ import numpy as np
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array, Integers
 from tolstat.document import blocks
-from tolstat.document.inline import Name, Number, Parts, counted, say, text
+from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
 from tolstat.statistics.clusters import Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.audited_response import Movement
@@ -64,7 +65,30 @@ class NumbersWarning(NamedTuple):
     kind: str = "numbers"
 
 
-ReportWarning = StudyWarning | JumpWarning | VerdictWarning | NumbersWarning
+class IdleContributors(NamedTuple):
+    """Contributors that deviate and change no response."""
+
+    contributors: tuple[str, ...]
+    kind: str = "idle contributors"
+
+
+class UnchangedResponse(NamedTuple):
+    """A limited response that no deviation changes."""
+
+    response: str
+    value: float  # of all its trials, SI
+    scale: Scale
+    kind: str = "unchanged response"
+
+
+ReportWarning = (
+    StudyWarning
+    | IdleContributors
+    | UnchangedResponse
+    | JumpWarning
+    | VerdictWarning
+    | NumbersWarning
+)
 
 
 def warnings_of(
@@ -75,8 +99,18 @@ def warnings_of(
     `clusters` are those of `jumping`.
     """
     run = drawn.run
-    jumps = (JumpWarning(name, x, run.scales[name]) for name, x in clusters.items())
-    return (*map(StudyWarning, run.warnings), *jumps)
+    named = " ".join(run.warnings)  # by the model, which knows why they are idle
+    idle = [n for n in run.diagnostics.idle if not re.search(rf"\b{n}\b", named)]
+    return (
+        *map(StudyWarning, run.warnings),
+        *([IdleContributors(tuple(idle))] if idle else []),
+        *(
+            UnchangedResponse(name, float(drawn.done(name)[0]), run.scales[name])
+            for name in run.limits
+            if _unchanged(drawn, name)
+        ),
+        *(JumpWarning(name, x, run.scales[name]) for name, x in clusters.items()),
+    )
 
 
 def jumping(drawn: Drawn, responses: Iterable[str]) -> dict[str, Clusters]:
@@ -94,6 +128,25 @@ def jumping(drawn: Drawn, responses: Iterable[str]) -> dict[str, Clusters]:
     return {name: clusters for name, clusters in every.items() if clusters}
 
 
+def _unchanged(drawn: Drawn, name: str) -> bool:
+    """Return whether all trials of a response are equal, its worst cases too.
+
+    A response at zero or at an end of its range, as a share of time, may well stay
+    there: then only if no deviation changes any response.
+    """
+    done, diagnostics = drawn.done(name), drawn.run.diagnostics
+    if len(done) < 2 or done.min() < done.max():
+        return False
+    value = float(done[0])
+    worst = [each.value for each in diagnostics.worst_cases.get(name, {}).values()]
+    slopes = diagnostics.slopes.get(name, {})
+    if any(slopes.values()) or any(each != value for each in worst):
+        return False
+    (response,) = (each for each in drawn.run.responses if each.name == name)
+    at_an_end = value in (0.0, *(response.range or ()))
+    return not at_an_end or {*slopes} <= {*diagnostics.idle}
+
+
 def in_words(warnings: Iterable[ReportWarning]) -> blocks.Bullets:
     """Return warnings as sentences, in front of all else."""
     return blocks.Bullets(tuple(map(_sentence, warnings)))
@@ -101,8 +154,22 @@ def in_words(warnings: Iterable[ReportWarning]) -> blocks.Bullets:
 
 def _sentence(warning: ReportWarning) -> Parts:
     match warning:
-        case StudyWarning():
-            return text(warning.sentence)
+        case StudyWarning(sentence):
+            return text(sentence)
+        case IdleContributors(names):
+            return say(
+                "No response depends on {}: its tolerance changes nothing. Check "
+                "the name and the model."
+                if len(names) == 1
+                else "No response depends on {}: their tolerances change nothing. "
+                "Check the names and the model.",
+                listed([*map(Name, names)]),
+            )
+        case UnchangedResponse(name, value, scale):
+            return say(
+                "No deviation changes {}: all trials have {}, and sigma is 0.",
+                Name(name), Number(value, scale),
+            )  # fmt: skip
         case JumpWarning():
             return _jump(warning)
         case VerdictWarning():

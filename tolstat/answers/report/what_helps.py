@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import ppm
-from tolstat.answers.halved_entries import halved_entries
+from tolstat.answers.halved_entries import PLACES, halved_entries
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Parts, listed, say, text
 from tolstat.statistics.estimate import Estimate
@@ -29,12 +29,17 @@ def cell(run: Run, causes: Causes | None, limited: Limited) -> Cell:
     """
     if limited.yields.verdict == MET or causes is None or (main := causes.main) is None:
         return Cell(())
+    entries = halved_entries(run, main.members)
     halves = {
         name: entry if isinstance(entry, str) else str(entry["tolerance"])
-        for name, entry in halved_entries(run, main.members).items()
+        for name, entry in entries.items()
     }
     change = say("halve {}", named(main))
-    if len({*halves.values()}) == 1 and len(halves) <= MOST_NAMED:
+    # a tolerance alone is no remedy where other keys have to change with it
+    alone = all(
+        isinstance(e, str) or not e.keys() & {*PLACES} for e in entries.values()
+    )
+    if alone and len({*halves.values()}) == 1 and len(halves) <= MOST_NAMED:
         (half,) = {*halves.values()}
         change = text(listed([*map(Name, halves)]), f" to {half}")
     if math.isnan(main.halved.value):

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from tolstat.answers.halved_entries import moved
 from tolstat.answers.relimit import with_limits
 from tolstat.answers.report.gather import all_limits, reportable, summaries_of
 from tolstat.answers.run_answer import notes_of
@@ -17,6 +18,7 @@ from tolstat.answers.what_if.what_if_answer import (
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.names import expand
 from tolstat.deviations.overlap import check_overlap, overlap_of
+from tolstat.deviations.spread import unshifted, zone_of
 from tolstat.errors import (
     Advice,
     DependenceError,
@@ -197,10 +199,14 @@ def _changed_kinds(
     for name, entry in given.items():
         for member in expand(name, names) if isinstance(entry, str) else ():
             new, old = scenario.distributions[member], sampled.get(member)
-            if member not in before or type(new) is type(old):
+            if member not in before or old is None:
                 continue
-            kind = before[member]["distribution"]
+            if type(new) is type(old := unshifted(old)):
+                continue
+            kind, scale = before[member]["distribution"], run.scales[member]
             own = {k: v for k, v in before[member].items() if k in vars(old)}
+            if (zone := zone_of(old)) and (other := zone_of(new)):
+                own = moved(own, zone, other, scale.unit, scale)
             kept = toml_of({**own, "tolerance": entry, "distribution": kind})
             said[
                 f"{name} was sampled {kind}; a range alone is normal: {kept} keeps it "

@@ -1,4 +1,4 @@
-"""Diagnostics of a run: slopes, worst cases, halved tolerances."""
+"""Diagnostics of a run: slopes, worst cases, halved tolerances, idle contributors."""
 
 from collections.abc import Sequence
 
@@ -7,6 +7,7 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import spread_of
 from tolstat.execution.diagnostics.halved_tolerances import halved_shares
+from tolstat.execution.diagnostics.idle_contributors import idle_contributors
 from tolstat.execution.diagnostics.slopes_and_corners import (
     Target,
     slopes,
@@ -31,6 +32,7 @@ def gather(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
         by_name,
         _worst_cases(study, trials, lower, upper, table, workers),
         workers.here(halved_shares, study, trials, by_name),
+        idle_contributors(study, trials, lower, upper, table, workers),
     )
 
 

@@ -178,7 +178,7 @@ class Formula:
         """Return the function that is called; refuse another, and wrong arguments."""
         if not isinstance(node.func, ast.Name) or node.func.id not in FUNCTIONS:
             called = ast.unparse(node.func)[:40]
-            allowed = allowed_names(called, FUNCTIONS)
+            allowed = allowed_names(called, [*FUNCTIONS, "**"])
             raise self._refused(node, f"{called} is not a function here; {allowed}")
         least, most = FUNCTIONS[node.func.id]
         starred = any(isinstance(each, ast.Starred) for each in node.args)

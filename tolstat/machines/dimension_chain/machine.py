@@ -95,7 +95,24 @@ class DimensionChain(Model):
 
     def warnings(self, settings: Settings, spreads: Spreads) -> tuple[str, ...]:
         units = {name: each["nominal"].unit for name, each in settings.links.items()}
-        return jumps(settings.formula, settings.nominal, spreads, units)
+        jumping = jumps(settings.formula, settings.nominal, spreads, units)
+        return (*_unused(settings), *jumping)
+
+
+def _unused(settings: Settings) -> tuple[str, ...]:
+    """Return a sentence about the links that the formula does not name."""
+    used = settings.formula.used
+    unused = [name for name in settings.links if name not in used]
+    if not unused:
+        return ()
+    links, change = (
+        ("link", "it changes") if len(unused) == 1 else ("links", "they change")
+    )
+    names = ", ".join(unused)
+    return (
+        f"The formula of the gap does not name the {links} {names}: {change} nothing. "
+        f"It names {', '.join(used)}.",
+    )
 
 
 def _gap(deviations: Array, settings: Settings) -> Array:

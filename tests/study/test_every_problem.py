@@ -1,0 +1,122 @@
+"""No problem of a study hides another, and a text of two things says what to type."""
+
+import pytest
+
+from tolstat.errors import StudyError
+from tolstat.study.mixed_text import separated
+from tolstat.study.study import load
+
+CHAIN = {"model": "dimension_chain", "trials": 8, "seed": 1}
+ONE = {"model": "dimension_chain", "links": {"A": "1 mm"}}
+STAND = {"model": "stand", "trials": 8, "seed": 1}
+
+
+def problems_of(study):
+    with pytest.raises(StudyError) as refused:
+        load(study)
+    return str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "both"),
+    [
+        ("10 +-0.1 mm", ("10 mm", "+-0.1 mm")),
+        ("10 mm +-0.1 mm", ("10 mm", "+-0.1 mm")),
+        ("10 mm ±0.1", ("10 mm", "+-0.1 mm")),
+        ("10 mm +-100 um", ("10 mm", "+-100 um")),
+        ("10 +0.2/-0.1 mm", ("10 mm", "-0.1..+0.2 mm")),
+        ("10 mm (+0.2 / -0.1)", ("10 mm", "-0.1..+0.2 mm")),
+        ("10 0/-0.1 mm", ("10 mm", "-0.1..0 mm")),
+        ("10 -0.1..+0.3 mm", ("10 mm", "-0.1..+0.3 mm")),
+        ("Ø10 H7", ("10 mm", "H7")), ("10 mm h7", ("10 mm", "h7")),
+        ("100 +-5 %", ("100", "+-5 %")), ("45 deg +-1 deg", ("45 deg", "+-1 deg")),
+        ("1 kN +-5 %", ("1 kN", "+-5 %")),
+    ],
+)  # fmt: skip
+def test_a_size_and_a_tolerance_are_told_apart(text, both):
+    assert separated(text) == both
+
+
+@pytest.mark.parametrize(
+    "text", ["10 mm", "+-0.1 mm", "0..60 um", "-0.1..+0.3 mm", "IT7", "h7", "10 m/s^2",
+             "-3 N", "1e-3 mm", "50", "10 furlong", "A - B", ""],
+)  # fmt: skip
+def test_other_texts_hold_one_thing(text):
+    assert separated(text) is None
+
+
+def test_only_the_wrong_link_is_quoted_with_what_to_type():
+    links = {"A": "10 +-0.1 mm", "B": {"nominal": "9 mm", "tolerance": "9 +-0.1 mm"}}
+    links |= {"C": {"nominal": "2 mm h7", "cost": {}}, "D": "1 mm"}
+    said = problems_of({**CHAIN, "settings": {"gap": "A - B - C"}, "links": links})
+    assert said.splitlines()[1:] == [
+        '  [links] A = "10 +-0.1 mm": one text holds size and tolerance; write '
+        '{ nominal = "10 mm", tolerance = "+-0.1 mm" }',
+        '  [links] B = { nominal = "9 mm", tolerance = "9 +-0.1 mm" }: one text holds '
+        'size and tolerance; write { nominal = "9 mm", tolerance = "+-0.1 mm" }',
+        '  [links] C = { nominal = "2 mm h7", cost = {  } }: one text holds size and '
+        'tolerance; write { nominal = "2 mm", tolerance = "h7", cost = {  } }',
+    ]
+
+
+def test_a_deviation_with_a_size_says_what_to_type():
+    said = problems_of({**STAND, "deviations": {"rod_length": "2450 +-1 mm"}})
+    assert '[deviations] rod_length = "2450 +-1 mm": a deviation has no size' in said
+    assert 'write "+-1 mm"' in said
+
+
+def test_a_link_that_cannot_be_read_quotes_no_other():
+    links = {"A": "ten mm", "B": "9 mm", "C": "9 mmm"}
+    said = problems_of({**CHAIN, "settings": {"gap": "A - B"}, "links": links})
+    assert '[links] A = "ten mm": ' in said and '[links] C = "9 mmm": ' in said
+    assert "[links] B" not in said and "[settings]" not in said
+
+
+REST = {
+    "deviations": {
+        "rod_length": "+-1 mmm",
+        "crank_angle": {"tolerance": "+-1 mm", "distribution": "rectangular"},
+        "crank_radius": {"tolerance": "+-1 mm", "sigma": 3},
+    },
+    "limits": {"yaw": "3 mrad", "rod_force": {"limit": "<= 3 kN", "cpk": 2}},
+}
+SAID = ["unknown unit 'mmm'", "'uniform'", "no key sigma", '[limits] yaw = "3 mrad"',
+        "no key cpk"]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("wrong", "own"),
+    [
+        ({"model": "stnad"}, "did you mean 'stand'"),
+        ({"modle": "stand", "model": None}, "model: missing"),
+        ({"settings": {"cycles": 0}}, "[settings] cycles"),
+        ({"settings": {"crank_sped": "7 rad/s"}}, "[settings] crank_sped"),
+        ({"settings": "none"}, 'settings = "none"'),
+        ({"links": {"A": True}}, "[links] A"),
+        (
+            {**ONE, "settings": {"gap": "A - "}},
+            "formula such as",
+        ),
+        (
+            {**ONE, "settings": {"gap": "A - C"}},
+            "[links] has no C",
+        ),
+        (ONE, "gap is missing"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_elsewhere_is_said_at_once(wrong, own):
+    study = {k: v for k, v in {**STAND, **REST, **wrong}.items() if v is not None}
+    said = problems_of(study)
+    assert [each for each in [own, *SAID] if said.count(each) != 1] == []
+
+
+def test_what_needs_the_model_is_no_problem_while_that_is_wrong():
+    """Grades, data, batches and gears: right, or not known to be wrong."""
+    study = {**STAND, "model": "stnad", "limits": {"yaw": "<= 3 mrad"}}
+    study["deviations"] = {
+        "rod_length": {"tolerance": "IT7", "common": True}, "friction": "+-5 %",
+        "runout_7": {"iso1328": 7, "module": "12 mm"}, "crank_radius": "h7",
+        "m": {"data": "none.csv", "column": "m"}, "phase": "+-180 deg",
+        "k": {"distribution": "constant", "value": "3 N/mm"},
+    }  # fmt: skip
+    assert problems_of(study).count("\n") == 1
