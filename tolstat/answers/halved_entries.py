@@ -6,8 +6,9 @@ from typing import Any
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand
 from tolstat.execution.diagnostics.halved_tolerances import is_turn
+from tolstat.model.description import Contributor
 from tolstat.store.stored_run import Run
-from tolstat.units import grammar
+from tolstat.study.nominal_size import DeviationReader
 from tolstat.units.scale import KNOWN, Scale, figures
 
 PLACES = ("plateau", "mode", "median", "shift")  # keys that are places in the zone
@@ -22,18 +23,18 @@ def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
     entry that halve stand together. A full turn stays. Empty if one of the parts has no
     tolerance, as measured ones.
     """
-    units = {each.name: each.unit for each in run.contributors}
+    readers = {each.name: DeviationReader(each) for each in run.contributors}
     found = dict[str, Any]()
     for name, entry, own in entries_of(run):
         members = [n for n in own if n in parts]
         zones = {n: Tolerance(*run.assumed[n].tolerance) for n in members}
-        halve = [n for n in members if not is_turn(units[n], zones[n])]
+        halve = [n for n in members if not is_turn(run.units[n], zones[n])]
         if not halve:
             continue
         if "tolerance" not in entry and "iso1328" not in entry:
             return {}
         every = entry.get("common") or set(members) == {*own}
-        new = {n: _halved(entry, zones[n], units[n], run.scales[n]) for n in halve}
+        new = {n: _halved(entry, zones[n], readers[n], run.scales[n]) for n in halve}
         one = next(iter(new.values()))
         same = every and all(each == one for each in new.values())
         found |= {name: one} if same else new
@@ -48,23 +49,29 @@ def entries_of(run: Run) -> Iterator[tuple[str, dict[str, Any], Sequence[str]]]:
         yield name, keys, expand(name, every)
 
 
-def nominal_shift(entry: Mapping[str, Any], unit: str) -> float:
+def nominal_shift(entry: Mapping[str, Any], part: Contributor) -> float:
     """Return the `nominal_shift` of an entry of [deviations] or [links], SI."""
     found = entry.get("nominal_shift")
-    return grammar.quantity(str(found), unit) if found else 0.0
+    return DeviationReader(part).deviation(str(found)) if found else 0.0
 
 
-def _halved(entry: Mapping[str, Any], zone: Tolerance, unit: str, scale: Scale) -> Any:
+def _halved(
+    entry: Mapping[str, Any], zone: Tolerance, reader: DeviationReader, scale: Scale
+) -> Any:
     """Return an entry with half its tolerance, and what depends on that."""
-    zone = Tolerance(*(end - nominal_shift(entry, unit) for end in zone))
+    zone = Tolerance(*(end - nominal_shift(entry, reader.contributor) for end in zone))
     half = Tolerance(*(zone.nearest + 0.5 * (end - zone.nearest) for end in zone))
     kept = {k: v for k, v in entry.items() if k not in NOT_KEPT}
-    new = {"tolerance": _typed(half, scale), **moved(kept, zone, half, unit, scale)}
+    new = {"tolerance": _typed(half, scale), **moved(kept, zone, half, reader, scale)}
     return new if len(new) > 1 else new["tolerance"]
 
 
 def moved(
-    entry: Mapping[str, Any], old: Tolerance, new: Tolerance, unit: str, scale: Scale
+    entry: Mapping[str, Any],
+    old: Tolerance,
+    new: Tolerance,
+    reader: DeviationReader,
+    scale: Scale,
 ) -> dict[str, Any]:
     """Return keys of an entry with their places in a zone, in another zone.
 
@@ -79,29 +86,32 @@ def moved(
     found = dict(entry)
     for key in entry.keys() & {*PLACES}:
         if key == "plateau":
-            ends = [*map(place, grammar.tolerance(entry[key], unit))]
+            ends = [*map(place, reader.zone(entry[key]))]
+        elif key == "shift":
+            ends = [ratio * reader.difference(str(entry[key]))]
         else:
-            x = grammar.quantity(str(entry[key]), unit)
-            ends = [ratio * x if key == "shift" else place(x)]
+            ends = [place(reader.deviation(str(entry[key])))]
         found[key] = _typed(ends, scale)
     return found
 
 
-def narrowest(entry: Mapping[str, Any], zone: Tolerance, unit: str) -> float:
+def narrowest(
+    entry: Mapping[str, Any], zone: Tolerance, reader: DeviationReader
+) -> float:
     """Return how narrow a tolerance may be, over its width, with its keys unchanged.
 
     The zone, SI, is that of a run, its nominal shift included.
     """
-    zone = Tolerance(*(end - nominal_shift(entry, unit) for end in zone))
+    zone = Tolerance(*(end - nominal_shift(entry, reader.contributor) for end in zone))
     fixed, reach = zone.nearest, [0.0]
     for key in entry.keys() & {*PLACES}:
         if key == "shift":
-            reach.append(abs(grammar.quantity(str(entry[key]), unit)) / zone.half)
+            reach.append(abs(reader.difference(str(entry[key]))) / zone.half)
             continue
         ends = (
-            grammar.tolerance(entry[key], unit)
+            reader.zone(entry[key])
             if key == "plateau"
-            else [grammar.quantity(str(entry[key]), unit)]
+            else [reader.deviation(str(entry[key]))]
         )
         for x in ends:
             end = zone.upper if x > fixed else zone.lower

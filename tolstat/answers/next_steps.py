@@ -5,13 +5,19 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tolstat.answers.halved_entries import entries_of, halved_entries, narrowest
+from tolstat.answers.halved_entries import (
+    entries_of,
+    halved_entries,
+    narrowest,
+    nominal_shift,
+)
 from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, TolstatError
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import free_name
+from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import toml_of
 from tolstat.units.grammar import quantity
 from tolstat.units.scale import KNOWN, figures
@@ -105,6 +111,7 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
     Of a study without costs, parts with a tolerance get a price first: 1 over it.
     """
     study, entries, written = run.study_file, dict[str, str](), [*entries_of(run)]
+    readers = {each.name: DeviationReader(each) for each in run.contributors}
     if any("cost" in keys for _, keys, _ in written):
         parts = ()
         if study and study.is_file():
@@ -115,7 +122,7 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
             scale, zone = run.scales[own[0]], Tolerance(*run.assumed[own[0]].tolerance)
             at = f"+-{figures(scale.factor * zone.half, KNOWN)} {scale.mark}".strip()
             keys["cost"] = {"law": "reciprocal", "at": at, "price": 1}
-            least = ROOM * narrowest(keys, zone, scale.unit)
+            least = ROOM * narrowest(keys, zone, readers[own[0]])
             if least >= 1:
                 continue
             if least > DEFAULT_TIGHTEST:
@@ -140,7 +147,8 @@ def to_shift(
     the zone of any other tolerance moves. None for measured parts, some parts of a
     batch, and zones with a place for a key of its own.
     """
-    every, entries = [each.name for each in run.contributors], dict[str, str]()
+    parts = {each.name: each for each in run.contributors}
+    every, entries = list(parts), dict[str, str]()
     links, deviations = (run.study.table.get(n, {}) for n in ("links", "deviations"))
     for member in members:
         name = next((n for n in deviations if member in expand(n, every)), member)
@@ -156,7 +164,11 @@ def to_shift(
         if part or keys.keys() & {"data", *own}:
             return ()
         zone, kept = run.assumed[member].tolerance, keys.keys() - replaced
-        old = zone if key == "tolerance" else [quantity(str(keys[key]), scale.unit)]
+        old: Sequence[float] = zone
+        if key == "nominal":
+            old = [quantity(str(keys[key]), scale.unit)]
+        elif key == "nominal_shift":
+            old = [nominal_shift(keys, parts[member])]
         ends = (f"{scale.factor * (end + shift):.10g}" for end in old)
         moved = f"{'..'.join(ends)} {scale.mark}".strip()
         entries[member] = toml_of(

@@ -152,12 +152,12 @@ def rounding(limit: Limit, size: float) -> float:
 
 def _moved(run: Run) -> dict[str, float]:
     """Return the `nominal_shift` of contributors, SI: no nominal trial has it."""
-    units = {each.name: each.unit for each in run.contributors}
+    parts = {each.name: each for each in run.contributors}
     return {
         name: shift
         for _, entry, members in entries_of(run)
         for name in members
-        if (shift := nominal_shift(entry, units[name]))
+        if (shift := nominal_shift(entry, parts[name]))
     }
 
 
