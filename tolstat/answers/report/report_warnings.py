@@ -9,6 +9,7 @@ from typing import NamedTuple
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, listed, say, text
+from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
 
@@ -39,17 +40,23 @@ ReportWarning = StudyWarning | IdleContributors | UnchangedResponse
 
 def warnings_of(drawn: Drawn) -> tuple[ReportWarning, ...]:
     """Return the warnings about a run whose trials were sampled."""
-    run = drawn.run
+    return (
+        *warnings_of_run(drawn.run),
+        *(
+            UnchangedResponse(name, float(drawn.done(name)[0]))
+            for name in drawn.run.limits
+            if _unchanged(drawn, name)
+        ),
+    )
+
+
+def warnings_of_run(run: Run) -> tuple[ReportWarning, ...]:
+    """Return the warnings about any run, whatever its sampling."""
     named = " ".join(run.warnings)  # by the model, which knows why they are idle
     idle = [n for n in run.diagnostics.idle if not re.search(rf"\b{n}\b", named)]
     return (
         *map(StudyWarning, run.warnings),
         *([IdleContributors(tuple(idle))] if idle else []),
-        *(
-            UnchangedResponse(name, float(drawn.done(name)[0]))
-            for name in run.limits
-            if _unchanged(drawn, name)
-        ),
     )
 
 
