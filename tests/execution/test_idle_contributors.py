@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+import tomli_w
 
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response
@@ -150,3 +151,21 @@ def test_the_screen_says_it_before_the_verdict(tmp_path):
     (warning,) = (i for i, text in enumerate(said) if "No response depends" in text)
     assert warning < min(i for i, text in enumerate(said) if "The limit is" in text)
     assert json.loads(found.json())["warnings"][0]["contributors"] == ["idle"]
+
+
+def test_rare_runs_and_tables_say_it_too(tmp_path):
+    links = {"A": A, "B": "9 mm", "C": A}
+    chain = {**CHAIN, **LIMIT, "settings": {"gap": "A - B"}, "links": links}
+    rare = {**chain, "sampling": "rare", "trials": 5000}
+    (tmp_path / "sizes.csv").write_text("A [mm],C [mm]\n0.1,0.2\n0.2,0.1\n")
+    table = {"model": "dimension_chain", "sampling": "table", "table": "sizes.csv"}
+    table |= {**LIMIT, "settings": {"gap": "A - B"}}
+    table["links"] = {"A": "10 mm", "B": "9 mm", "C": "1 mm"}
+    (tmp_path / "table.toml").write_text(tomli_w.dumps(table))
+    for study in (rare, tmp_path / "table.toml"):
+        run = tolstat.run(study, output=tmp_path / "run.h5", workers=1, force=True)
+        found = tolstat.summary(run)
+        (warning,) = found.warnings
+        assert "name the link C:" in warning.sentence
+        assert "name the link C:" in str(found.document().blocks[0])
+        assert not any("link C" in note for note in run.notes)

@@ -11,6 +11,7 @@ import numpy as np
 
 from tolstat.answers.answer import Answer
 from tolstat.answers.rare.rare_answer import RareSummary, rare_summary
+from tolstat.answers.report.jumping_responses import turning
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document import blocks
 from tolstat.document.inline import Link, Number, Parts, text
@@ -155,11 +156,12 @@ def judged(run: Run) -> Mapping[str, Yield | RareSummary]:
         return {run.aim: rare_summary(run)} if run.ended else {}
     if (drawn := drawn_trials(run)) is None or not drawn.sample.ran.any():
         return {}
-    return {
+    yields = {
         name: yield_of(drawn.values(name), drawn.sample, of.permitted, of.demanded,
                        drawn.ends(name), drawn.audited(name))
         for name, of in run.limits.items()
     }  # fmt: skip
+    return yields | {name: yields[name].jumping for name in turning(drawn)}
 
 
 def verdicts_of(run: Run) -> dict[str, list[str]]:

@@ -8,13 +8,19 @@ from typing import ClassVar, NamedTuple
 
 import click
 
+from tolstat.answers.report.jumping_responses import jumping
+from tolstat.answers.report.report_warnings import (
+    sentences,
+    warnings_of,
+    warnings_of_run,
+)
 from tolstat.answers.run_entries import judged
-from tolstat.answers.sampled_trials import no_sample
+from tolstat.answers.sampled_trials import drawn_trials, no_sample
 from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, LIMITS_UNDECIDED
 from tolstat.errors import Advice, PictureError
 from tolstat.literal import visible
-from tolstat.render.screen import Screen
+from tolstat.render.screen import Screen, as_text
 from tolstat.render.serialize import as_json
 from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, worded
 from tolstat.store.open_run import open as open_run
@@ -71,8 +77,18 @@ def checked(runs: Iterable[Run]) -> LimitCheck:
     limits, warnings = list[CheckedLimit](), list[str]()
     for run in runs:
         limits += _limits_of(run)
-        warnings += [f"{run.path.name}: {sentence}" for sentence in run.warnings]
+        warnings += [f"{run.path.name}: {each}" for each in _warnings_of(run)]
     return LimitCheck(tuple(limits), tuple(warnings))
+
+
+def _warnings_of(run: Run) -> list[str]:
+    drawn = drawn_trials(run)
+    if drawn is None or run.aim:
+        return [as_text(parts) for parts in sentences(warnings_of_run(run))]
+    return [
+        as_text(parts)
+        for parts in sentences(warnings_of(drawn, jumping(drawn, run.limits)))
+    ]
 
 
 def require_limits(where: Path, limits: Iterable[str]) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from tolstat.answers import run_answer
 from tolstat.answers.cells import limit_cells
 from tolstat.answers.rare import rare_document
 from tolstat.answers.rare.failure_points import FailurePoint, failure_points
+from tolstat.answers.report.report_warnings import ReportWarning, warnings_of_run
 from tolstat.answers.sampled_trials import audited_of, changes_of, ends_of
 from tolstat.arrays import Truths
 from tolstat.deviations.rare_stage import SPREAD, STAGE, WEIGHT
@@ -58,6 +59,8 @@ class RareSummary(run_answer.RunAnswer):
     trial that the last stage did not meet.
     """
 
+    # what a reader has to know before the verdict
+    warnings: tuple[ReportWarning, ...]
     trials_out_of_limit: int  # trials of the last stage
     response: str  # the limited response
     sentence: str
@@ -153,10 +156,11 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         run.trials, run.ended, run.ended - run.failed, run.failed,
         int(np.count_nonzero(last)), run.counts, failures, unseen,
         run.sampling, run.sampled.promise,
-        (*few, failing, *run_answer.notes_of(run, None)),
+        (*few, failing, *run_answer.notes_of(replace(run, warnings=()), None)),
     )  # fmt: skip
     return RareSummary(
         **run_answer.fields_of(run, trials),
+        warnings=warnings_of_run(run),
         trials_out_of_limit=int(np.count_nonzero(out[last])),
         response=name,
         sentence=sentences[name],

@@ -9,6 +9,7 @@ from tolstat.answers.next_steps import to_replay
 from tolstat.answers.report.finer_run import settle
 from tolstat.answers.report.first_page import INTERVAL, PICTURE, limit_row
 from tolstat.answers.report.report_document import assumptions_section, sheet
+from tolstat.answers.report.report_warnings import in_words
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
@@ -99,6 +100,7 @@ def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
     words = f"Fraction out of limit of {found.response} in ppm"
     ranges = blocks.Ranges(words, (drawn,), PPM, "permitted")
     return blocks.shown(
+        in_words(found.warnings),
         blocks.Paragraph(lead, "lead"),
         blocks.table_of([row], look="verdicts"),
         blocks.Section(PICTURE, (ranges,), level=3, page_only=True),

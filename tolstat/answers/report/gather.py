@@ -15,10 +15,11 @@ from tolstat.answers.report.integration import (
     integration_warnings,
     unseen_errors,
 )
+from tolstat.answers.report.jumping_responses import jumping, turning
 from tolstat.answers.report.main_causes import main_causes
 from tolstat.answers.report.off_centre import OFF_CENTRE, off_centre
 from tolstat.answers.report.report_answer import Report, RunSummary
-from tolstat.answers.report.report_warnings import JUMPS, jumping, warnings_of
+from tolstat.answers.report.report_warnings import JUMPS, warnings_of
 from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.answers.sweep.extremes import Extremes, extremes_of
@@ -144,8 +145,7 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
         )
         for each in drawn.run.responses
     }
-    turned = (name for name, x in jumping(drawn, limits).items() if x.turn)
-    return found | {name: _turned(found[name]) for name in turned}
+    return found | {name: _turned(found[name]) for name in turning(drawn)}
 
 
 def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:

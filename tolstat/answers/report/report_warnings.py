@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-import numpy as np
-
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.arrays import Array, Integers
 from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
-from tolstat.statistics.clusters import Clusters, clusters_of
+from tolstat.statistics.clusters import Clusters
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.audited_response import Movement
+from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
-# by SI unit of a response: its whole turns, and the fewest trials a turn away that are
-# named; a plain number may be an angle
-TURNS = {"rad": ((2 * math.pi,), 1), "1": ((2 * math.pi, 360.0), 5)}
 JUMPS = "the response jumps"  # why there is neither cause nor advice
 
 
@@ -99,11 +93,8 @@ def warnings_of(
     `clusters` are those of `jumping`.
     """
     run = drawn.run
-    named = " ".join(run.warnings)  # by the model, which knows why they are idle
-    idle = [n for n in run.diagnostics.idle if not re.search(rf"\b{n}\b", named)]
     return (
-        *map(StudyWarning, run.warnings),
-        *([IdleContributors(tuple(idle))] if idle else []),
+        *warnings_of_run(run),
         *(
             UnchangedResponse(name, float(drawn.done(name)[0]), run.scales[name])
             for name in run.limits
@@ -113,19 +104,14 @@ def warnings_of(
     )
 
 
-def jumping(drawn: Drawn, responses: Iterable[str]) -> dict[str, Clusters]:
-    """Return the clusters of responses that jump, by response."""
-    done, units = np.flatnonzero(drawn.sample.done), drawn.run.units
-    names = list(drawn.run.assumed)
-
-    def rows(trials: Integers) -> Array:
-        parts = [drawn.values(name)[done[trials]] for name in names]
-        return np.stack(parts, axis=1) if parts else np.empty((len(trials), 0))
-
-    every = {
-        n: clusters_of(drawn.done(n), rows, *TURNS.get(units[n], ())) for n in responses
-    }
-    return {name: clusters for name, clusters in every.items() if clusters}
+def warnings_of_run(run: Run) -> tuple[ReportWarning, ...]:
+    """Return the warnings about any run, whatever its sampling."""
+    named = " ".join(run.warnings)  # by the model, which knows why they are idle
+    idle = [n for n in run.diagnostics.idle if not re.search(rf"\b{n}\b", named)]
+    return (
+        *map(StudyWarning, run.warnings),
+        *([IdleContributors(tuple(idle))] if idle else []),
+    )
 
 
 def _unchanged(drawn: Drawn, name: str) -> bool:
@@ -148,8 +134,13 @@ def _unchanged(drawn: Drawn, name: str) -> bool:
 
 
 def in_words(warnings: Iterable[ReportWarning]) -> blocks.Bullets:
-    """Return warnings as sentences, in front of all else."""
-    return blocks.Bullets(tuple(map(_sentence, warnings)))
+    """Return warnings as a list, in front of all else."""
+    return blocks.Bullets(sentences(warnings))
+
+
+def sentences(warnings: Iterable[ReportWarning]) -> tuple[Parts, ...]:
+    """Return warnings as sentences."""
+    return tuple(map(_sentence, warnings))
 
 
 def _sentence(warning: ReportWarning) -> Parts:

@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.answers.answer import Answer
+from tolstat.answers.report.report_warnings import ReportWarning, warnings_of_run
 from tolstat.answers.run_answer import (
     TitleBlock,
     identity_of,
@@ -74,6 +75,8 @@ class Extremes(Answer):
     worst: Point | None
     provenance: Mapping[str, object]  # versions, times, processor, text of the study
     focus: tuple[str, ...]  # responses that the page draws
+    # what a reader has to know before all numbers
+    warnings: tuple[ReportWarning, ...]
     notes: tuple[str, ...]  # for readers of the numbers
     stored_run: Run = field(metadata={"json": False})
     answers = "extremes"
@@ -125,7 +128,8 @@ def extremes_of(run: Run, chosen: Sequence[str] = ()) -> Extremes:
         **identity_of(run), sampling=run.sampling, trials=run.trials, ran=run.ended,
         failed=run.failed, responses=responses,
         meet_all=int(np.count_nonzero(~out_of_any)), best=best, worst=worst,
-        focus=tuple(focus), notes=tuple(notes_of(run, None)),
+        focus=tuple(focus), warnings=warnings_of_run(run),
+        notes=tuple(notes_of(replace(run, warnings=()), None)),
     )  # fmt: skip
 
 

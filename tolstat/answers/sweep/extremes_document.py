@@ -10,6 +10,7 @@ import numpy as np
 from tolstat.answers.next_steps import command, to_replay, to_resume
 from tolstat.answers.report.first_page import what_next
 from tolstat.answers.report.report_document import sheet
+from tolstat.answers.report.report_warnings import in_words
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sweep.curves import (
     TAKEN,
@@ -65,6 +66,7 @@ def extremes_document(found: Extremes) -> Document:
         f"{found.trials} trials of a {found.sampling}",
         found,
         blocks.shown(
+            in_words(found.warnings),
             Paragraph(_lead(found), "lead"),
             _limits(found),
             drawn,
