@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
 from tolstat.arrays import Array
@@ -133,6 +132,8 @@ def rank_of_pearson(pearson: float, first: Distribution, second: Distribution) -
 
     Raises `DependenceError` if no Gaussian copula reaches it.
     """
+    from scipy.optimize import brentq  # slow to load, and seldom needed
+
     a, b = _hermite(first), _hermite(second)
     powers = np.arange(1, TERMS + 1)
 
