@@ -75,9 +75,12 @@ def read_csv(folder: Path | None, name: str) -> CsvTable:
     if len(numbered) < 2:
         raise DataError(f"{path} is empty: a head and a row of numbers are expected")
     (_, head), *lines = numbered
-    if len(head) == 1 and ";" in head[0]:
+    signs = {";": "semicolons", "\t": "tabs"}
+    if len(head) == 1 and (
+        other := [w for sign, w in signs.items() if sign in head[0]]
+    ):
         raise DataError(
-            f"{path} has semicolons between its columns; use commas, and points as "
+            f"{path} has {other[0]} between its columns; use commas, and points as "
             "decimal signs"
         )
     for line, cells in lines:
