@@ -18,6 +18,7 @@ from scipy.special import betaincinv, ndtr, ndtri
 from tolstat.arrays import Array
 from tolstat.errors import DistributionError
 
+MOST_CP = 20.0  # a process of 120 sigma between its limits is a slip
 # share of a centred normal distribution below mean + 3 sigma, the upper end of a
 # tolerance at Cp = 1
 THREE_SIGMA = 0.9986501019683699
@@ -246,6 +247,12 @@ class Normal(_Toleranced):
     def __post_init__(self) -> None:
         """Refuse keys that contradict each other or the tolerance."""
         self._above_zero("cp", "cpk")
+        for name in ("cp", "cpk"):
+            if (ratio := getattr(self, name)) is not None and ratio > MOST_CP:
+                raise DistributionError(
+                    f"{name} = {ratio:g}: a ratio such as 1.33 is expected, at most "
+                    f"{MOST_CP:g}"
+                )
         if self.shift is not None and abs(self.shift) >= self.tolerance.half:
             raise DistributionError("mean outside the tolerance; give a smaller shift")
         if self.cp is not None and self.cpk is not None:

@@ -42,6 +42,7 @@ SPAN = 4.0, 2.0  # times tighter and looser than on the drawing, by default
 DIGITS, MOST_DIGITS = 3, 12  # of half the width of a tolerance that is written
 WIDEST = 1000  # times the tightest tolerance
 MOST_RATES = 200  # of an exponential law: farther away its price overflows
+MOST_APART = 100  # times the entry's tolerance: a price is not known so far from it
 ROUNDING = 1e-9  # of a tolerance
 
 Found = TypeVar("Found")
@@ -238,6 +239,11 @@ def _law(
                 "as much for each rate that the tolerance is tighter"
             )
     found = Law(price=entry.price, rate=rate, **halves)
+    if not half / MOST_APART < found.at < half * MOST_APART:
+        raise CostError(
+            f'cost, at = "{entry.at}": {found.at / half:.3g} times the tolerance of '
+            "the entry; check its unit"
+        )
     if not found.tightest < found.loosest:
         raise CostError("cost: tightest must be tighter than loosest")
     if found.loosest > WIDEST * found.tightest:

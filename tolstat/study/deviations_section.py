@@ -89,9 +89,9 @@ def read_deviations(
                 words[member] = _in_words(keys, fitted, batch)
             if cost is not None:
                 priced += read_costs(name, cost, keys, readers, found)
-            for member, reader in readers.items():
+            for reader in readers.values():
                 warnings |= dict.fromkeys(reader.warnings)
-                notes += [f"{member}: {note}" for note in reader.notes]
+                notes += reader.notes
     pairs = _pairs(correlations, list(known), found, batches, problems)
     notes += [
         f"{a} and {b}: rank correlation {rank:.4g}, which is Pearson's "

@@ -12,6 +12,8 @@ from tolstat.study.study_schema import LimitEntry, read_entry
 from tolstat.units.grammar import limit, quantity
 from tolstat.units.scale import KNOWN, figures
 
+LEAST_YIELD = 0.5  # a smaller one is the share out of limit
+
 
 def read_limits(
     given: Mapping[str, str | dict[str, Any]],
@@ -66,4 +68,10 @@ def _demanded(entry: LimitEntry, ends: int) -> float:
         value = said[given[0]]
         shown = value if isinstance(value, str) else f"{value:g}"
         raise UnitError(f"{given[0]} = {shown}: a value between {expected} is expected")
+    if demanded < LEAST_YIELD:
+        out = figures(100 * (1 - demanded), KNOWN)
+        raise UnitError(
+            f"{given[0]} permits {out} % out of limit; a yield is the share within, such "
+            f'as yield = "99 %"; the share out is ppm = {figures(1e6 * demanded, KNOWN)}'
+        )
     return demanded

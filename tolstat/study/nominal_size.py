@@ -22,8 +22,10 @@ from tolstat.units.conversion import to_si
 from tolstat.units.scale import KNOWN, figures, scale_of
 
 FARTHEST = 0.5  # of the nominal size: what deviates more is doubted
-WIDE = 0.1  # of the nominal size: a wider tolerance is remarked
+WIDE, VERY_WIDE = 0.1, 1 / 3  # of the nominal size: wider ones are noted, warned of
+TINY = 1e-3  # of a nominal number: a smaller deviation may be meant as a share
 FAR = 10  # times their width away from zero: values may be sizes of an unknown nominal
+SHOWN = 7  # figures of a size
 ROUNDING = 1e-9  # of a size
 TURN = 2 * math.pi * (1 - ROUNDING)  # a phase over it is no size
 SHARES = ("%", "ppm")
@@ -47,7 +49,7 @@ class DeviationReader:
     contributor : Contributor
         Its `size` is the nominal value, SI; None where it has none.
     warnings, notes : list of str
-        What is not read as it stands; what is read so, but unusual.
+        What is not read as it stands, or looks wrong; what is wide.
     """
 
     def __init__(self, contributor: Contributor) -> None:
@@ -101,14 +103,9 @@ class DeviationReader:
             If it cannot be read, or may be a zone of sizes as well.
         """
         ends = self._read(grammar.tolerance, text)
-        zone = Tolerance(*self._settled(ends, text).tolist())
-        share = 2 * zone.half / abs(self._size) if self._size else 0.0
-        if WIDE < share <= 2 * FARTHEST and grammar.unit_of(text) not in SHARES:
-            self.notes.append(
-                f'"{text}" is {figures(100 * share, 2)} % of the nominal '
-                f"{self._words(self._size)} wide"
-            )
-        return zone
+        if self.is_relative and ends[0] > 0 and not _PLUS.search(text):
+            raise DistributionError(self._either(f'"{text}"', f"+{text.strip()}"))
+        return Tolerance(*self._settled(ends, text).tolist())
 
     def deviation(self, text: str) -> float:
         """Return one deviation, SI, of a text that may be a size; see `zone`."""
@@ -183,7 +180,9 @@ class DeviationReader:
                 f"nominally {self._words(size)}; correct or remove it, or say what "
                 'the column holds, "sizes" or "deviations"'
             )
-        return (values - size if sizes else values), bool(sizes)
+        deviations = self._less_nominal(values) if sizes else values
+        self._warn_of_rows(deviations, places)
+        return deviations, bool(sizes)
 
     def _read(self, read: Callable[[str, str], Any], text: str) -> Array:
         """Return what a grammar reads, ascending, SI: per cent of the nominal size."""
@@ -199,7 +198,16 @@ class DeviationReader:
                 f'"{number} %", or {self._in_per_cent(read, text)} if 1 is the whole'
             )
         written, factor = self._unit_and_factor(unit)
-        return np.sort(factor * np.atleast_1d(read(text, written)))
+        values = np.atleast_1d(read(text, written))
+        signed = _PLUS.search(text) or (values < 0).any()
+        plain = self.contributor.unit == "1" and factor != 1.0 and not signed
+        if plain and (np.abs(values - self._size) <= FARTHEST * abs(self._size)).all():
+            ends = "..".join(figures(end, KNOWN) for end in values.tolist())
+            raise UnitError(
+                f'"{text}" may be the value {ends}, or per cent of the nominal '
+                f'{self._words(self._size)}; write "{ends}", or per cent with a sign'
+            )
+        return np.sort(factor * values)
 
     def _in_per_cent(self, read: Callable[[str, str], Any], text: str) -> str:
         ends = [figures(100 * end, KNOWN) for end in np.atleast_1d(read(text, "1"))]
@@ -231,12 +239,15 @@ class DeviationReader:
         size = 1.0 if self.is_relative else self._size
         most = FARTHEST * abs(size) * (1 + ROUNDING)
         plus = bool(_PLUS.search(typed))
-        if not size and not plus:
-            self._warn_far(values)
         turn = self.contributor.unit == "rad" and np.ptp(values) > TURN
-        if not size or turn or (np.abs(values) <= most).all():
+        if not turn and (not size or (np.abs(values) <= most).all()):
+            if not plus and not self.is_relative:
+                self._warn_far(values)
+            self._warn_wide(values, typed)
             return values
-        explicit = plus or (values * size < 0).any()
+        if turn:
+            return values
+        explicit = plus or (size > 0 and (values < 0).any())
         if self.is_relative:
             if are_sizes(values, size) and not explicit:
                 raise DistributionError(self._either(f'"{typed}"', "-10..+10 %"))
@@ -248,7 +259,7 @@ class DeviationReader:
                 f"{nominal}; leave the sign out, or give another nominal"
             )
         if are_sizes(values, size):
-            deviations = values - size
+            deviations = self._less_nominal(values)
             low, high = float(deviations.min()), float(deviations.max())
             ends = f"{self._number(low)}.." * (low < high) + self._words(high)
             self.warnings.append(
@@ -266,6 +277,48 @@ class DeviationReader:
             f'it either; write "+{largest}" for a deviation that is meant so, or sizes '
             "about the nominal"
         )
+
+    def _less_nominal(self, sizes: Array) -> Array:
+        """Return sizes less the nominal one; what is left by rounding alone is 0."""
+        deviations = sizes - self._size
+        none = np.abs(deviations) <= ROUNDING**1.5 * abs(self._size)
+        return np.where(none, 0.0, deviations)
+
+    def _warn_wide(self, values: Array, typed: str) -> None:
+        """Remark typed deviations that are large, or tiny, for the nominal size."""
+        most = max(float(np.abs(values).max()), float(np.ptp(values)))
+        share = most / abs(self._size) if self._size else 0.0
+        if self.contributor.unit == "1" and 0 < share < TINY and most < 1:
+            name, nominal = self.contributor.name, self._words(self._size)
+            self.warnings.append(
+                f'{name}: "{typed}" is {figures(100 * share, 2)} % of the nominal '
+                f"{nominal}; if it is meant as a share of that, write per cent"
+            )
+        if share > WIDE * (1 + ROUNDING) and "%" not in typed and "ppm" not in typed:
+            wide = (
+                f'{self.contributor.name}: "{typed}" is {figures(100 * share, 2)} % of '
+                f"the nominal {self._words(self._size)}"
+            )
+            if share > VERY_WIDE:
+                self.warnings.append(f"{wide}; check its unit")
+            else:
+                self.notes.append(wide)
+
+    def _warn_of_rows(self, deviations: Array, places: Sequence[str]) -> None:
+        """Warn of rows that deviate much from the nominal, or from all others."""
+        off = np.abs(deviations - np.median(deviations))
+        row = int(off.argmax())
+        others, why = np.delete(deviations, row), ""
+        if len(others) > 2 and off[row] > FAR * np.ptp(others) > 0:
+            why = "far from all others"
+        elif np.abs(deviations).max() > WIDE * abs(self._size):
+            row = int(np.abs(deviations).argmax())
+            why = f"much for the nominal {self._words(self._size)}"
+        if why:
+            self.warnings.append(
+                f"{places[row]}: {self.contributor.name} deviates by "
+                f"{self._words(deviations[row])}, {why}; check row and unit"
+            )
 
     def _warn_far(self, values: Array) -> None:
         """Warn of deviations from an unknown nominal that look like sizes."""
@@ -286,7 +339,7 @@ class DeviationReader:
 
     def _number(self, value: float) -> str:
         scale = scale_of(self.contributor.unit, self._shown)
-        return figures(value * scale.factor, KNOWN - 2)
+        return figures(value * scale.factor, SHOWN)
 
     def _words(self, value: float) -> str:
         scale = scale_of(self.contributor.unit, self._shown)

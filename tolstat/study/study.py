@@ -37,6 +37,7 @@ from tolstat.study.links_section import SETTING, check_units, read_links, read_s
 from tolstat.study.memory_needed import large, too_large
 from tolstat.study.misplaced_keys import section_of
 from tolstat.study.mixed_text import without_mixed
+from tolstat.study.nominal_size import SHARES
 from tolstat.study.problems import Problems
 from tolstat.study.sampling import (
     aim_of,
@@ -50,7 +51,7 @@ from tolstat.study.study_schema import DECISIVE, Document, read
 from tolstat.study.undescribed import note_readable
 from tolstat.units.conversion import dimension
 from tolstat.units.grammar import unit_of
-from tolstat.units.scale import SIZES
+from tolstat.units.scale import KNOWN, SIZES, figures
 
 SECTIONS = ("settings", "links", "deviations", "grid", "limits")
 NOTHING = Deviations({}, Dependence({}, {}), {}, {}, ())
@@ -125,9 +126,16 @@ class Study:
     @property
     def reading_warnings(self) -> tuple[str, ...]:
         """The warnings about how its values were read, for readers of the results."""
+        plain = {each.name for each in self.description.responses if each.shown == "1"}
         return (
             *self.deviating.warnings,
             *(self.points.warnings if self.points else ()),
+            *(
+                f'{name} is a plain number: its limit "{limit.words}" is '
+                f"{'..'.join(figures(end, KNOWN) for end in limit.finite)}"
+                for name, limit in self.limits.items()
+                if name in plain and unit_of(limit.words) in SHARES
+            ),
         )
 
     @property

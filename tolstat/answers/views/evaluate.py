@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+MOST_SIZES = 2.0  # deviation of a part, over its nominal size
+
+
 def evaluate(
     model: str | Model,
     deviations: Mapping[str, ArrayLike] | pd.DataFrame | None = None,
@@ -226,6 +229,11 @@ def _deviations(given: Mapping[str, Any], description: Description) -> Array:
                 raise ModelError(
                     f"deviation {each}: these are sizes of a part of nominally "
                     f"{size:.10g} (SI); give deviations, sizes less {size:.10g}"
+                )
+            if size and (np.abs(column) > MOST_SIZES * abs(size)).any():
+                raise ModelError(
+                    f"deviation {each}: more than the nominal {size:.10g}; numbers are "
+                    "in SI: m, rad, N"
                 )
             columns[each] = column
     lengths = {len(column) for column in columns.values() if column.ndim == 1}
