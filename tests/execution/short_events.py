@@ -72,7 +72,7 @@ class Short(Model):
     rates, scale, start, column = pushed, (1.0,), (1.0,), 0
 
     def describe(self, settings):
-        return Description((Contributor("d", "1"),), (Response("end", "1"),))
+        return Description((Contributor("d", "1"),), (Response("end", "1", shown="1"),))
 
     def parameters(self, d):
         return ()
@@ -173,8 +173,12 @@ class Jam(Model):
     missed = (0.9, 0.5, 0.2)  # by level: the run, its audit, a third time
 
     def describe(self, settings):
-        parts = Contributor("d", "1"), Contributor("kind", "1"), Contributor("u", "1")
-        return Description(parts, (Response("end", "1"),))
+        parts = (
+            Contributor("d", "1", shown="1"),
+            Contributor("kind", "1", shown="1"),
+            Contributor("u", "1", shown="1"),
+        )
+        return Description(parts, (Response("end", "1", shown="1"),))
 
     def evaluate(self, deviations, settings):
         d, kind, u = deviations.T

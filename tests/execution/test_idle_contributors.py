@@ -71,11 +71,14 @@ def test_a_factor_of_what_does_not_deviate_is_idle(tmp_path):
 
 def test_a_limited_response_that_no_deviation_changes(tmp_path):
     found = summary(study(["other"]), tmp_path, Mixed())
-    assert found.warnings == (UnchangedResponse("gap", 1e-2),)
+    assert found.warnings == (
+        UnchangedResponse("gap", 1e-2, found.stored_run.scales["gap"]),
+    )
     found = summary(study(["idle"]), tmp_path, Mixed())
     assert found.warnings == (
-        IdleContributors(("idle",)), UnchangedResponse("gap", 1e-2),
-    )  # fmt: skip
+        IdleContributors(("idle",)),
+        UnchangedResponse("gap", 1e-2, found.stored_run.scales["gap"]),
+    )
 
 
 class Floor(Mixed):
@@ -93,7 +96,9 @@ def test_a_response_that_stays_at_zero_is_ordinary_while_others_move(tmp_path):
     found = summary({**study(["linear", "other"]), **floor}, tmp_path, Floor())
     assert found.warnings == (IdleContributors(("linear",)),)
     found = summary({**study(["linear"]), **floor}, tmp_path, Floor())
-    assert found.warnings[1:] == (UnchangedResponse("gap", 0.0),)
+    assert found.warnings[1:] == (
+        UnchangedResponse("gap", 0.0, found.stored_run.scales["gap"]),
+    )
 
 
 def test_a_full_turn_is_the_phase_of_a_run_out(tmp_path):
@@ -103,7 +108,7 @@ def test_a_full_turn_is_the_phase_of_a_run_out(tmp_path):
         "rod_length": "+-1 mm",
         "runout_phase": {"tolerance": "0..360 deg", "distribution": "uniform"},
     }
-    assert summary(stand, tmp_path).warnings == ()
+    assert summary(stand, tmp_path).early_warnings == []
 
 
 @pytest.mark.parametrize("sampling", ["latin", "sobol"])

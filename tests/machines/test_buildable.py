@@ -145,7 +145,7 @@ def test_a_study_without_possible_trials_is_refused(tmp_path):
     study = tmp_path / "long.toml"
     study.write_text(
         'model = "stand"\ntrials = 8\nseed = 1\n[deviations]\n'
-        'crank_radius = { distribution = "constant", value = "4 m" }\n'
+        'crank_radius = { distribution = "constant", value = "+4 m" }\n'
     )
     said = CliRunner().invoke(main, ["run", str(study)])
     assert said.exit_code == 2 and not study.with_suffix(".h5").exists()

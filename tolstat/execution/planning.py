@@ -28,6 +28,10 @@ from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import setting_name
 from tolstat.study.study import Study
 
+NO_STEPS = (
+    "The audit cannot shorten the steps of this model: it has no setting max_step. An "
+    "event shorter than a step is missed by every evaluation."
+)
 Column = TypeVar("Column", Contributor, Response)
 
 
@@ -76,6 +80,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         made={**provenance(), "started_at": now()},
         warnings=(
             *study.reading_warnings,
+            *([NO_STEPS] if model.integrates and not model.audits_steps else []),
             *model_warnings(model, study.settings, reaches),
         ),
         columns=_columns(study, trials),

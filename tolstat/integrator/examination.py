@@ -21,6 +21,7 @@ LOOSER, TIGHTER, LEAST_RTOL, SHORTER = 100.0, 1000.0, 1e-12, 4.0
 LOOSEST = 0.1  # rtol, at which stability alone still limits steps
 SAMPLES = 200  # of the states, for their sizes
 MOST_STEPS = 200_000  # of a trial that is integrated again
+FEW_STEPS = 200  # of a trial: too few to tell stability from accuracy
 STIFF = 0.7  # of the steps at least are left at larger rtol
 PERMITTED = 300.0  # of rtol, for a healthy error
 
@@ -60,7 +61,8 @@ class Examination:
         larger one, and the results depend on whether steps meet them.
         """
         least = min(self.looser, self.loosest)
-        return least > STIFF and not self.by_longest and self.accurate
+        many = self.steps.max() > FEW_STEPS
+        return many and least > STIFF and not self.by_longest and self.accurate
 
     @property
     def accurate(self) -> bool:

@@ -114,7 +114,8 @@ class Model(ABC):
         """Return settings that integrate more precisely, for audits; None without."""
         if not self.integrates:
             return None
-        tight = replace(settings, rtol=max(settings.rtol / TIGHTER, LEAST_RTOL))
+        finer = max(settings.rtol / TIGHTER, LEAST_RTOL)
+        tight = replace(settings, rtol=min(settings.rtol, finer))
         if isinstance(step := getattr(settings, "max_step", None), float):
             tight = replace(tight, max_step=step / SHORTER)
         return None if tight == settings else tight
@@ -163,6 +164,13 @@ class Model(ABC):
     def fault(self, what: str) -> ModelError:
         """Return an error that names the model, and the fault."""
         return ModelError(f"model '{self.name}': {what}")
+
+    @property
+    def audits_steps(self) -> bool:
+        """Whether an audit shortens its longest step, or takes another method."""
+        own = type(self).tightened is not Model.tightened
+        fields = getattr(self.settings, "__dataclass_fields__", {})
+        return own or "max_step" in fields
 
     @property
     def moves(self) -> bool:

@@ -16,6 +16,8 @@ from tolstat.units.grammar import bare_number
 
 MOST_MEGABYTES = 32  # of a CSV file
 LONGEST_CELL = 1000  # characters
+ROWS = 5  # of a column: fewer tell nothing
+_WHOLE = re.compile(r"[+-]?[0-9]+")
 _HEAD = re.compile(r"(?P<name>.+?)\s*(?:\[(?P<unit>[^\]]*)\])?")
 
 
@@ -31,6 +33,24 @@ class CsvTable(NamedTuple):
     def places(self) -> list[str]:
         """File and line of each row."""
         return [f"{self.path}, line {line}" for line, _ in self.lines]
+
+    def torn_by_commas(self, name: str) -> str:
+        """Return the text of a number that a decimal comma may tear in two columns.
+
+        Whole numbers beside digits, as many in each row: 6,8 may be 6.8. Empty where a
+        cell shows that it is a number of its own.
+        """
+        where, rows = [*self.units].index(name), [cells for _, cells in self.lines]
+        for left in (where - 1, where):
+            pairs = [cells[left : left + 2] for cells in rows] if left >= 0 else []
+            if not pairs or not all(
+                len(pair) == 2 and _WHOLE.fullmatch(pair[0]) and pair[1].isdigit()
+                for pair in pairs
+            ):
+                continue
+            if len(pairs) >= ROWS and len({len(pair[1]) for pair in pairs}) == 1:
+                return ",".join(pairs[0])
+        return ""
 
     def column(self, name: str) -> list[float]:
         """Return the numbers of a column, as written."""
@@ -66,7 +86,7 @@ def read_csv(folder: Path | None, name: str) -> CsvTable:
     """
     path = beside(folder, name)
     found = content(path, MOST_MEGABYTES)
-    text = as_text(path, found)
+    text = as_text(path, found).removeprefix("sep=,\n")  # as Excel begins a file
     numbered = [
         (line, _cells(path, line, row))
         for line, row in enumerate(text.splitlines(), start=1)
@@ -85,8 +105,11 @@ def read_csv(folder: Path | None, name: str) -> CsvTable:
         )
     for line, cells in lines:
         if len(cells) != len(head):
+            hint = "; is a comma its decimal sign? Use points" * (
+                len(cells) > len(head)
+            )
             raise DataError(
-                f"{path}, line {line}: {len(cells)} cells under {len(head)} heads"
+                f"{path}, line {line}: {len(cells)} cells under {len(head)} heads{hint}"
             )
     read = [each for cell in head if (each := _HEAD.fullmatch(cell))]
     units = {each["name"]: (each["unit"] or "").strip() for each in read}

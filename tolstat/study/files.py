@@ -29,6 +29,7 @@ BYTE_ORDER_MARKS = {  # that of UTF-16 begins one of UTF-32
     codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
 }  # fmt: skip
 AS_UTF_8 = "save the file as UTF-8"
+TYPOGRAPHIC = "“”„‟‘’"
 BACKSLASH = "in double quotes \\ begins an escape; write / between folders"
 NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
@@ -192,6 +193,8 @@ def _table(text: str, source: str) -> dict[str, Any]:
             return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         hint = f"; {BACKSLASH}" if _in_escape(lines, str(error)) else ""
+        if any(sign in text for sign in TYPOGRAPHIC):
+            hint = '; typographic quotes are none here: write straight ones, "'
         raise StudyError(f"{source} is not a TOML file: {error}{hint}") from None
     except RecursionError:
         line = max(lines, key=lambda each: each.count("[") + each.count("{"))

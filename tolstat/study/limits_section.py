@@ -71,7 +71,8 @@ def _demanded(entry: LimitEntry, ends: int) -> float:
     if demanded < LEAST_YIELD:
         out = figures(100 * (1 - demanded), KNOWN)
         raise UnitError(
-            f"{given[0]} permits {out} % out of limit; a yield is the share within, such "
-            f'as yield = "99 %"; the share out is ppm = {figures(1e6 * demanded, KNOWN)}'
+            f"{given[0]} permits {out} % out of limit; a yield is the share within, "
+            'such as yield = "99 %"; write the share out of limit in ppm, such as '
+            f"ppm = {figures(1e6 * demanded, KNOWN)}"
         )
     return demanded

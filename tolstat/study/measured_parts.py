@@ -48,6 +48,11 @@ def read_parts(
     holds = entry.holds or ("sizes" if sized is not reader else "")
     numbers, places = table.column(entry.column), table.places
     values, sizes = sized.column(numbers, written, holds, places)
+    if torn := table.torn_by_commas(entry.column):
+        reader.warnings.append(
+            f"{table.path}: {torn} may be one number with a decimal comma, in two "
+            "columns; if so, write it with a point"
+        )
     written = "" if written == "1" else written
     parts = np.sort(values)
     reader.warnings += sized.warnings if sized is not reader else []

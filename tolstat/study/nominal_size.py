@@ -57,6 +57,7 @@ class DeviationReader:
         self.warnings: list[str] = []
         self.notes: list[str] = []
         self._size = contributor.size or 0.0
+        self._nominal_typed = False
 
     @property
     def nominal(self) -> float:
@@ -87,7 +88,9 @@ class DeviationReader:
                 f"nominal = '{text}', but {self.contributor.name} is nominally "
                 f"{self._words(self._size)}; leave nominal out, or change the model's"
             )
-        return DeviationReader(replace(self.contributor, size=nominal))
+        reader = DeviationReader(replace(self.contributor, size=nominal))
+        reader._nominal_typed = not self._size
+        return reader
 
     def shown_unit(self, unit: str) -> str:
         """Return a typed unit, or for a share of a size the unit of that."""
@@ -163,8 +166,8 @@ class DeviationReader:
             return values, False
         near, far = np.abs(values - size), np.abs(values)
         most = FARTHEST * abs(size) * (1 + ROUNDING)
-        if holds:  # no part is nothing, or twice as large
-            most = abs(size) * (1 - ROUNDING)
+        if holds:  # no part is nothing, or twice as large; of a typed nominal it may be
+            most = abs(size) * (1 + (ROUNDING if self._nominal_typed else -ROUNDING))
         if self.is_relative and not holds:
             if (near <= most).all() and (far > 0).all():
                 raise DistributionError(self._either("the column", "-10 % to +10 %"))

@@ -32,6 +32,9 @@ _SAME = 1e-12  # of a value: rounding of writing and reading
 LEAST, MOST = 1e-100, 1e100
 
 
+MINUS = "\N{MINUS SIGN}"  # as word processors write it
+
+
 class Range(NamedTuple):
     """Two ends, SI; an open end is infinite."""
 
@@ -149,7 +152,7 @@ def typed(unit: str, *values: float) -> str:
 
 def _split(text: str) -> tuple[str, str, str, str]:
     """Return sign, number, second number of a range, and unit of a text."""
-    if found := _WRITTEN.fullmatch(text.strip()):
+    if found := _WRITTEN.fullmatch(text.strip().replace(MINUS, "-")):
         sign, first, last, unit = (part or "" for part in found.groups())
         return sign, first, last, unit.strip()
     return "", "", "", ""
@@ -196,6 +199,8 @@ def _example(number: str, unit: str) -> str:
 def _unreadable(text: str, expected: str) -> str:
     if "," in text:
         return f"the decimal sign is a point, not a comma; write {expected}"
+    if any(dash in text for dash in "–—"):
+        return f"a dash is no sign: write - for minus, and .. between ends; {expected}"
     if re.match(r"(\+-|\+/-|±)\s*[+-]", text):
         return f"a tolerance is not negative; write {expected}"
     return f"cannot be read; write {expected}"

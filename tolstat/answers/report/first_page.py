@@ -72,11 +72,12 @@ def first_page(
     ranges = blocks.shown(ranges_of(found))
     picture = blocks.Section(PICTURE, ranges, level=3, page_only=True)
     return blocks.shown(
-        in_words(found.warnings),
+        in_words(found.early_warnings),
         lead(found),
         blocks.Bullets(findings(found)),
         limits_table(found, links, MOST_LIMITS if many else None),
         *((steps, picture) if many else (picture, steps)),
+        in_words(found.late_warnings),
         *map(blocks.note, found.trials.notes if found.trials.ran else ()),
     )
 

@@ -210,8 +210,8 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     return RunSummary(
         **run_answer.fields_of(run, trials),
         warnings=(
-            *warnings_of(drawn, clusters),
             *integration_warnings(drawn, summaries),
+            *warnings_of(drawn, clusters, unsettled=bool(rough)),
         ),
         unseen_errors=unseen_errors(drawn, summaries),
         all_limits=all_limits(drawn),

@@ -116,7 +116,7 @@ def unseen_errors(drawn: Drawn, summaries: Mapping[str, Summary]) -> str:
     most = PER_CENT.at_most(proportion(count, number).upper)
     return (
         f"{number} random trials evaluated again, {count or 'none'} moved: up to "
-        f"{most} % may"
+        f"{most} % of all may, and what every evaluation misses stays unseen"
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from tolstat.answers.cells import summary_cells
 from tolstat.answers.report.off_centre import OffCentre
 from tolstat.answers.report.report_document import report_document
-from tolstat.answers.report.report_warnings import ReportWarning
+from tolstat.answers.report.report_warnings import NumbersWarning, ReportWarning
 from tolstat.answers.report.summary_document import summary_document
 from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.inline import Number
@@ -293,6 +293,21 @@ class RunSummary(RunAnswer):
 
         every = {name: each.limited for name, each in self.responses.items()}
         return dict(sorted(((n, x) for n, x in every.items() if x), key=place))
+
+    @property
+    def early_warnings(self) -> list[ReportWarning]:
+        """The warnings that stand before the verdicts."""
+        return [each for each in self.warnings if each not in self.late_warnings]
+
+    @property
+    def late_warnings(self) -> list[ReportWarning]:
+        """The warnings about numbers of responses that no verdict rests on."""
+        known = self.limits
+        return [
+            each
+            for each in self.warnings
+            if known and isinstance(each, NumbersWarning) and each.response not in known
+        ]
 
     @property
     def verdicts(self) -> dict[str, str]:

@@ -86,13 +86,16 @@ ReportWarning = (
 
 
 def warnings_of(
-    drawn: Drawn, clusters: Mapping[str, Clusters]
+    drawn: Drawn, clusters: Mapping[str, Clusters], *, unsettled: bool = False
 ) -> tuple[ReportWarning, ...]:
     """Return the warnings about a run whose trials were sampled.
 
-    `clusters` are those of `jumping`.
+    `clusters` are those of `jumping`. Where integration errors leave a verdict
+    `unsettled`, they may as well be why a contributor changes nothing.
     """
     run = drawn.run
+    if unsettled:
+        return tuple(map(StudyWarning, run.warnings))
     return (
         *warnings_of_run(run),
         *(

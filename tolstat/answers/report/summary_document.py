@@ -55,13 +55,14 @@ def summary_document(found: RunSummary) -> blocks.Document:
     return blocks.Document(
         title,
         blocks.shown(
-            in_words(found.warnings),
+            in_words(found.early_warnings),
             lead(found),
             blocks.Bullets(findings(found)),
             limits_table(found),
             responses_table(found, own),
             blocks.note(more) if others else None,
             blocks.paragraph(_worst_cases(found)),
+            in_words(found.late_warnings),
             *map(blocks.note, found.trials.notes),
             assumption(found, own) if found.trials.done else None,
             reading(found),

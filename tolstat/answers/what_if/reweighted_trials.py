@@ -179,6 +179,12 @@ def read_scenario(
         if isinstance(entry, dict) and "common" in entry:
             with problems.noting(f"[deviations] {name}", entry):
                 raise DependenceError("batches stay as sampled; leave out common")
+        if isinstance(entry, dict) and "nominal" in entry and "data" not in entry:
+            with problems.noting(f"[deviations] {name}", entry):
+                raise DistributionError(
+                    "a nominal is changed alone, in an entry of its own with --write; "
+                    "then the tolerance, of the run of that study"
+                )
     contributors, home = study.description.contributors, run.study_file or run.path
     return read_deviations(given, {}, contributors, home.parent, problems)
 

@@ -45,7 +45,7 @@ def idle_contributors(
             study.description.contributors, lower, upper, strict=True
         )
     ]
-    suspects = np.flatnonzero((lower < upper) & ~moves & ~np.array(turns))
+    suspects = np.flatnonzero((lower < upper) & ~moves & ~np.array(turns, np.bool_))
     if not len(suspects):
         return ()
     rows = trials.deviations[_chosen(trials, done, len(suspects))]
