@@ -399,7 +399,7 @@ def test_the_numbers_of_a_jump_have_one_form():
     assert "y (-60 um to 60 um) passes 0" in sentence
     for size, ends in (
         ("0.05 mm", "(-0.15 mm to 0.25 mm)"),
-        ("1 um", "(-199 um to 201 um)"),
+        ("1 um", "(-0.199 mm to 0.201 mm)"),
     ):
         links = {"x": link(size, "+-0.1 mm"), "k": link("1 mm")}
         assert f"x {ends} passes 0" in warned("k**2/x", links)[0]

@@ -21,7 +21,7 @@ from tolstat.answers.report.report_warnings import (
 )
 from tolstat.answers.sampled_trials import audited_of, changes_of, ends_of
 from tolstat.arrays import Truths
-from tolstat.deviations.rare_stage import SPREAD, STAGE, WEIGHT
+from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE, WEIGHT
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.errors import PictureError
@@ -162,7 +162,9 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     )  # fmt: skip
     if judged == MET and share.upper + unseen > 1 - limit.demanded:
         reason = "if no kind of failure was missed"
-    clusters = jumping(run, np.flatnonzero(run.status == Status.DONE), [name])
+    # the median of all deviations lies on a step of symmetric parts, to no side of it
+    beside = (run.status == Status.DONE) & (run.column(DISTANCE) > 0)
+    clusters = jumping(run, np.flatnonzero(beside), [name])
     plain = plain_trials(share)
     if name in clusters and clusters[name].turn:  # no trials decide
         judged, reason, plain = UNDECIDED, JUMP, math.nan
