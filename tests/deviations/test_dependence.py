@@ -13,6 +13,7 @@ from tolstat.deviations.dependence import (
     Dependence,
     correlation_of_scores,
     groups,
+    pearson_of_rank,
     rank_of_pearson,
     scores_of_rank,
 )
@@ -22,6 +23,7 @@ from tolstat.study.study import load
 
 NAMES = ["rod_1", "rod_2", "rod_3", "mass"]
 ZONE = Tolerance(-1e-3, 1e-3)
+LOG = np.log(2e-3 / 0.2e-3) / 3  # sigma of the logarithm of rod_2
 PARTS = {
     "rod_1": Normal(ZONE),
     "rod_2": Lognormal(ZONE, -0.8e-3),
@@ -164,8 +166,53 @@ def test_sigma_of_two_links_with_pearson(tmp_path, sign, sigma):
     run = tolstat.run(study, output=tmp_path / "run.h5", workers=1)
     assert 1e3 * run.column("gap").std() == pytest.approx(sigma, rel=0.015)
     assert run.correlation["A"]["B"] == pytest.approx(0.8915, abs=1e-4)
-    (note,) = (each for each in run.notes if "Pearson" in each)
-    assert "rank correlation 0.8915" in note and "Pearson's 0.9 " in note
+    note = "A and B: Pearson's correlation 0.9, rank correlation 0.8915"
+    assert note in run.notes
+
+
+@pytest.mark.parametrize(
+    ("names", "known"),
+    [
+        (("rod_1", "mass"), lambda r: r),
+        (("rod_3", "rod_3"), lambda r: 6 / np.pi * np.arcsin(r / 2)),
+        # a normal one with a lognormal one: r s / sqrt(exp(s^2) - 1)
+        (("rod_1", "rod_2"), lambda r: r * LOG / np.sqrt(np.expm1(LOG**2))),
+        (("rod_2", "rod_2"), lambda r: np.expm1(r * LOG**2) / np.expm1(LOG**2)),
+    ],
+)
+@pytest.mark.parametrize("rank", [0.6, -0.4])
+def test_pearson_of_a_rank_correlation(names, known, rank):
+    """That of these two distributions, by closed form, both ways."""
+    parts = [PARTS[name] for name in names]
+    found = pearson_of_rank(rank, *parts)
+    assert found == pytest.approx(known(scores_of_rank(rank)), abs=1e-5)
+    assert rank_of_pearson(found, *parts) == pytest.approx(rank, abs=1e-6)
+
+
+def notes_of(value, **entries):
+    link = {"nominal": "100 mm", "tolerance": "+-3 mm"}
+    study = {"model": "dimension_chain", "trials": 8, "seed": 1}
+    study |= {"settings": {"gap": "A - B"}, "links": {"A": link, "B": link | entries}}
+    study["correlation"] = {"A": {"B": value}}
+    loaded = load(study)
+    return loaded.deviating.dependence.correlations, loaded.deviating.notes
+
+
+def test_spearman_is_the_rank_correlation_as_typed():
+    for entries in ({}, {"distribution": "uniform"}):
+        typed, plain = notes_of({"spearman": 0.9}, **entries), notes_of(0.9, **entries)
+        assert typed == plain and typed[0] == {("A", "B"): 0.9}
+    # normal with uniform: r sqrt(3 / pi)
+    linear = 2 * np.sin(np.pi * 0.9 / 6) * np.sqrt(3 / np.pi)
+    note = f"A and B: rank correlation 0.9, Pearson's correlation {linear:.4g}"
+    assert note in typed[1]
+
+
+def test_the_note_of_a_typed_pearson_echoes_it():
+    (pair, notes) = notes_of({"pearson": 0.6}, distribution="uniform")
+    rank = 6 / np.pi * np.arcsin(0.6 / np.sqrt(3 / np.pi) / 2)
+    assert pair["A", "B"] == pytest.approx(rank, abs=1e-6)
+    assert f"A and B: Pearson's correlation 0.6, rank correlation {rank:.4g}" in notes
 
 
 @pytest.mark.parametrize(
@@ -173,7 +220,11 @@ def test_sigma_of_two_links_with_pearson(tmp_path, sign, sigma):
     [
         ({"pearsn": 0.9}, "did you mean 'pearson'"),
         ({"pearson": 1.5}, "between -1 and 1"),
-        ({"rank": 0.9}, "no key rank"), ({}, "pearson is missing"),
+        ({"rank": 0.9}, "no key rank"), ({}, "pearson = .* or .* spearman = "),
+        ({"pearson": 0.9, "spearman": 0.9}, "one of both"),
+        ({"spearmann": 0.9}, "did you mean 'spearman'"),
+        ({"spearman": -1.5}, "rank correlation -1.5: a number between -1 and 1"),
+        ({"spearman": "high"}, "such as { rod_length_2"),
         ({"pearson": "high"}, "such as { rod_length_2"),
     ],
 )  # fmt: skip

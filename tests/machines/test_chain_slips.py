@@ -11,8 +11,12 @@ from scipy.stats import norm
 import tolstat
 from tolstat.answers.report.first_page import next_steps
 from tolstat.answers.report.report_warnings import JUMPS as JUMPS_REASON
+from tolstat.answers.run_entries import verdicts_of
+from tolstat.cli.check import checked as check_runs
 from tolstat.deviations.spread import reach_of
 from tolstat.errors import ModelError
+from tolstat.machines.dimension_chain.algebras import Roundings
+from tolstat.machines.dimension_chain.formula import Formula
 from tolstat.machines.dimension_chain.machine import DimensionChain
 from tolstat.model.settings import make
 from tolstat.render.screen import as_text
@@ -283,3 +287,193 @@ def test_an_angle_beside_180_deg_is_no_verdict(ran, offset):
     again = tolstat.report(ran(study))
     assert not any("jumps" in each.sentence for each in again.warnings)
     assert again.verdicts == {"gap": "met"}
+
+
+def zoned(**links):
+    """Return links by nominal and tolerance."""
+    return {
+        name: {"nominal": nominal, **({"tolerance": zone} if zone else {})}
+        for name, (nominal, zone) in links.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("gap", "links", "turns"),
+    [
+        ("L*cos(s*pi*180)", {"s": link("30")}, "2700 turns"),
+        ("L*sin(s*pi)", {"s": link("30")}, "15 turns"),
+        ("L*cos(2*pi*s)", {"s": link("30")}, "30 turns"),
+        ("L*tan(s*pi)", {"s": link("45.2")}, "22.6 turns"),
+        ("L*cos(g - pi*s)", {"s": link("30"), "g": link("3 deg")}, "14.99 turns"),
+        ("L*sin(max(s, 1)*pi/2)", {"s": link("30")}, "7.5 turns"),
+        ("L*cos(30*pi + g)", {"g": link("0 deg")}, "15 turns"),
+    ],
+)
+def test_a_number_of_degrees_by_pi_is_asked_for(gap, links, turns):
+    sentences = warned(gap, {"L": link("100 mm", "+-0.1 mm"), **links})
+    (sentence,) = (each for each in sentences if "turns" in each)
+    assert turns in sentence and '"30 deg"' in sentence
+
+
+@pytest.mark.parametrize(
+    ("gap", "links"),
+    [
+        ("L*cos(s*pi/180)", {"s": link("30")}),
+        ("L*cos(2*pi*s)", {"s": link("0.3")}),
+        ("L*cos(2*pi*s)", {"s": link("1")}),
+        ("L*cos(g)", {"g": link("1080 deg")}),
+        ("L*cos(g + pi/2)", {"g": link("1080 deg")}),
+        ("L*sin(2*pi*f*t)", {"f": link("50 Hz"), "t": link("1 s")}),
+        ("L*sin(2*pi*x/w)", {"x": link("95 mm"), "w": link("10 mm")}),
+        ("L*sin(w*t + pi)", {"w": link("300 rad/s"), "t": link("1 s")}),
+    ],
+)
+def test_an_angle_that_is_meant_has_no_warning(gap, links):
+    assert warned(gap, {"L": link("100 mm", "+-0.1 mm"), **links}) == ()
+
+
+# of L = 100 mm and a link that ends a right angle, the share out of limit by closed
+# form: the gap is L tan(d), d of sigma 1 deg
+OUT = 2 * norm.sf(math.degrees(math.atan(0.06)))
+RIGHT = {
+    "L/tan(a)": OUT,
+    "L*cos(a)/sin(a)": OUT,
+    "L/(tan(a) + 0*L/L)": OUT,
+    "-L/tan(a)": OUT,
+    "L - L - L/tan(a)": OUT,
+    "L/(2*tan(a) - tan(a))": OUT,
+    "L*tan(a - pi/2)": OUT,
+}
+
+
+@pytest.mark.parametrize("gap", RIGHT)
+def test_a_huge_value_is_no_rounding_error(ran, gap):
+    links = zoned(L=("100 mm", ""), a=("90 deg", "+-3 deg"))
+    run = ran(chain(gap, links, "-6..6 mm", trials=20_000))
+    known = RIGHT[gap]
+    error = 4 * math.sqrt(known * (1 - known) / run.trials)
+    assert share_out(run) == pytest.approx(known, abs=error) and not run.failed
+    size = np.tan(run.column("a"))
+    assert np.abs(run.column("gap")) == pytest.approx(np.abs(100e-3 * size), abs=1e-12)
+    assert abs(run.nominal_values["gap"]) < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("gap", "known"),
+    [
+        ("tan(a)", math.tan(math.pi / 2)), ("tan(a) + 1", math.tan(math.pi / 2)),
+        ("1e20*tan(a) - 1e20", 1e20 * math.tan(math.pi / 2)),
+        ("sin(k*1e16)", math.sin(1e16)),
+    ],
+)  # fmt: skip
+def test_a_value_that_errs_by_its_size_is_kept(gap, known):
+    links = {"a": np.array([math.pi / 2]), "k": np.array([1.0])}
+    found = Formula(gap, ("a", "k")).worked_out(Roundings(links)).value
+    assert found == pytest.approx(known)
+
+
+def test_terms_far_larger_than_their_sum_leave_nothing():
+    """0.3 - 0.1 - 0.2 times 1e20 is a rounding error, and so is a part beside it."""
+    links = {"a": np.array([0.1]), "k": np.array([1e20])}
+    for gap in ("3*a*k - a*k - 2*a*k", "(0.3*k - 0.1*k - 0.2*k) + a/1e20"):
+        found = Formula(gap, ("a", "k")).worked_out(Roundings(links)).value
+        assert found == 0
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize(
+    "gap",
+    ["asin(sin(a))", "acos(sin(a) - 0*a/a)", "sqrt(a - pi/2)*c", "abs(a)/a*c + c"],
+)
+def test_a_vertical_slope_is_no_message_of_numpy(ran, gap):
+    shift = {"distribution": "uniform"} if "sqrt" in gap else {}
+    zone = "0..2 deg" if shift else "+-1 deg"
+    links = zoned(a=("90 deg", zone), c=("1 mm", ""))
+    limit = ">= 0 mm" if "c" in gap.replace("acos", "") else ">= -1 deg"
+    run = ran(chain(gap, links, limit, trials=50))
+    assert run.complete
+
+
+def test_the_numbers_of_a_jump_have_one_form():
+    (sentence,) = warned("atan2(y, x)", {"y": link("0 mm", "+-0.03 mm"), "x": X})
+    assert "y (-60 um to 60 um) passes 0" in sentence
+    for size, ends in (
+        ("0.05 mm", "(-0.15 mm to 0.25 mm)"),
+        ("1 um", "(-0.199 mm to 0.201 mm)"),
+    ):
+        links = {"x": link(size, "+-0.1 mm"), "k": link("1 mm")}
+        assert f"x {ends} passes 0" in warned("k**2/x", links)[0]
+
+
+@pytest.mark.parametrize(
+    ("gap", "limit", "sizes"),
+    [
+        ("atan2(y, x)", ">= 175 deg", ("0 mm", "-10 mm")),
+        ("2*atan2(y, x) - atan2(y, x)", ">= 175 deg", ("0.01 mm", "-10 mm")),
+        ("0.5*atan2(y, x)", ">= 85 deg", ("0 mm", "-10 mm")),
+        ("atan(x/y)", "<= 89.5 deg", ("0.002 mm", "10 mm")),
+    ],
+)
+def test_a_rare_run_of_an_angle_that_jumps_is_undecided(ran, gap, limit, sizes):
+    links = zoned(y=(sizes[0], "+-0.03 mm"), x=(sizes[1], "+-0.1 mm"))
+    limits = {"limit": limit, "ppm": 100}
+    run = ran(chain(gap, links, limits, sampling="rare", trials=6000))
+    found = tolstat.report(run)
+    (jump,) = (each for each in found.warnings if each.kind == "jump")
+    assert jump.clusters.turn == (0.5 if "0.5" in gap or "atan(" in gap else 1.0)
+    assert (found.verdict, found.reason) == ("undecided", JUMP)
+    assert math.isnan(found.plain_trials)
+    checked = check_runs([run])
+    assert [each[3:] for each in checked.limits] == [("undecided", JUMP)]
+    assert any("jumps by" in each for each in checked.warnings)
+    assert verdicts_of(run) == {found.words: ["gap"]}
+
+
+def test_a_rare_run_beside_the_cut_has_its_verdict(ran):
+    """Out of limit is y above 0.1885 mm: 4.2 sigma."""
+    links = zoned(y=("0.17455 mm", "+-0.01 mm"), x=("-10 mm", "+-0.01 mm"))
+    limit = {"limit": ">= 178.92 deg", "ppm": 100}
+    run = ran(chain("atan2(y, x)", links, limit, sampling="rare", trials=20_000))
+    found = tolstat.report(run)
+    assert found.verdict == "met" and not any(x.kind == "jump" for x in found.warnings)
+
+
+@pytest.mark.parametrize("kind", ["grid", "table"])
+@pytest.mark.parametrize(
+    ("y", "warns"), [((-0.06, 0.07), True), ((0.01, 0.14), False), ((-0.2, 0.0), True)]
+)
+def test_given_trials_on_both_sides_of_a_cut_are_said(ran, tmp_path, kind, y, warns):
+    study = chain("atan2(y, x)", zoned(y=("0 mm", ""), x=("-10 mm", "")), ">= 179 deg")
+    del study["trials"], study["seed"]
+    if kind == "grid":
+        first, last = (f"{each} mm" for each in y)
+        axis = {"from": first, "to": last, "points": 14}
+        study |= {"sampling": "grid", "grid": {"y": axis}}
+    else:
+        path = tmp_path / "points.csv"
+        values = np.linspace(*y, 14)
+        path.write_text("\n".join(["y [mm]", *map(str, values)]) + "\n")
+        study |= {"sampling": "table", "table": str(path)}
+    found = tolstat.report(ran(study)).stored_run.warnings
+    assert any("atan2(y, x) jumps" in each for each in found) == warns
+
+
+def test_designs_that_jump_are_said_before_they_are_compared(tmp_path):
+    def run(name, offset):
+        study = turned(offset, 500)
+        return tolstat.run(study, output=tmp_path / f"{name}.h5")
+
+    jumping, smooth = run("a", 0.0), run("b", 0.1)
+    for pair, labels in (((jumping, smooth), "A"), ((smooth, jumping), "B"),
+                         ((jumping, jumping), "AB")):  # fmt: skip
+        found = tolstat.compare(*pair)
+        jumps = {
+            each.label: [x.response for x in each.warnings if x.kind == "jump"]
+            for each in found.designs
+        }
+        assert jumps == {x: ["gap"] * (x in labels) for x in "AB"}
+        first = found.document().blocks[0].blocks[0]
+        said = [as_text(parts) for parts in first.items]
+        for label in labels:
+            assert any(x.startswith(f"{label}: gap jumps by a whole") for x in said)
+    assert not tolstat.compare(smooth, smooth).designs[0].warnings

@@ -19,7 +19,8 @@ def wrapped(angle):
 
 
 def found_in(values, parts, turns=(TURN,), fewest=1):
-    return clusters_of(values, lambda trials: parts[trials], turns, fewest)
+    steps = dict.fromkeys(turns, 1.0)
+    return clusters_of(values, lambda trials: parts[trials], steps, fewest)
 
 
 def parts_of(n, seed=1):
@@ -62,6 +63,25 @@ def test_one_trial_a_whole_turn_away_is_seen():
     assert found.turn and (found.below, found.above) == (1, 499)
     # of a response that is no angle it may be an outlier
     assert found_in(wrapped(angle), x, (), 5) is None
+
+
+@pytest.mark.parametrize(
+    "wrapped_at_half",
+    [
+        lambda angle: np.arctan(np.tan(angle)),
+        lambda angle: 0.5 * np.angle(np.exp(2j * angle)),
+        lambda angle: (angle + math.pi / 2) % math.pi - math.pi / 2,
+    ],
+)
+def test_half_a_turn_is_told_from_a_whole_one(wrapped_at_half):
+    x, s = parts_of(500)
+    values = wrapped_at_half(math.pi / 2 + 0.01 * s)
+    turns = {TURN: 1.0, math.pi: 0.5}
+    found = clusters_of(values, lambda trials: x[trials], turns, 1)
+    assert found.turn == 0.5 and found.step == pytest.approx(math.pi, rel=1e-3)
+    assert found.below == np.sum(s > 0)
+    whole = clusters_of(wrapped(math.pi + 0.01 * s), lambda t: x[t], turns, 1)
+    assert whole.turn == 1.0
 
 
 def _batches(x):

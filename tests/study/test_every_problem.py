@@ -120,3 +120,14 @@ def test_what_needs_the_model_is_no_problem_while_that_is_wrong():
         "k": {"distribution": "constant", "value": "3 N/mm"},
     }  # fmt: skip
     assert problems_of(study).count("\n") == 1
+
+
+@pytest.mark.parametrize("limit", [">= 0", "<= 3", {"limit": "0..1", "ppm": 100}])
+@pytest.mark.parametrize("broken", [{"A": "10 +-0.1 mm"}, {"B": "ten"}])
+def test_no_unit_is_claimed_of_a_response_that_is_not_known(limit, broken):
+    study = {**CHAIN, "settings": {"gap": "A - B"}, "limits": {"gapp": limit}}
+    said = problems_of({**study, "links": {"A": "10 mm", "B": "9 mm", **broken}})
+    assert "gapp" not in said and "unit is missing" not in said
+    wrong = {"gapp": ">= zero mm"}
+    said = problems_of({**study, "limits": wrong, "links": {"A": "10 mm", **broken}})
+    assert "[limits] gapp" in said

@@ -161,7 +161,8 @@ def judged(run: Run) -> Mapping[str, Yield | RareSummary]:
                        drawn.ends(name), drawn.audited(name))
         for name, of in run.limits.items()
     }  # fmt: skip
-    return yields | {name: yields[name].jumping for name in turning(drawn)}
+    turned = turning(run, drawn.trials_done)
+    return yields | {name: yields[name].jumping for name in turned}
 
 
 def verdicts_of(run: Run) -> dict[str, list[str]]:

@@ -32,6 +32,11 @@ class Drawn(NamedTuple):
         column: Array = self.run.column(name)
         return column[self.trials] if self.grouped else column
 
+    @property
+    def trials_done(self) -> NDArray[np.int64]:
+        """Those of these trials that are done."""
+        return self.trials[self.sample.done]
+
     def done(self, name: str) -> Array:
         """Return a response or contributor of those that are done, SI."""
         return self.values(name)[self.sample.done]

@@ -8,6 +8,7 @@ from typing import ClassVar, NamedTuple
 
 import click
 
+from tolstat.answers.rare.rare_answer import rare_summary
 from tolstat.answers.report.jumping_responses import jumping
 from tolstat.answers.report.report_warnings import (
     sentences,
@@ -82,13 +83,14 @@ def checked(runs: Iterable[Run]) -> LimitCheck:
 
 
 def _warnings_of(run: Run) -> list[str]:
-    drawn = drawn_trials(run)
-    if drawn is None or run.aim:
-        return [as_text(parts) for parts in sentences(warnings_of_run(run))]
-    return [
-        as_text(parts)
-        for parts in sentences(warnings_of(drawn, jumping(drawn, run.limits)))
-    ]
+    if run.aim and run.ended:
+        warnings = rare_summary(run).warnings
+    elif drawn := drawn_trials(run):
+        clusters = jumping(run, drawn.trials_done, run.limits)
+        warnings = warnings_of(drawn, clusters)
+    else:
+        warnings = warnings_of_run(run)
+    return [as_text(parts) for parts in sentences(warnings)]
 
 
 def require_limits(where: Path, limits: Iterable[str]) -> None:

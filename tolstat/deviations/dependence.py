@@ -4,7 +4,7 @@ Both act on normal scores (a Gaussian copula): each deviation keeps its distribu
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -134,12 +134,7 @@ def rank_of_pearson(pearson: float, first: Distribution, second: Distribution) -
     """
     from scipy.optimize import brentq  # slow to load, and seldom needed
 
-    a, b = _hermite(first), _hermite(second)
-    powers = np.arange(1, TERMS + 1)
-
-    def linear(r: float) -> float:
-        return float(np.sum(a * b * r**powers))
-
+    linear = _linear(first, second)
     least, most = linear(-CLOSEST), linear(CLOSEST)
     if not least <= pearson <= most:
         raise DependenceError(
@@ -148,6 +143,18 @@ def rank_of_pearson(pearson: float, first: Distribution, second: Distribution) -
         )
     r = brentq(lambda r: linear(r) - pearson, -CLOSEST, CLOSEST, xtol=1e-14)
     return rank_of_scores(r)
+
+
+def pearson_of_rank(rank: float, first: Distribution, second: Distribution) -> float:
+    """Return the linear correlation of two deviations with a rank correlation."""
+    return _linear(first, second)(scores_of_rank(rank))
+
+
+def _linear(first: Distribution, second: Distribution) -> Callable[[float], float]:
+    """Return the linear correlation of two deviations, by that of their scores."""
+    products = _hermite(first) * _hermite(second)
+    powers = np.arange(1, TERMS + 1)
+    return lambda r: float(np.sum(products * r**powers))
 
 
 def _hermite(distribution: Distribution) -> Array:

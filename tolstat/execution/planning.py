@@ -42,7 +42,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
     assumed = assumed_of(study.deviating, scores=bool(study.aim))
     independent = study.deviating.dependence == Dependence()
     spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
-    reaches = {n: reach_of(d) for n, d in study.deviating.distributions.items()}
+    reaches = _reaches(study, trials)
     return Run(
         path=path,
         study=records.StudyText(study.text),
@@ -85,6 +85,18 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         ),
         columns=_columns(study, trials),
     )
+
+
+def _reaches(study: Study, trials: Trials) -> dict[str, Spread]:
+    """Return the spread of each deviation from end to end of what trials reach."""
+    if study.points is None:
+        return {n: reach_of(d) for n, d in study.deviating.distributions.items()}
+    names = [each.name for each in study.description.contributors]
+    return {
+        name: Spread(*map(float, (x.min(), x.max(), x.mean(), x.std())))
+        for name, x in zip(names, trials.deviations.T, strict=True)
+        if np.any(x)
+    }
 
 
 def _shown(columns: tuple[Column, ...], shown: Mapping[str, str]) -> tuple[Column, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ PER_TERM = 3  # trials for each deviation of a fit
 UNEXPLAINED = 0.1  # of the variance between clusters, by what deviates
 FOLLOWS = 0.8  # of the variance within a cluster, by what deviates
 EQUAL = 0.02  # of a turn: how far a step may differ
+NO_TURNS: Mapping[float, float] = {}
 Rows = Callable[[Integers], Array]  # of some trials: float64[trial, contributor]
 
 
@@ -28,11 +29,14 @@ class Clusters(NamedTuple):
     below: int  # trials
     above: int
     step: float  # by which the upper ones are larger than deviations explain
-    turn: bool  # whether that is a whole turn
+    turn: float  # how many turns that is, 1 or 0.5; 0 if it is no turn
 
 
 def clusters_of(
-    values: Array, rows: Rows, turns: Sequence[float] = (), fewest: int = LEAST
+    values: Array,
+    rows: Rows,
+    turns: Mapping[float, float] = NO_TURNS,
+    fewest: int = LEAST,
 ) -> Clusters | None:
     """Return two clusters of a response that differ by a constant step; None if none.
 
@@ -42,10 +46,10 @@ def clusters_of(
         The response of trials that are done.
     rows : function
         What deviates, of some of these trials.
-    turns : sequence of float
-        Steps of the response that are whole turns.
+    turns : dict of float to float
+        Steps of the response that are turns: how many.
     fewest : int
-        Trials of a cluster that is a whole turn away.
+        Trials of a cluster that is a turn away.
 
     Notes
     -----
@@ -71,7 +75,7 @@ def clusters_of(
 
 
 def _stepped(
-    values: Array, rows: Rows, parted: tuple[Array, Array], turns: Sequence[float]
+    values: Array, rows: Rows, parted: tuple[Array, Array], turns: Mapping[float, float]
 ) -> Clusters | None:
     """Return the clusters if a constant step parts them."""
     lower, upper = float(parted[0][-1]), float(parted[1][0])
@@ -87,7 +91,8 @@ def _stepped(
     stepped = np.column_stack([high, plain])
     terms = np.linalg.lstsq(stepped, y, rcond=None)[0]
     rest, step = y - stepped @ terms, float(terms[0])
-    turn = any(abs(step - whole) <= EQUAL * whole for whole in turns)
+    near = (count for x, count in turns.items() if abs(step - x) <= EQUAL * x)
+    turn = next(near, 0.0)
     for cluster in (high, ~high):
         within, follows = y[cluster].var(), rest[cluster].var()
         few = turn and np.count_nonzero(cluster) < LEAST

@@ -10,8 +10,8 @@ from tolstat.deviations.dependence import (
     Dependence,
     correlation_of_scores,
     groups,
+    pearson_of_rank,
     rank_of_pearson,
-    scores_of_rank,
 )
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.names import expand
@@ -23,11 +23,18 @@ from tolstat.study.measured_parts import read_parts
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
 from tolstat.study.shift_entry import read_costs
-from tolstat.study.study_schema import PearsonEntry, read_entry
+from tolstat.study.study_schema import CorrelationEntry, read_entry
 
 MOST_NOTED = 6  # pairs; the page has all
-# by both names: of ranks, or { pearson = ... }
+# by both names: of ranks, or { pearson = ... } or { spearman = ... }
 Correlations = Mapping[str, Mapping[str, float | Mapping[str, float]]]
+
+
+class Typed(NamedTuple):
+    """The correlation of a pair."""
+
+    rank: float
+    pearson: float | None = None  # where this was typed
 
 
 class Deviations(NamedTuple):
@@ -92,16 +99,25 @@ def read_deviations(
             for reader in readers.values():
                 warnings |= dict.fromkeys(reader.warnings)
                 notes += reader.notes
-    pairs = _pairs(correlations, list(known), found, batches, problems)
-    notes += [
-        f"{a} and {b}: rank correlation {rank:.4g}, which is Pearson's "
-        f"{scores_of_rank(rank):.4g} if both are normal"
-        for (a, b), rank in [*pairs.items()][:MOST_NOTED]
-    ]
+    typed = _pairs(correlations, list(known), found, batches, problems)
+    pairs = {pair: each.rank for pair, each in typed.items()}
+    notes += [_noted(pair, each, found) for pair, each in [*typed.items()][:MOST_NOTED]]
     return Deviations(
         found, Dependence(batches, pairs), words, shown, tuple(notes), tuple(priced),
         tuple(warnings),
     )  # fmt: skip
+
+
+def _noted(
+    pair: tuple[str, str], typed: Typed, found: Mapping[str, Distribution]
+) -> str:
+    """Return a correlation by both kinds, the one that was typed first."""
+    a, b = pair
+    rank, pearson = f"rank correlation {typed.rank:.4g}", "Pearson's correlation"
+    if typed.pearson is not None:
+        return f"{a} and {b}: {pearson} {typed.pearson:.4g}, {rank}"
+    linear = pearson_of_rank(typed.rank, found[a], found[b])
+    return f"{a} and {b}: {rank}, {pearson} {linear:.4g}"
 
 
 def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:
@@ -147,9 +163,9 @@ def _pairs(
     found: Mapping[str, Distribution],
     batches: Mapping[str, Batch],
     problems: Problems,
-) -> dict[tuple[str, str], float]:
+) -> dict[tuple[str, str], Typed]:
     """Read the section [correlation]."""
-    pairs: dict[tuple[str, str], float] = {}
+    pairs: dict[tuple[str, str], Typed] = {}
     for name, partners in given.items():
         with problems.noting(f"[correlation] {name}", partners):
             firsts = expand(name, known)
@@ -158,26 +174,22 @@ def _pairs(
                 for member in (*firsts, *seconds):
                     _check_deviates(member, found, batches)
                 _add_pairs(pairs, firsts, seconds, correlation, found)
-    for group in groups(pairs):
+    ranks = {pair: each.rank for pair, each in pairs.items()}
+    for group in groups(ranks):
         with problems.noting("[correlation]", None):
-            correlation_of_scores(group, Dependence({}, pairs))
+            correlation_of_scores(group, Dependence({}, ranks))
     return pairs
 
 
 def _add_pairs(
-    pairs: dict[tuple[str, str], float],
+    pairs: dict[tuple[str, str], Typed],
     firsts: list[str],
     seconds: list[str],
     correlation: float | Mapping[str, float],
     found: Mapping[str, Distribution],
 ) -> None:
     """Add the rank correlations of pairs; those of Pearson depend on distributions."""
-    linear = isinstance(correlation, Mapping)
-    typed = (
-        read_entry(PearsonEntry, correlation, "a correlation has").pearson
-        if isinstance(correlation, Mapping)
-        else correlation
-    )
+    typed, linear = _kind_of(correlation)
     if not -1 < typed < 1:
         kind = "Pearson" if linear else "rank"
         raise DependenceError(
@@ -192,7 +204,25 @@ def _add_pairs(
         if (first, second) in pairs or (second, first) in pairs:
             raise DependenceError(f"{first} with {second} is given twice")
         of_pair = (found[first], found[second])
-        pairs[first, second] = rank_of_pearson(typed, *of_pair) if linear else typed
+        pairs[first, second] = (
+            Typed(rank_of_pearson(typed, *of_pair), typed) if linear else Typed(typed)
+        )
+
+
+def _kind_of(correlation: float | Mapping[str, float]) -> tuple[float, bool]:
+    """Return a correlation as typed, and whether it is Pearson's."""
+    if not isinstance(correlation, Mapping):
+        return correlation, False
+    entry = read_entry(CorrelationEntry, correlation, "a correlation has")
+    if (entry.pearson is None) == (entry.spearman is None):
+        raise DependenceError(
+            "either { pearson = ... } or { spearman = ... } (of ranks) is expected, "
+            "one of both"
+        )
+    if entry.spearman is not None:
+        return entry.spearman, False
+    assert entry.pearson is not None
+    return entry.pearson, True
 
 
 def _check_deviates(

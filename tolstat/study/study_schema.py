@@ -108,10 +108,11 @@ class LimitEntry(Entry):
     ppm: float | None = key("a number such as ppm = 100", None)
 
 
-class PearsonEntry(Entry):
-    """A correlation that is not of ranks."""
+class CorrelationEntry(Entry):
+    """A correlation with its kind; one of both."""
 
-    pearson: float = key("a number such as pearson = 0.6")
+    pearson: float | None = key("a number such as pearson = 0.6", None)
+    spearman: float | None = key("a number such as spearman = 0.6", None)
 
 
 class PartsEntry(Entry):

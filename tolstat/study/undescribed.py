@@ -39,7 +39,8 @@ def note_readable(document: Document, model: Model | None, problems: Problems) -
     for name, entry in document.limits.items():
         text = entry if isinstance(entry, str) else str(entry.get("limit", ""))
         with problems.noting(f"[limits] {name}", entry):
-            read_limit(entry, _unit(text))
+            unit = _unit(text)
+            read_limit(entry, unit, unit)  # in which it is shown, the model knows
 
 
 def _tolerances(

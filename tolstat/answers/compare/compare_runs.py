@@ -16,6 +16,8 @@ from tolstat.answers.compare.comparison import (
 from tolstat.answers.compare.limit_difference import limit_difference
 from tolstat.answers.compare.pairing import NOT_PAIRED, Pairing, pair_of
 from tolstat.answers.report.gather import summaries_of
+from tolstat.answers.report.jumping_responses import jumping
+from tolstat.answers.report.report_warnings import warnings_of
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.errors import PictureError
@@ -85,6 +87,7 @@ def compare(*runs: RunSource, responses: Sequence[str] = ()) -> Comparison:
 
 def _design(label: str, drawn: Drawn, names: Sequence[str]) -> Design:
     run, summaries = drawn.run, summaries_of(drawn)
+    clusters = jumping(run, drawn.trials_done, dict.fromkeys([*run.limits, *names]))
     return Design(
         label,
         run.title,
@@ -95,6 +98,7 @@ def _design(label: str, drawn: Drawn, names: Sequence[str]) -> Design:
         run.provenance["started_at"],
         run.source_digest,
         run.provenance["version_tolstat"],
+        warnings_of(drawn, clusters),
         {
             n: DesignResponse(**vars(summaries[n]), nominal=run.nominal_values[n])
             for n in names

@@ -9,6 +9,7 @@ from tolstat.answers.cells import NONE, number_cells
 from tolstat.answers.compare.comparison_document import comparison_document
 from tolstat.answers.compare.limit_difference import LimitDifference
 from tolstat.answers.compare.pairing import Pairing
+from tolstat.answers.report.report_warnings import ReportWarning
 from tolstat.document.inline import Number
 from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
@@ -46,6 +47,7 @@ class Design(NamedTuple):
     started_at: str
     source_digest: str
     version_tolstat: str
+    warnings: tuple[ReportWarning, ...]  # what a reader has to know before all else
     responses: Mapping[str, DesignResponse]  # those that are compared
 
 

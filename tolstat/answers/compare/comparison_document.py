@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm, verdict_cell
 from tolstat.answers.compare.comparison_figures import figures_of
+from tolstat.answers.report.report_warnings import sentences
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell, Given, Section, Table, note, table_of
 from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
@@ -33,13 +34,23 @@ def comparison_document(found: Comparison) -> blocks.Document:
     return blocks.Document(
         " | ".join(each.title for each in found.designs),
         (
-            Section("", (_lead(found), blocks.Facts(designs))),
+            Section("", (*_warnings(found), _lead(found), blocks.Facts(designs))),
             *blocks.shown(_verdicts(found)),
             *(each for one in found.differences for each in _difference(found, one)),
             _provenance(found),
         ),
         tuple(each.run for each in found.designs),
     )
+
+
+def _warnings(found: Comparison) -> tuple[blocks.Block, ...]:
+    """Return the warnings of all runs, each with its design."""
+    said = [
+        text(f"{design.label}: ", *parts)
+        for design in found.designs
+        for parts in sentences(design.warnings)
+    ]
+    return (blocks.Bullets(tuple(said)),) if said else ()
 
 
 def _trials(design: Design) -> Parts:

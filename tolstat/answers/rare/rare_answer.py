@@ -13,10 +13,15 @@ from tolstat.answers import run_answer
 from tolstat.answers.cells import limit_cells
 from tolstat.answers.rare import rare_document
 from tolstat.answers.rare.failure_points import FailurePoint, failure_points
-from tolstat.answers.report.report_warnings import ReportWarning, warnings_of_run
+from tolstat.answers.report.jumping_responses import jumping
+from tolstat.answers.report.report_warnings import (
+    ReportWarning,
+    jump_warnings,
+    warnings_of_run,
+)
 from tolstat.answers.sampled_trials import audited_of, changes_of, ends_of
 from tolstat.arrays import Truths
-from tolstat.deviations.rare_stage import SPREAD, STAGE, WEIGHT
+from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE, WEIGHT
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.errors import PictureError
@@ -31,7 +36,13 @@ from tolstat.statistics.intervals.weighted_estimates import (
 from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.capability import by_share
 from tolstat.statistics.limits.limit import Limit
-from tolstat.statistics.limits.yields import MET, judged_with, worded
+from tolstat.statistics.limits.yields import (
+    JUMP,
+    MET,
+    UNDECIDED,
+    judged_with,
+    worded,
+)
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PPM, Scale
@@ -71,7 +82,8 @@ class RareSummary(run_answer.RunAnswer):
     fraction_out_of_limit: Estimate  # of production; failed trials are out of limit
     within: Estimate
     verdict: str  # as of a plain run, for one number of trials
-    # why it is undecided: "integration error"; or on which condition the limit is met
+    # why it is undecided: `INTEGRATION_ERROR` or `JUMP`; or on which condition the
+    # limit is met
     reason: str
     equivalent_ppk: Estimate  # of a normal response with the same fraction
     plain_trials: float  # of a plain run with as narrow an interval; NaN where none
@@ -150,6 +162,12 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     )  # fmt: skip
     if judged == MET and share.upper + unseen > 1 - limit.demanded:
         reason = "if no kind of failure was missed"
+    # the median of all deviations lies on a step of symmetric parts, to no side of it
+    beside = (run.status == Status.DONE) & (run.column(DISTANCE) > 0)
+    clusters = jumping(run, np.flatnonzero(beside), [name])
+    plain = plain_trials(share)
+    if name in clusters and clusters[name].turn:  # no trials decide
+        judged, reason, plain = UNDECIDED, JUMP, math.nan
     few, failing = _too_few(weights[last & out]), _failing(run, failures)
     assert run.sampled
     trials = run_answer.TrialCounts(
@@ -160,7 +178,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     )  # fmt: skip
     return RareSummary(
         **run_answer.fields_of(run, trials),
-        warnings=warnings_of_run(run),
+        warnings=(*warnings_of_run(run), *jump_warnings(run, clusters)),
         trials_out_of_limit=int(np.count_nonzero(out[last])),
         response=name,
         sentence=sentences[name],
@@ -173,7 +191,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         verdict=judged,
         reason=reason,
         equivalent_ppk=by_share(share, limit),
-        plain_trials=plain_trials(share),
+        plain_trials=plain,
         first_order=float(ndtr(-points[0].distance)) if points else math.nan,
         stages=tuple(_stages(run, stage, ran & ~last, last)),
         failure_points=points,

@@ -250,10 +250,17 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
     if finer := settle(run, rough):
         return (finer,)  # the other numbers are of the rough run, too
     more = _more_trials(found)
-    jumps = [Name(x.response) for x in found.warnings if isinstance(x, JumpWarning)]
-    mend = say("Mend the formula of {}, as said above.", listed(jumps)) if jumps else ()
+    jumps = [each for each in found.warnings if isinstance(each, JumpWarning)]
+    turns = [Name(each.response) for each in jumps if each.clusters.turn]
+    others = [Name(each.response) for each in jumps if not each.clusters.turn]
     steps = [
-        mend,
+        say("Mend the formula of {}, as said above.", listed(turns)) if turns else (),
+        say(
+            "Mend the formula of {} if the machine does not jump as said above.",
+            listed(others),
+        )
+        if others
+        else (),
         _centre(found),
         next(filter(None, halve), ()),
         more,

@@ -131,7 +131,7 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
 def summaries_of(drawn: Drawn) -> dict[str, Summary]:
     """Return a summary of every response of a run whose trials were sampled.
 
-    A limited response that jumps by a whole turn has no verdict.
+    A limited response that jumps as an angle has no verdict.
     """
     limits = drawn.run.limits
     found = {
@@ -145,7 +145,9 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
         )
         for each in drawn.run.responses
     }
-    return found | {name: _turned(found[name]) for name in turning(drawn)}
+    return found | {
+        name: _turned(found[name]) for name in turning(drawn.run, drawn.trials_done)
+    }
 
 
 def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
@@ -173,7 +175,8 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     }
     for name in rough:  # what is wrong has no cause among the parts
         causes[name] = causes[name]._replace(reason=INTEGRATION_ERROR, named=())
-    clusters = jumping(drawn, dict.fromkeys([*run.limits, *focus]))
+    limited = dict.fromkeys([*run.limits, *focus])
+    clusters = jumping(run, drawn.trials_done, limited)
     for name in run.limits.keys() & clusters.keys():
         causes[name] = causes[name]._replace(reason=JUMPS, needed=0, named=())
     steady = run.limits.keys() - clusters.keys() - rough
@@ -221,7 +224,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
 
 
 def _turned(found: Summary) -> Summary:
-    """Return the summary of a response that jumps by a turn: undecided."""
+    """Return the summary of a response that jumps as an angle: undecided."""
     if (limited := found.limited) is None:
         return found
     return replace(found, limited=limited._replace(yields=limited.yields.jumping))

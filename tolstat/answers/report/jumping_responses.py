@@ -5,31 +5,42 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array, Integers
-from tolstat.statistics.clusters import Clusters, clusters_of
+from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
+from tolstat.store.stored_run import Run
 
-# by SI unit of a response: its whole turns, and the fewest trials a turn away that are
-# named; a plain number may be an angle
-TURNS = {"rad": ((2 * math.pi,), 1), "1": ((2 * math.pi, 360.0), 5)}
+# by SI unit of a response: its steps that are turns, and the fewest trials a turn away
+# that are named; atan and the axis of a body jump by half a turn, and a plain number
+# may be an angle
+TURNS = {
+    "rad": ({2 * math.pi: 1.0, math.pi: 0.5}, 1),
+    "1": ({2 * math.pi: 1.0, 360.0: 1.0}, 5),
+}
 
 
-def jumping(drawn: Drawn, responses: Iterable[str]) -> dict[str, Clusters]:
-    """Return the clusters of responses that jump, by response."""
-    done, units = np.flatnonzero(drawn.sample.done), drawn.run.units
-    names = list(drawn.run.assumed)
+def jumping(
+    run: Run, trials: Integers, responses: Iterable[str]
+) -> dict[str, Clusters]:
+    """Return the clusters of responses that jump, by response.
 
-    def rows(trials: Integers) -> Array:
-        parts = [drawn.values(name)[done[trials]] for name in names]
-        return np.stack(parts, axis=1) if parts else np.empty((len(trials), 0))
+    `trials` are done; of a rare run those of any stage.
+    """
+    names = list(run.assumed)
 
-    every = {
-        n: clusters_of(drawn.done(n), rows, *TURNS.get(units[n], ())) for n in responses
+    def rows(some: Integers) -> Array:
+        parts = [run.column(name)[trials[some]] for name in names]
+        return np.stack(parts, axis=1) if parts else np.empty((len(some), 0))
+
+    clusters = {
+        name: clusters_of(
+            run.column(name)[trials], rows, *TURNS.get(run.units[name], (NO_TURNS,))
+        )
+        for name in responses
     }
-    return {name: clusters for name, clusters in every.items() if clusters}
+    return {name: found for name, found in clusters.items() if found}
 
 
-def turning(drawn: Drawn) -> list[str]:
-    """Return the limited responses that jump by a whole turn: they have no verdict."""
-    clusters = jumping(drawn, drawn.run.limits)
+def turning(run: Run, trials: Integers) -> list[str]:
+    """Return the limited responses that jump as an angle: they have no verdict."""
+    clusters = jumping(run, trials, run.limits)
     return [name for name, found in clusters.items() if found.turn]

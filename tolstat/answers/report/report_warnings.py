@@ -16,6 +16,10 @@ from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
 JUMPS = "the response jumps"  # why there is neither cause nor advice
+TURNS = {0.5: "half a", 1.0: "a whole"}
+# an angle never jumps by a turn, while a machine with play or a stop may well jump
+MEND_TURN = ", so no tolerance explains it. Mend the formula of the response"
+MEND_STEP = ". If the machine does not jump so, mend the formula of the response"
 
 
 class StudyWarning(NamedTuple):
@@ -26,7 +30,7 @@ class StudyWarning(NamedTuple):
 
 
 class JumpWarning(NamedTuple):
-    """A response whose trials fall into two clusters that no tolerance explains."""
+    """A response whose trials fall into two clusters a step apart."""
 
     response: str
     clusters: Clusters
@@ -103,8 +107,15 @@ def warnings_of(
             for name in run.limits
             if _unchanged(drawn, name)
         ),
-        *(JumpWarning(name, x, run.scales[name]) for name, x in clusters.items()),
+        *jump_warnings(run, clusters),
     )
+
+
+def jump_warnings(
+    run: Run, clusters: Mapping[str, Clusters]
+) -> tuple[JumpWarning, ...]:
+    """Return the warnings about responses that jump, of `jumping`."""
+    return tuple(JumpWarning(name, x, run.scales[name]) for name, x in clusters.items())
 
 
 def warnings_of_run(run: Run) -> tuple[ReportWarning, ...]:
@@ -174,11 +185,12 @@ def _sentence(warning: ReportWarning) -> Parts:
 
 def _jump(warning: JumpWarning) -> Parts:
     found, scale = warning.clusters, warning.scale
-    step = " a whole turn," if found.turn else ""
+    step = f" {TURNS[found.turn]} turn," if found.turn else ""
+    mend = MEND_TURN if found.turn else MEND_STEP
     return say(
         f"{{}} jumps by{step} {{}}: {{}} lie at {{}} or below, {{}} at {{}} or above. "
-        "Parts that are nearly equal lie on both sides, so no tolerance explains it. "
-        "Mend the formula of the response, then run the study again.",
+        f"Parts that are nearly equal lie on both sides{mend}, then run the study "
+        "again.",
         Name(warning.response), Number(found.step, scale),
         counted(found.below, "trial"), Number(found.lower, scale),
         Number(found.above), Number(found.upper, scale),

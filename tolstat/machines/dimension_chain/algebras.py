@@ -27,6 +27,7 @@ OF_ONE = {
 OF_TWO = {
     "atan2": np.arctan2, "hypot": np.hypot, "min": np.minimum, "max": np.maximum,
 }  # fmt: skip
+SMALL = 1e-3  # of the terms: a larger error does not show that a value is none
 WITH_ZEROS = ("sin", "cos", "tan", "log")  # where their argument is not zero
 # where a function has no value
 OUTSIDE = {
@@ -153,6 +154,7 @@ class Rounded(NamedTuple):
 
     value: Any
     error: Any
+    size: Any  # what it would be if its terms did not take each other away
 
 
 @dataclass(frozen=True)
@@ -161,15 +163,16 @@ class Roundings(Values):
 
     Where terms take each other away, in a sum or at a zero of a function, an error of
     the terms stays: 72.5 - 16 - 16 - 38 - 2.5 is -4.8e-15. It is compared with the
-    terms of the same trial: exp(-60) is small, and no rounding error.
+    terms of the same trial: exp(-60) is small, and no rounding error. An error that is
+    not small beside these terms proves nothing: tan(90 deg) is large, and not 0.
     """
 
     def constant(self, value: float) -> Rounded:
-        return Rounded(super().constant(value), self._unit * abs(value))
+        return Rounded(super().constant(value), self._unit * abs(value), abs(value))
 
     def link(self, name: str) -> Rounded:
-        size = self.links[name]
-        return Rounded(size, self._unit * np.abs(size))
+        size = np.abs(self.links[name])
+        return Rounded(self.links[name], self._unit * size, size)
 
     @property
     def _unit(self) -> float:
@@ -180,18 +183,19 @@ class Roundings(Values):
         value = super().operation(sign, left.value, other)
         with np.errstate(all="ignore"):
             if sign in "+-":
-                return _without_rounding(value, left.error + right.error)
+                size = np.maximum(left.size, right.size)
+                return _without_rounding(value, left.error + right.error, size)
             if sign == "*":
                 both = (
                     left.error * np.abs(right.value),
                     right.error * np.abs(left.value),
                 )
-                return Rounded(value, both[0] + both[1])
+                return Rounded(value, both[0] + both[1], left.size * right.size)
             if sign == "/":
-                over = left.error + right.error * np.abs(value)
-                return Rounded(value, over / np.abs(right.value))
+                over, under = left.error + right.error * np.abs(value), right.value
+                return Rounded(value, over / np.abs(under), left.size / np.abs(under))
             power = 0.0 if right == 0 else right * left.value ** (right - 1)
-            return Rounded(value, np.abs(power) * left.error)
+            return Rounded(value, np.abs(power) * left.error, np.abs(value))
 
     def function(self, name: str, arguments: Sequence[Rounded]) -> Rounded:
         values = [each.value for each in arguments]
@@ -199,16 +203,18 @@ class Roundings(Values):
         with np.errstate(all="ignore"):
             outer = derivatives(name, values, value)
             parts = [np.abs(o) * x.error for o, x in zip(outer, arguments, strict=True)]
-            error = sum(parts)
-        return (_without_rounding if name in WITH_ZEROS else Rounded)(value, error)
+            error, size = sum(parts), np.abs(value)
+        if name in WITH_ZEROS:  # of a size of one where they rise and fall
+            return _without_rounding(value, error, np.maximum(size, 1.0))
+        return Rounded(value, error, size)
 
 
-def _without_rounding(value: Any, error: Any) -> Rounded:
+def _without_rounding(value: Any, error: Any, size: Any) -> Rounded:
     """Return a value, 0 where it is a rounding error; an error may be unknown."""
-    nothing = np.abs(value) <= error
+    nothing = (np.abs(value) <= error) & (error < SMALL * size)
     if np.any(nothing):
-        value = np.where(nothing & (error < np.inf), 0.0, value)
-    return Rounded(value, error)
+        value = np.where(nothing, 0.0, value)
+    return Rounded(value, error, size)
 
 
 PLAIN, ANGLE = dimension("1"), dimension("rad")

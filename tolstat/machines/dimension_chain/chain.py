@@ -54,7 +54,8 @@ def answers(
         for n, x in nominal.items()
     }
     at = formula.worked_out(Slopes({n: np.float64(x) for n, x in middle.items()}))
-    xi = dict(zip(middle, map(float, at.by_link), strict=True))
+    slopes = np.where(np.isfinite(at.by_link), at.by_link, np.nan)  # none at a vertical
+    xi = dict(zip(middle, map(float, slopes), strict=True))
     parts = {n: (xi[n] * s.sigma) ** 2 for n, s in used.items()}
     variance = math.fsum(parts.values())
     off = (xi[n] * (nominal[n] + s.mean - middle[n]) for n, s in used.items())

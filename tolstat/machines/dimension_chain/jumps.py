@@ -16,7 +16,7 @@ from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.algebras import Dimensions, Kind, Slopes, Values
 from tolstat.machines.dimension_chain.chain import points_of
 from tolstat.machines.dimension_chain.formula import Formula, Step
-from tolstat.units.scale import scale_of
+from tolstat.units.scale import FIGURES, figures, scale_of
 
 PAIRS = 16  # of points, between which a jump is looked for
 HALVINGS = 24  # of the way between two points
@@ -134,8 +134,12 @@ def _sentence(step: Step, part: ast.expr, values: Array, kind: Kind) -> str:
     )
     if kind.unit == "1":
         scale = scale_of("1", "1")
-    ends = f"({scale.words(values.min())} to {scale.words(values.max())})"
-    text = f"{ast.unparse(part)} {ends}"
+    # what parts reach errs by more than the last figure that `figures` keeps
+    ends = (
+        float(f"{scale.factor * x:.{FIGURES}g}") for x in (values.min(), values.max())
+    )
+    words = " to ".join(f"{figures(x)} {scale.mark}".strip() for x in ends)
+    text = f"{ast.unparse(part)} ({words})"
     if step.name == "atan2":
         cut = CUT.format(ast.unparse(step.arguments[1]), text)
         return SENTENCE.format(step, cut, TURN.format(*map(_negative, step.arguments)))

@@ -9,6 +9,7 @@ from tolstat.machines.dimension_chain.algebras import Roundings
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
 from tolstat.machines.dimension_chain.jumps import jumps
+from tolstat.machines.dimension_chain.turns import several_turns
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.units.scale import scale_of
@@ -95,8 +96,12 @@ class DimensionChain(Model):
 
     def warnings(self, settings: Settings, spreads: Spreads) -> tuple[str, ...]:
         units = {name: each["nominal"].unit for name, each in settings.links.items()}
-        jumping = jumps(settings.formula, settings.nominal, spreads, units)
-        return (*_unused(settings), *jumping)
+        formula, nominal = settings.formula, settings.nominal
+        return (
+            *_unused(settings),
+            *several_turns(formula, nominal, units),
+            *jumps(formula, nominal, spreads, units),
+        )
 
 
 def _unused(settings: Settings) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ Ends = tuple[float, float]
 
 MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
 INTEGRATION_ERROR = "integration error"  # why a verdict is undecided
-JUMP = "the response jumps by a whole turn"
+JUMP = "the response jumps as an angle does"
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 
 
@@ -50,7 +50,7 @@ class Yield(NamedTuple):
 
     @property
     def jumping(self) -> Yield:
-        """The same of a response that jumps by a whole turn: trials decide nothing."""
+        """The same of a response that jumps as an angle: trials decide nothing."""
         return self._replace(verdict=UNDECIDED, needed=0, reason=JUMP)
 
 
