@@ -19,6 +19,7 @@ Pair = tuple[str, str]
 # a correlation matrix below this least eigenvalue counts as not positive definite
 LEAST_EIGENVALUE = 1e-9
 TERMS = 200  # of an expansion in Hermite polynomials
+NOTED = 1e-7  # smallest part of a correlation that is noted
 FAR, STEP = 8.0, 1e-3  # of the normal scores over which it is integrated
 CLOSEST = 1 - 1e-9  # correlation of normal scores
 
@@ -147,17 +148,22 @@ def rank_of_pearson(pearson: float, first: Distribution, second: Distribution) -
 
 def pearson_of_rank(rank: float, first: Distribution, second: Distribution) -> float:
     """Return the linear correlation of two deviations with a rank correlation."""
-    return _linear(first, second)(scores_of_rank(rank))
+    r = scores_of_rank(rank)
+    # a note has four digits: later terms, below r^k, are none of them
+    last = math.ceil(math.log(NOTED) / math.log(max(abs(r), NOTED)))
+    return _linear(first, second, min(last, TERMS))(r)
 
 
-def _linear(first: Distribution, second: Distribution) -> Callable[[float], float]:
+def _linear(
+    first: Distribution, second: Distribution, terms: int = TERMS
+) -> Callable[[float], float]:
     """Return the linear correlation of two deviations, by that of their scores."""
-    products = _hermite(first) * _hermite(second)
-    powers = np.arange(1, TERMS + 1)
+    products = _hermite(first, terms) * _hermite(second, terms)
+    powers = np.arange(1, terms + 1)
     return lambda r: float(np.sum(products * r**powers))
 
 
-def _hermite(distribution: Distribution) -> Array:
+def _hermite(distribution: Distribution, terms: int) -> Array:
     """Return the expansion of a deviation in normal scores, float64[term]; its norm 1.
 
     Polynomials are normalized; the constant term, the mean, is left out.
@@ -168,8 +174,8 @@ def _hermite(distribution: Distribution) -> Array:
     x = distribution.deviations(ndtr(z))
     x = x - weight @ x
     x = x / math.sqrt(weight @ x**2)
-    before, polynomial, found = np.zeros_like(z), np.ones_like(z), np.empty(TERMS)
-    for k in range(TERMS):
+    before, polynomial, found = np.zeros_like(z), np.ones_like(z), np.empty(terms)
+    for k in range(terms):
         after = (z * polynomial - math.sqrt(k) * before) / math.sqrt(k + 1)
         before, polynomial = polynomial, after
         found[k] = weight @ (x * polynomial)
