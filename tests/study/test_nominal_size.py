@@ -92,6 +92,11 @@ def test_a_share_in_per_cent_is_said():
         ("0.05 mm", "0..0.1 mm", {}, ["more than half", '"+0.1 mm"']),
         ("10 mm", "4..6 mm", {}, ["more than half"]),
         ("50 mm", "+49.950..+49.975 mm", {}, ["may be sizes"]),
+        ("0.98", "97..99 %", {}, ['"0.97..0.99"']),
+        ("0.15", "13..17 %", {}, ['"0.13..0.17"']),
+        ("-50 mm", "49.95..50.05 mm", {}, ["more than half"]),
+        ("10 mm", "+-0.1 mm", {"cp": 133}, ["a ratio such as 1.33"]),
+        ("10 mm", "+-0.1 mm", {"cpk": 167}, ["a ratio such as 1.33"]),
         ("10 mm", "20..20.1 mm", {}, ["more than half"]),
         ("50 mm", "+-0.1 mm", {"shift": "50.02 mm"}, ["not a size"]),
         ("50 mm", "+-0.1 mm", {"nominal_shift": "99 mm"}, ["more than half"]),
@@ -325,3 +330,101 @@ def test_contributors_of_a_custom_model():
 def test_python_refuses_sizes():
     with pytest.raises(ModelError, match=r"sizes less 2\.45"):
         tolstat.evaluate("stand", {"rod_length": [2.451, 2.449]})
+
+
+@pytest.mark.parametrize(
+    ("nominal", "typed", "words"),
+    [
+        ("4 mm", "3.9..4.1 um", "far from zero"),  # of mm
+        ("50 mm", "20..24 mm", "48 % of the nominal"),
+        ("30 deg", "+-0.1 rad", "38 % of the nominal"),  # of mrad
+        ("50 mm", "+-0.02 m", "80 % of the nominal"),
+        ("1000", "+-0.05", "write per cent"),
+    ],
+)
+def test_what_looks_wrong_has_a_warning(nominal, typed, words):
+    (warning,) = zone(nominal, typed)[1]
+    assert words in warning
+
+
+@pytest.mark.parametrize(
+    ("nominal", "typed"),
+    [
+        ("50 mm", "-0.025..-0.009 mm"), ("50 mm", "0.009..0.034 mm"),
+        ("50 mm", "+0.3..+0.32 mm"), ("1000", "+-20"), ("0.15", "+-0.01"),
+        ("30 deg", "0..360 deg"), ("2 mm", "+-15 %"),
+    ],
+)  # fmt: skip
+def test_what_drawings_have_is_quiet(nominal, typed):
+    assert zone(nominal, typed)[1] == ()
+
+
+def test_values_of_relative_contributors_are_no_deviations():
+    """Friction of 5 % +-1 %, damping of 2 % +-1 %: a share of that, or the value?"""
+    for model, name, typed in (
+        ("stand", "friction", "4..6 %"), ("rolling_block", "damping", "1..3 %"),
+        ("stand", "mesh_stiffness", "98..102 %"),
+    ):  # fmt: skip
+        study = {"model": model, "trials": 8, "seed": 1, "deviations": {name: typed}}
+        with pytest.raises(StudyError, match="with its sign"):
+            load(study)
+    study["deviations"] = {"friction": "+4..+6 %"}
+    part = load(study).deviating.distributions["friction"]
+    np.testing.assert_allclose(part.tolerance, (0.04, 0.06))
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        (["12", "-5", "8", "-3", "4"], "line 2"),  # um under a head of mm
+        (["50.01", "49.98", "50.02", "54.99"], "line 5"),
+    ],
+)
+def test_rows_that_look_wrong_are_named(tmp_path, rows, words):
+    link = {"nominal": "50 mm", "data": "parts.csv", "column": "s"}
+    study = given(tmp_path, ["s [mm]", *rows], {"s": link}, "s")
+    (warning,) = study.reading_warnings
+    assert words in warning
+
+
+def test_decimal_commas_without_quotes_are_said(tmp_path):
+    link = {"nominal": "30 mm", "data": "parts.csv", "column": "d"}
+    rows = [f"30,{x:03d}" for x in (12, 8, 15, 9, 11, 10)]
+    study = given(tmp_path, ["d [mm],note", *rows], {"d": link}, "d")
+    assert "decimal comma" in study.reading_warnings[0]
+    rows = ["30,9", "30,12", "30,7", "30,10", "30,8"]  # whole numbers of their own
+    study = given(tmp_path, ["d [mm],count", *rows], {"d": link}, "d")
+    assert not study.reading_warnings
+
+
+@pytest.mark.parametrize("demand", ["1 %", "0.27 %", "100 ppm"])
+def test_a_share_out_of_limit_is_no_yield(demand):
+    limits = {"gap": {"limit": "0..20 mm", "yield": demand}}
+    with pytest.raises(StudyError, match="permits"):
+        load(chain("a", {"a": "10 mm"}, limits=limits))
+
+
+def test_per_cent_of_a_plain_number_is_said():
+    """100 (s - L)/L is a number of per cent already."""
+    links = {"s": {"nominal": "50 mm", "tolerance": "+-0.1 mm"}, "L": "50.02 mm"}
+    study = load(chain("100*(s - L)/L", links, limits={"gap": "<= 0.2 %"}))
+    (warning,) = study.reading_warnings
+    assert '"<= 0.2 %" is 0.002' in warning
+    assert not load(
+        chain("(s - L)/L", links, limits={"gap": "<= 0.002"})
+    ).reading_warnings
+
+
+def test_a_price_far_from_the_tolerance_is_refused():
+    cost = {"law": "reciprocal", "at": "+-0.02 m", "price": 10}
+    link = {"nominal": "50 mm", "tolerance": "+-0.05 mm", "cost": cost}
+    with pytest.raises(StudyError, match="check its unit"):
+        load(chain("a", {"a": link}))
+
+
+def test_a_minus_sign_of_a_word_processor_is_one():
+    np.testing.assert_allclose(
+        zone("50 mm", "\N{MINUS SIGN}5..+20 um")[0].tolerance, (-5e-6, 20e-6)
+    )
+    with pytest.raises(StudyError, match="a dash is no sign"):
+        zone("50 mm", "0.000\N{EN DASH}0.021 mm")
