@@ -30,7 +30,7 @@ from tolstat.study.study import Study
 
 NO_STEPS = (
     "The audit cannot shorten the steps of this model: it has no setting max_step. An "
-    "event shorter than a step is missed by every evaluation."
+    "event shorter than a step may be missed by every evaluation."
 )
 Column = TypeVar("Column", Contributor, Response)
 
