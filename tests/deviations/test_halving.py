@@ -29,12 +29,12 @@ from tolstat.deviations.spread import halved
 from tolstat.errors import DistributionError
 
 
-def weights_of(x, distributions, names, dependence=None):
-    new = {name: halved(distributions[name]) for name in names}
+def weights_of(x, distributions, names, dependence=None, sized=True):
+    new = {name: halved(distributions[name], sized=sized) for name in names}
     return DensityRatio(x, distributions, dependence or Dependence()).weights(new)
 
 
-ZONE, HALF = Tolerance(-0.1, 0.3), Tolerance(-0.05, 0.15)
+ZONE, HALF = Tolerance(-0.1, 0.3), Tolerance(0.0, 0.2)  # about its middle
 FROM_ZERO, HALF_FROM_ZERO = Tolerance(0.0, 1.0), Tolerance(0.0, 0.5)
 NAMES = ["rod_1", "rod_2", "gear"]
 TRIALS = 200_000
@@ -56,14 +56,15 @@ def drawn(distributions, dependence=None, seed=3):
         (TruncatedNormal(ZONE, outside="screened"),
          TruncatedNormal(HALF, outside="screened")),
         (Uniform(ZONE), Uniform(HALF)),
-        (Triangular(ZONE, 0.1), Triangular(HALF, 0.05)),
+        (Triangular(ZONE, 0.2), Triangular(HALF, 0.15)),
         (Trapezoidal(ZONE), Trapezoidal(HALF)),
         (Beta(ZONE, 2.0, 4.0), Beta(HALF, 2.0, 4.0)),
         (Weibull(FROM_ZERO, 2.0), Weibull(HALF_FROM_ZERO, 2.0)),
         (Lognormal(FROM_ZERO, 0.3), Lognormal(HALF_FROM_ZERO, 0.15)),
-        # of one sign: towards the end that is nearer to zero
-        (Uniform(Tolerance(16.0, 34.0)), Uniform(Tolerance(16.0, 25.0))),
-        (Uniform(Tolerance(-34.0, -16.0)), Uniform(Tolerance(-25.0, -16.0))),
+        # of one sign: an end that stood still would move the mean of all parts
+        (Uniform(Tolerance(16.0, 34.0)), Uniform(Tolerance(20.5, 29.5))),
+        (Uniform(Tolerance(-34.0, -16.0)), Uniform(Tolerance(-29.5, -20.5))),
+        (Uniform(FROM_ZERO), Uniform(Tolerance(0.25, 0.75))),  # a grade H
     ],
 )  # fmt: skip
 def test_weighted_parts_are_those_of_the_halved_tolerance(made, half):
