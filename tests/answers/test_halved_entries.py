@@ -22,7 +22,8 @@ from tolstat.errors import StudyError
 from tolstat.render.screen import as_text
 from tolstat.study.study import load
 
-# the entry of a link, half of it, and a limit that its parts often miss
+# the entry of a link, half of it about its middle (a lognormal distribution begins at
+# its lower end), and a limit that its parts often miss
 ENTRIES = {
     "normal": ({"tolerance": "+-0.4 mm"}, "+-0.2 mm", "<= 0.2 mm"),
     "capability": (
@@ -30,7 +31,7 @@ ENTRIES = {
         {"tolerance": "+-0.2 mm", "cp": 1.33, "shift": "0.025 mm"}, "<= 0.2 mm"),
     "uniform": (
         {"tolerance": "-0.2..0.4 mm", "distribution": "uniform"},
-        {"tolerance": "-0.1..0.2 mm", "distribution": "uniform"}, "<= 0.25 mm"),
+        {"tolerance": "-0.05..0.25 mm", "distribution": "uniform"}, "<= 0.25 mm"),
     "triangular": (
         {"tolerance": "+-0.4 mm", "distribution": "triangular", "mode": "0.2 mm"},
         {"tolerance": "+-0.2 mm", "distribution": "triangular", "mode": "0.1 mm"},
@@ -38,8 +39,8 @@ ENTRIES = {
     "trapezoidal": (
         {"tolerance": "0..0.4 mm", "distribution": "trapezoidal",
          "plateau": "0.1..0.2 mm"},
-        {"tolerance": "0..0.2 mm", "distribution": "trapezoidal",
-         "plateau": "0.05..0.1 mm"}, "<= 0.3 mm"),
+        {"tolerance": "0.1..0.3 mm", "distribution": "trapezoidal",
+         "plateau": "0.15..0.2 mm"}, "<= 0.3 mm"),
     "lognormal": (
         {"tolerance": "0.1..0.4 mm", "distribution": "lognormal", "median": "0.2 mm"},
         {"tolerance": "0.1..0.25 mm", "distribution": "lognormal",
@@ -47,8 +48,8 @@ ENTRIES = {
     "shifted": (
         {"tolerance": "+-0.4 mm", "nominal_shift": "0.05 mm"},
         {"tolerance": "+-0.2 mm", "nominal_shift": "0.05 mm"}, "<= 0.3 mm"),
-    "one side": ({"tolerance": "-0.4..0 mm"}, "-0.2..0 mm", ">= -0.3 mm"),
-    "grade": ({"tolerance": "h12"}, "-0.125..0 mm", ">= -0.2 mm"),
+    "one side": ({"tolerance": "-0.4..0 mm"}, "-0.3..-0.1 mm", ">= -0.3 mm"),
+    "grade": ({"tolerance": "h12"}, "-0.1875..-0.0625 mm", ">= -0.2 mm"),
     "clipped": (
         {"tolerance": "+-0.4 mm", "distribution": "truncated_normal", "cp": 0.5,
          "outside": "clipped"},
@@ -206,8 +207,9 @@ def test_a_price_that_is_proposed_fits_the_other_keys(tmp_path, key):
 
 
 def test_no_price_is_proposed_where_a_key_allows_no_narrower_tolerance(tmp_path):
-    entry = {"tolerance": "+-0.2 mm", "distribution": "trapezoidal"}
-    run = chain(tmp_path, {**entry, "plateau": "+-0.2 mm"}, "<= 0.1 mm")
+    """A mean near the end of its tolerance; a plateau moves with the zone."""
+    entry = {"tolerance": "+-0.2 mm", "shift": "0.195 mm"}
+    run = chain(tmp_path, entry, "<= 0.1 mm")
     assert to_allocate(run, ["a"]) == ()
 
 
