@@ -25,16 +25,16 @@ from tolstat.deviations.distributions import (
     Weibull,
 )
 from tolstat.deviations.measured import Fitted, Measured
-from tolstat.deviations.spread import halved
+from tolstat.deviations.spread import Shifted, fixed_point, halved, resized
 from tolstat.errors import DistributionError
 
 
-def weights_of(x, distributions, names, dependence=None):
-    new = {name: halved(distributions[name]) for name in names}
+def weights_of(x, distributions, names, dependence=None, sized=True):
+    new = {name: halved(distributions[name], sized=sized) for name in names}
     return DensityRatio(x, distributions, dependence or Dependence()).weights(new)
 
 
-ZONE, HALF = Tolerance(-0.1, 0.3), Tolerance(-0.05, 0.15)
+ZONE, HALF = Tolerance(-0.1, 0.3), Tolerance(0.0, 0.2)  # about its middle
 FROM_ZERO, HALF_FROM_ZERO = Tolerance(0.0, 1.0), Tolerance(0.0, 0.5)
 NAMES = ["rod_1", "rod_2", "gear"]
 TRIALS = 200_000
@@ -56,14 +56,15 @@ def drawn(distributions, dependence=None, seed=3):
         (TruncatedNormal(ZONE, outside="screened"),
          TruncatedNormal(HALF, outside="screened")),
         (Uniform(ZONE), Uniform(HALF)),
-        (Triangular(ZONE, 0.1), Triangular(HALF, 0.05)),
+        (Triangular(ZONE, 0.2), Triangular(HALF, 0.15)),
         (Trapezoidal(ZONE), Trapezoidal(HALF)),
         (Beta(ZONE, 2.0, 4.0), Beta(HALF, 2.0, 4.0)),
         (Weibull(FROM_ZERO, 2.0), Weibull(HALF_FROM_ZERO, 2.0)),
         (Lognormal(FROM_ZERO, 0.3), Lognormal(HALF_FROM_ZERO, 0.15)),
-        # of one sign: towards the end that is nearer to zero
-        (Uniform(Tolerance(16.0, 34.0)), Uniform(Tolerance(16.0, 25.0))),
-        (Uniform(Tolerance(-34.0, -16.0)), Uniform(Tolerance(-25.0, -16.0))),
+        # of one sign: an end that stood still would move the mean of all parts
+        (Uniform(Tolerance(16.0, 34.0)), Uniform(Tolerance(20.5, 29.5))),
+        (Uniform(Tolerance(-34.0, -16.0)), Uniform(Tolerance(-29.5, -20.5))),
+        (Uniform(FROM_ZERO), Uniform(Tolerance(0.25, 0.75))),  # a grade H
     ],
 )  # fmt: skip
 def test_weighted_parts_are_those_of_the_halved_tolerance(made, half):
@@ -141,3 +142,49 @@ def test_a_refusal_to_halve_has_a_reason(distribution, words):
     x = {"rod_1": distribution.deviations(np.array([0.2, 0.6]))}
     with pytest.raises(DistributionError, match=words):
         weights_of(x, {"rod_1": distribution}, ["rod_1"])
+
+
+FRICTION, FROM_60 = Tolerance(-20.0, 40.0), Tolerance(0.0, 60.0)
+
+
+@pytest.mark.parametrize(
+    ("made", "sized", "fixed"),
+    [
+        (Uniform(Tolerance(0.0, 21.0)), True, 10.5),  # H7 of 25 mm
+        (Normal(Tolerance(-20.0, -7.0)), True, -13.5),
+        (Triangular(Tolerance(-0.2, 0.0), -0.18), True, -0.1),
+        (Triangular(FRICTION, 0.0), True, 10.0),  # of a link: the middle
+        # no nominal value: an amplitude, and what is typed as most likely
+        (Uniform(FROM_60), False, 0.0),
+        (Triangular(FROM_60, 12.0), False, 0.0),
+        (Triangular(FRICTION, 0.0), False, 0.0),
+        (Triangular(FRICTION, 5.0), False, 5.0),
+        (Lognormal(Tolerance(-50.0, 100.0), 0.0), False, 0.0),
+        (Trapezoidal(FRICTION, Tolerance(-5.0, 9.0)), False, 2.0),
+        (Uniform(FRICTION), False, 10.0),
+        (Uniform(Tolerance(-50.0, -20.0)), False, -35.0),  # teeth made thinner
+        (Uniform(Tolerance(-50.0, 0.0)), False, -25.0),
+        # they begin at their lower end
+        (Lognormal(FROM_60, 10.0), False, 0.0),
+        (Lognormal(Tolerance(0.1, 0.4), 0.2), True, 0.1),
+        (Weibull(Tolerance(-0.3, 0.4), 2.0), True, -0.3),
+    ],
+)  # fmt: skip
+def test_a_zone_narrows_about_its_middle_unless_the_drawing_says_otherwise(
+    made, sized, fixed
+):
+    for by in (0.0, 7.0):
+        moved = Shifted(made, by) if by else made
+        assert fixed_point(moved, sized=sized) == pytest.approx(fixed + by)
+        ends = halved(moved, sized=sized).deviations(np.array([0.1, 0.9]))
+        at = moved.deviations(np.array([0.1, 0.9])) - by
+        np.testing.assert_allclose(ends - by, fixed + (at - fixed) / 2, rtol=1e-12)
+        # a search narrows it the same way, with its mode, median and plateau
+        half = resized(moved, made.tolerance.half / 2, sized=sized)
+        found = half.deviations(np.array([0.1, 0.9]))
+        np.testing.assert_allclose(found, ends, rtol=1e-9, atol=1e-9)
+
+
+def test_a_search_leaves_the_shift_of_a_mean():
+    half = resized(Normal(Tolerance(10.0, 30.0), shift=2.0), 5.0, sized=True)
+    assert half == Normal(Tolerance(15.0, 25.0), shift=2.0)

@@ -8,7 +8,6 @@ from pathlib import Path
 from tolstat.answers.halved_entries import (
     entries_of,
     halved_entries,
-    narrowest,
     nominal_shift,
 )
 from tolstat.answers.sweep.curves import responses_of_interest
@@ -122,7 +121,10 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
             scale, zone = run.scales[own[0]], Tolerance(*run.assumed[own[0]].tolerance)
             at = f"+-{figures(scale.factor * zone.half, KNOWN)} {scale.mark}".strip()
             keys["cost"] = {"law": "reciprocal", "at": at, "price": 1}
-            least = ROOM * narrowest(keys, zone, readers[own[0]])
+            # the mean stays where it is in a tolerance that a search narrows
+            shift = keys.get("shift")
+            off = readers[own[0]].difference(str(shift)) if shift else 0.0
+            least = ROOM * abs(off) / zone.half
             if least >= 1:
                 continue
             if least > DEFAULT_TIGHTEST:

@@ -66,11 +66,6 @@ class Tolerance(NamedTuple):
         return 0.5 * (self.lower + self.upper)
 
     @property
-    def nearest(self) -> float:
-        """The deviation in the zone that is nearest to zero."""
-        return min(max(0.0, self.lower), self.upper)
-
-    @property
     def half(self) -> float:
         """Half the width of the zone."""
         return 0.5 * (self.upper - self.lower)

@@ -10,11 +10,19 @@ import numpy as np
 from scipy.special import ndtr
 
 from tolstat.arrays import Array
-from tolstat.deviations.distributions import THREE_SIGMA, Distribution, Tolerance
+from tolstat.deviations.distributions import (
+    THREE_SIGMA,
+    Distribution,
+    Lognormal,
+    Tolerance,
+    Weibull,
+)
 from tolstat.errors import DistributionError
 
 RARE = 6.0  # normal score of the ends that practically no part is beyond
 FAR, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
+PLACES = ("mode", "median", "plateau")  # keys that are places in the zone
+ROUNDING = 1e-12  # of half a zone: zero, but for rounding
 
 
 class Spread(NamedTuple):
@@ -104,24 +112,48 @@ class Nearer:
         return self.centre + 0.5 * (self.distribution.deviations(u) - self.centre)
 
 
-def halved(distribution: Distribution) -> Nearer:
-    """Return a distribution with half its tolerance.
+def fixed_point(distribution: Distribution, *, sized: bool) -> float:
+    """Return the deviation that stays where a zone narrows, SI.
 
-    Each deviation is half as far from zero, or from the nearer end of a tolerance on
-    one side of zero. +-0.2 mm becomes +-0.1 mm, 0..60 um becomes 0..30 um. +16..+34 um
-    becomes +16..+25 um, as a finer grade of the same position. Shape and Cp stay.
-    A drawing may narrow a zone about its middle instead: what is said to be impossible
-    for any narrower tolerance considers both (`tolstat.answers.report.off_centre`).
+    A zone narrows about its middle: half the width of H7 or of +0.1..+0.3 mm leaves
+    the mean of its parts. Three kinds of zones keep another deviation, since their
+    middle means nothing:
 
-    Raises `DistributionError` if it has no tolerance.
+    - a deviation without nominal value (`sized` is false), such as a run-out or a
+      share of a property, with a zone around zero and a typed mode, median or plateau:
+      what is typed as most likely. Friction -20..+40 %, mode 0 %, becomes -10..+20 %.
+    - a deviation without nominal value with a zone from zero: zero. It is an amplitude.
+      A run-out 0..60 um becomes 0..30 um.
+    - a distribution that begins at its lower end, lognormal or Weibull: that end.
+
+    A shift of the nominal moves the zone and its fixed point.
+
+    Raises `DistributionError` if the distribution has no tolerance.
     """
+    if isinstance(distribution, Shifted):
+        return distribution.by + fixed_point(distribution.distribution, sized=sized)
     zone = zone_of(distribution)
     if zone is None:
         raise DistributionError("it has no tolerance")
-    if isinstance(distribution, Shifted):
-        centre = halved(distribution.distribution).centre
-        return Nearer(distribution, distribution.by + centre)
-    return Nearer(distribution, zone.nearest)
+    if not sized and zone.lower < 0 < zone.upper:
+        for key in PLACES:
+            if (typical := getattr(distribution, key, None)) is not None:
+                plateau = isinstance(typical, Tolerance)
+                return float(typical.middle if plateau else typical)
+    from_zero = not sized and zone.lower == 0
+    if from_zero or isinstance(distribution, Lognormal | Weibull):
+        return zone.lower
+    return zone.middle
+
+
+def halved(distribution: Distribution, *, sized: bool) -> Nearer:
+    """Return a distribution with half its tolerance.
+
+    Each deviation is half as far from the `fixed_point`. Shape and Cp stay.
+
+    Raises `DistributionError` if it has no tolerance.
+    """
+    return Nearer(distribution, fixed_point(distribution, sized=sized))
 
 
 def half_of(distributions: Mapping[str, Distribution]) -> float:
@@ -131,19 +163,48 @@ def half_of(distributions: Mapping[str, Distribution]) -> float:
     return zone.half
 
 
-def resized(distribution: Distribution, half: float) -> Distribution:
-    """Return a distribution with another half width, SI, its other keys unchanged.
+def in_zone(distribution: Distribution, zone: Tolerance) -> Distribution:
+    """Return a distribution in another zone, SI, beside the same shift of its nominal.
 
-    The zone changes towards zero, or towards its end nearest to zero, as in `halved`.
-
-    Raises `DistributionError` if another key does not fit that tolerance.
+    Mode, median and plateau lie as far across the new zone as across the old one; the
+    shift of a mean grows and shrinks with the zone. Other keys stay.
     """
     if isinstance(distribution, Shifted):
-        return Shifted(resized(distribution.distribution, half), distribution.by)
+        return Shifted(in_zone(distribution.distribution, zone), distribution.by)
+    old = zone_of(distribution)
+    assert old is not None  # checked by those who call
+    ratio = zone.half / old.half
+
+    def across(x: float) -> float:
+        place = min(max(zone.lower + ratio * (x - old.lower), zone.lower), zone.upper)
+        return place if abs(place) > ROUNDING * zone.half else 0.0
+
+    keys: dict[str, Any] = {"tolerance": zone}
+    for key in PLACES:
+        if (place := getattr(distribution, key, None)) is not None:
+            plateau = isinstance(place, Tolerance)
+            keys[key] = Tolerance(*map(across, place)) if plateau else across(place)
+    if (shift := getattr(distribution, "shift", None)) is not None:
+        keys["shift"] = ratio * shift
+    return cast(Distribution, dataclasses.replace(cast(Any, distribution), **keys))
+
+
+def resized(distribution: Distribution, half: float, *, sized: bool) -> Distribution:
+    """Return a distribution with another half width, SI, about its `fixed_point`.
+
+    Mode, median and plateau move with the zone; the shift of a mean and Cp stay.
+
+    Raises `DistributionError` if the shift does not fit that tolerance.
+    """
+    if isinstance(distribution, Shifted):
+        inner = resized(distribution.distribution, half, sized=sized)
+        return Shifted(inner, distribution.by)
     zone = zone_of(distribution)
     assert zone is not None  # checked when the study was loaded
-    fixed, ratio = zone.nearest, half / zone.half
-    new = Tolerance(*(fixed + ratio * (end - fixed) for end in zone))
-    return cast(
-        Distribution, dataclasses.replace(cast(Any, distribution), tolerance=new)
+    fixed, ratio = fixed_point(distribution, sized=sized), half / zone.half
+    new = in_zone(
+        distribution, Tolerance(*(fixed + ratio * (end - fixed) for end in zone))
     )
+    if (shift := getattr(distribution, "shift", None)) is None:
+        return new
+    return cast(Distribution, dataclasses.replace(cast(Any, new), shift=shift))

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple, TypeVar
 import tomli_w
 
 from tolstat.deviations import iso286
-from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.spread import half_of, resized, unshifted, zone_of
+from tolstat.deviations.distributions import Distribution, Tolerance
+from tolstat.deviations.spread import half_of, in_zone, resized, unshifted, zone_of
 from tolstat.errors import CostError, DistributionError, UnitError, allowed_names
 from tolstat.study.distribution_entry import read_distribution, written_unit
 from tolstat.study.nominal_size import DeviationReader
@@ -27,6 +27,7 @@ from tolstat.study.study_schema import (
     Reciprocal,
     read_entry,
 )
+from tolstat.study.typed_zone import typed_places
 from tolstat.units.scale import Scale, scale_of
 
 EXAMPLE = (
@@ -86,6 +87,7 @@ class Priced:
     specified: Mapping[str, Distribution]  # by contributor, as in the study, SI
     scale: Scale  # of the tolerance, as written
     law: Law | None  # of the price
+    sized: bool = True  # as of `tolstat.deviations.spread.fixed_point`
     offered: tuple[Offered, ...] = ()  # without a law: all choices, the loosest first
 
     @property
@@ -123,7 +125,10 @@ class Priced:
         if not self.law:
             return self.offered[round(choice)].distributions
         half = math.exp(choice)
-        return {name: resized(each, half) for name, each in self.specified.items()}
+        return {
+            name: resized(each, half, sized=self.sized)
+            for name, each in self.specified.items()
+        }
 
     def text(self, choice: float) -> str:
         """Return a chosen tolerance as text; the specified one as it is written.
@@ -135,6 +140,21 @@ class Priced:
             return self.offered[round(choice)].words
         if self.is_specified(choice):
             return self.words
+        low, high = self._written(choice)
+        both = f"+-{high}" if low == f"-{high}" else f"{low}..{high}"
+        return f"{both} {self.scale.mark}".strip()
+
+    def places(self, choice: float) -> dict[str, str]:
+        """Return the other keys of the entry that move with a chosen tolerance."""
+        if not self.law or self.is_specified(choice):
+            return {}
+        ends = (float(end) / self.scale.factor for end in self._written(choice))
+        first = unshifted(next(iter(self.specified.values())))
+        return typed_places(in_zone(first, Tolerance(*ends)), self.scale)
+
+    def _written(self, choice: float) -> tuple[str, str]:
+        """Return the ends of a tolerance that follows a law, as they are written."""
+        assert self.law
         zone = zone_of(unshifted(next(iter(self.distributions(choice).values()))))
         assert zone is not None
         scale = self.scale
@@ -150,8 +170,7 @@ class Priced:
             if float(ends[1] - ends[0]) / 2 >= least * scale.factor:
                 break
         low, high = (f"{end.normalize() if end else Decimal(0):f}" for end in ends)
-        both = f"+-{high}" if zone.lower == -zone.upper else f"{low}..{high}"
-        return f"{both} {scale.mark}".strip()
+        return low, high
 
 
 def read_cost(
@@ -167,6 +186,7 @@ def read_cost(
     scale = scale_of(
         reader.contributor.unit, written_unit(keys, reader), half_of(specified)
     )
+    sized = reader.is_sized(keys)
     if not set(given) & set(Exponential.model_fields):
         offered = _offered(given, keys, readers)
         if specified not in [each.distributions for each in offered]:
@@ -174,13 +194,14 @@ def read_cost(
             raise CostError(
                 f"cost: the tolerance of the entry has no price; allowed: {known}"
             )
-        return Priced(name, words, specified, scale, None, offered)
+        return Priced(name, words, specified, scale, None, sized, offered)
     if len({zone_of(each) for each in specified.values()}) > 1:
         raise CostError(
             "cost: the parts have different tolerances; give each a separate entry, or "
             "a table of grades"
         )
-    return Priced(name, words, specified, scale, _law(given, specified, reader))
+    law = _law(given, specified, reader, sized)
+    return Priced(name, words, specified, scale, law, sized)
 
 
 def _offered(
@@ -218,6 +239,7 @@ def _law(
     given: dict[str, Any],
     specified: Mapping[str, Distribution],
     reader: DeviationReader,
+    sized: bool,
 ) -> Law:
     """Read a law of the price."""
     law = given.get("law")
@@ -260,7 +282,7 @@ def _law(
     for key, end in (("tightest", found.tightest), ("loosest", found.loosest)):
         try:
             for each in specified.values():
-                resized(each, end)
+                resized(each, end, sized=sized)
         except DistributionError as error:
             raise CostError(
                 f"cost: with the {key} tolerance, {end / half:.3g} times that of the "
@@ -282,17 +304,23 @@ def read(grammar: Callable[[str], Found], key: str, text: str) -> Found:
         raise CostError(f'cost, {key} = "{text}": {error}') from None
 
 
-def with_tolerances(text: str, chosen: Mapping[str, str], **keys: Any) -> str:
+def with_tolerances(
+    text: str,
+    chosen: Mapping[str, str],
+    places: Mapping[str, dict[str, str]] = MappingProxyType({}),
+    **keys: Any,
+) -> str:
     """Return a study with other tolerances, shifts and keys; its comments are lost.
 
     Tolerances are named by entry of [deviations] or [links], shifts after `SHIFT`.
+    `places` are other keys of entries that move with their tolerance.
     """
     table = tomllib.loads(text) | keys
     for full, words in chosen.items():
         name = full.removeprefix(SHIFT)
         section = table["links" if name in table.get("links", {}) else "deviations"]
         if name == full:
-            section[name] = with_tolerance(section[name], words)
+            section[name] = with_tolerance(section[name], words) | places.get(name, {})
         else:
             section[name] |= {"nominal_shift": words}
     return tomli_w.dumps(table)

@@ -47,6 +47,8 @@ class Deviations(NamedTuple):
     notes: tuple[str, ...]  # for the summary of the run
     priced: tuple[Priced, ...] = ()  # by a cost: tolerances and shifts
     warnings: tuple[str, ...] = ()  # that stand before the verdicts
+    # contributors with a nominal value: see `tolstat.deviations.spread.fixed_point`
+    sized: frozenset[str] = frozenset()
 
 
 def read_deviations(
@@ -69,6 +71,7 @@ def read_deviations(
     notes: list[str] = []
     warnings: dict[str, None] = {}
     priced: list[Priced] = []
+    sized: set[str] = set()
     for name, given in entries.items():
         section = "links" if name in linked else "deviations"
         with problems.noting(f"[{section}] {name}", given):
@@ -93,6 +96,8 @@ def read_deviations(
                     shown[member] = written
                 if batch:
                     batches[member] = batch
+                if reader.is_sized(keys):
+                    sized.add(member)
                 words[member] = _in_words(keys, fitted, batch)
             if cost is not None:
                 priced += read_costs(name, cost, keys, readers, found)
@@ -104,7 +109,7 @@ def read_deviations(
     notes += [_noted(pair, each, found) for pair, each in [*typed.items()][:MOST_NOTED]]
     return Deviations(
         found, Dependence(batches, pairs), words, shown, tuple(notes), tuple(priced),
-        tuple(warnings),
+        tuple(warnings), frozenset(sized),
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ what may be either is refused.
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -69,6 +69,10 @@ class DeviationReader:
         """Whether its deviations are shares of a nominal value that is not known."""
         part = self.contributor
         return part.unit == "1" and part.size is None and part.shown in ("", *SHARES)
+
+    def is_sized(self, entry: Mapping[str, Any]) -> bool:
+        """Whether the part has a nominal value, of the model or that of its grade."""
+        return bool(self._size) or "size" in entry
 
     def size_of_grade(self, text: str) -> float:
         """Return the size of a grade, SI; warn if the nominal is another."""

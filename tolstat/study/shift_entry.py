@@ -108,5 +108,7 @@ def read_costs(
     words = str(keys.get("nominal_shift", f"0 {scale.mark}".strip()))
     rate = price / max(-low, high)
     ends = (low, high) if -low > high else (high, low)
-    shift = Shift(SHIFT + name, words, specified, scale, None, (), ends, rate)
+    shift = Shift(
+        SHIFT + name, words, specified, scale, None, permitted=ends, rate=rate
+    )
     return [*priced, shift]

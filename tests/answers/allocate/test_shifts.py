@@ -204,9 +204,13 @@ def test_a_shifted_nominal_moves_all_parts_and_its_tolerance():
     assert moved[:, 0] == pytest.approx(-0.3e-3, rel=1e-12)
     own = after.deviating.distributions["link_1"]
     assert spread_of(own)[:2] == pytest.approx((-0.3e-3, -0.1e-3))
-    # a tolerance narrows to its end nearest to the shifted nominal
-    assert resized(own, 0.05e-3).tolerance == pytest.approx((-0.3e-3, -0.2e-3))
-    assert halved(own).deviations(np.array([0.5])) == pytest.approx(-0.25e-3)
+    # an amplitude narrows to its zero, which the nominal shift moves; any other zone
+    # about its middle: a zone that stood still at an end would move the mean
+    for sized, zone in ((False, (-0.3e-3, -0.2e-3)), (True, (-0.25e-3, -0.15e-3))):
+        half = resized(own, 0.05e-3, sized=sized).tolerance
+        assert half == pytest.approx(zone)
+        median = halved(own, sized=sized).deviations(np.array([0.5]))
+        assert median == pytest.approx(sum(zone) / 2)
     law = {"law": "reciprocal", "at": "+-0.1 mm", "price": 1}
     costly = {**given, "deviations": {"link_1": {**other, "cost": law}}}
     (priced,) = load(costly, model=Linear()).deviating.priced

@@ -486,3 +486,20 @@ def test_half_the_width_about_the_same_middles_meets_the_limit_of_a_clearance_fi
     mean, sigma = 12.5 + 17.0, math.hypot(25 / 6, 16 / 6)
     assert stats.norm.cdf((18 - mean) / sigma) > 2.7e-3
     assert stats.norm.cdf((18 - mean) / (sigma / 2)) < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("play", "never"),
+    [
+        ({"nominal": "0 mm"}, True),  # an amplitude narrows to zero, below the limit
+        ({"nominal": "25 mm"}, False),  # a hole narrows to 25.05 mm, above it
+    ],
+)
+def test_never_follows_the_deviation_that_stays(tmp_path, play, never):
+    tolerance = {"tolerance": "0..0.1 mm", "distribution": "uniform"}
+    size = float(play["nominal"].split()[0])
+    study = {**FIT, "settings": {"gap": "play + bar"},
+             "links": {"play": play | tolerance, "bar": NARROW | {"nominal": "5 mm"}},
+             "limits": {"gap": f">= {size + 5.04:g} mm"}}  # fmt: skip
+    off = found_of(study, tmp_path)[0].responses["gap"].off_centre
+    assert (off is not None and off.tolerances == NEVER) is never

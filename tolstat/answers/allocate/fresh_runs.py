@@ -77,12 +77,10 @@ class FreshRuns:
 
     def study_text(self, choice: Choice, **keys: Any) -> str:
         """Return the study with the tolerances of a choice, as a file."""
-        other = {
-            each.name: each.text(x)
-            for each, x in self._chosen(choice)
-            if not each.is_specified(x)
-        }
-        return with_tolerances(self.study.text, other, **keys)
+        other = [of for of in self._chosen(choice) if not of[0].is_specified(of[1])]
+        words = {each.name: each.text(x) for each, x in other}
+        places = {each.name: each.places(x) for each, x in other}
+        return with_tolerances(self.study.text, words, places, **keys)
 
     def as_written(self, choice: Choice) -> Choice:
         """Return the choice that a file holds, whose digits are few."""

@@ -14,7 +14,11 @@ import numpy as np
 from scipy.special import ndtri
 
 from tolstat.answers.cells import ppm
-from tolstat.answers.halved_entries import entries_of, nominal_shift
+from tolstat.answers.halved_entries import (
+    entries_of,
+    fixed_points,
+    nominal_shift,
+)
 from tolstat.answers.next_steps import to_shift
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array
@@ -87,11 +91,12 @@ def off_centre(drawn: Drawn, name: str, found: Summary) -> OffCentre | None:
         _moved(run),
     )
     nominal, linear = run.nominal_values[name], math.nan
-    least, most = _narrowest(nominal, slopes, zones, moved)
+    least, most = _narrowest(run, nominal, slopes, moved)
     if slopes:
         linear = nominal + sum(s * run.assumed[n].mean for n, s in slopes.items())
     nominal += sum(s * moved.get(n, 0.0) for n, s in slopes.items())
-    # the best of both ways to narrow: ever more, and half of the way
+    # the best of both ways to narrow, about a fixed point and by grades: what is said
+    # to be impossible holds for either, ever narrower and half of the way
     middle, rest = lower / 2 + upper / 2, linear / 2 + (at - linear) / 4
     aim = min(max(middle, least), most)
     halved = rest + min(max(middle - rest, least / 2), most / 2)
@@ -126,21 +131,18 @@ def off_centre(drawn: Drawn, name: str, found: Summary) -> OffCentre | None:
 
 
 def _narrowest(
-    nominal: float,
-    slopes: Mapping[str, float],
-    zones: Mapping[str, Tolerance],
-    moved: Mapping[str, float],
+    run: Run, nominal: float, slopes: Mapping[str, float], moved: Mapping[str, float]
 ) -> tuple[float, float]:
     """Return the least and the largest response, by slopes, without any spread.
 
-    A zone that is narrowed ever more ends at its middle, or at its end nearest to the
-    nominal value, as grades of one position do: see `tolstat.deviations.spread.halved`.
+    A zone that is narrowed ever more ends where `tolstat.deviations.spread.fixed_point`
+    says, or at its end nearest to the nominal value, as grades do: H7, H6.
     """
-    least = most = nominal
+    fixed, least, most = fixed_points(run), nominal, nominal
     for name, slope in slopes.items():
-        zone = zones[name]
+        zone = Tolerance(*run.assumed[name].tolerance)
         nearest = min(max(moved.get(name, 0.0), zone.lower), zone.upper)
-        effects = slope * nearest, slope * zone.middle
+        effects = slope * nearest, slope * fixed.get(name, zone.middle)
         least, most = least + min(effects), most + max(effects)
     return least, most
 

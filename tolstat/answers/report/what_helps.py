@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import ppm
-from tolstat.answers.halved_entries import PLACES, halved_entries
+from tolstat.answers.halved_entries import MOVED, halved_entries
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Parts, listed, say, text
 from tolstat.statistics.estimate import Estimate
@@ -36,9 +36,7 @@ def cell(run: Run, causes: Causes | None, limited: Limited) -> Cell:
     }
     change = say("halve {}", named(main))
     # a tolerance alone is no remedy where other keys have to change with it
-    alone = all(
-        isinstance(e, str) or not e.keys() & {*PLACES} for e in entries.values()
-    )
+    alone = all(isinstance(e, str) or not e.keys() & {*MOVED} for e in entries.values())
     if alone and len({*halves.values()}) == 1 and len(halves) <= MOST_NAMED:
         (half,) = {*halves.values()}
         change = text(listed([*map(Name, halves)]), f" to {half}")

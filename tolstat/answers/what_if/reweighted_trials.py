@@ -42,7 +42,6 @@ from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations, read_deviations
-from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems, toml_of
 from tolstat.study.study import Study
 from tolstat.study.study_schema import check_section
@@ -202,7 +201,6 @@ def _changed_kinds(
         if isinstance(entry, dict) and "distribution" in entry
         for member in expand(name, names)
     }
-    parts = {each.name: each for each in run.contributors}
     said = dict[str, None]()
     for name, entry in given.items():
         for member in expand(name, names) if isinstance(entry, str) else ():
@@ -213,8 +211,8 @@ def _changed_kinds(
                 continue
             kind, scale = before[member]["distribution"], run.scales[member]
             own = {k: v for k, v in before[member].items() if k in vars(old)}
-            if (zone := zone_of(old)) and (other := zone_of(new)):
-                own = moved(own, zone, other, DeviationReader(parts[member]), scale)
+            if zone_of(old) and (other := zone_of(new)):
+                own = moved(own, old, other, scale)
             kept = toml_of({**own, "tolerance": entry, "distribution": kind})
             said[
                 f"{name} was sampled {kind}; a range alone is normal: {kept} keeps it "

@@ -81,7 +81,7 @@ def halved_shares(
     # a deviation over a full turn, the phase of a run-out, has no tolerance to halve
     zones = {name: zone_of(deviating.distributions[name]) for name in every}
     turning = [e.name for e in contributors if is_turn(e.unit, zones.get(e.name))]
-    unfit: set[str] = set()  # refused alone; these come first
+    unfit, sized = set[str](), deviating.sized  # refused alone; these come first
     alone = [(name,) for name in every]
     effects = effects_of(
         out_of_limit, assumed_of(deviating), slopes, study.description.contributors
@@ -96,7 +96,10 @@ def halved_shares(
         try:
             if not these:
                 raise DistributionError("a full turn is no tolerance")
-            new = {name: halved(deviating.distributions[name]) for name in these}
+            new = {
+                name: halved(deviating.distributions[name], sized=name in sized)
+                for name in these
+            }
             weights = Weights(weighting.weights(new))
         except DistributionError as error:
             refused = [name for name in these if name in unfit and len(members) > 1]
