@@ -87,7 +87,7 @@ def zone(text: str, size: float) -> Tolerance:
     if found is None or found[1] not in ("IT", *POSITIONS):
         raise GradeError(
             f"'{text}': grades are IT1 to IT18, alone or as h, H, js, JS; write other "
-            "positions as both limits in mm, lower..upper, from the standard's table"
+            "positions as their limits, lower..upper in mm, from the standard's table"
         )
     whole = width(int(found[2]), size)
     lower = {"h": -whole, "H": 0.0}.get(found[1], -0.5 * whole)

@@ -262,9 +262,9 @@ def _law(
             )
     found = Law(price=entry.price, rate=rate, **halves)
     if not half / MOST_APART < found.at < half * MOST_APART:
-        raise CostError(
-            f'cost, at = "{entry.at}": {found.at / half:.3g} times the tolerance of '
-            "the entry; check its unit"
+        reader.warnings.append(
+            f'{reader.contributor.name}: cost, at = "{entry.at}", is '
+            f"{found.at / half:.3g} times the tolerance of the entry; check its unit"
         )
     if not found.tightest < found.loosest:
         raise CostError("cost: tightest must be tighter than loosest")
