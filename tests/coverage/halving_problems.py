@@ -177,7 +177,7 @@ def intervals(name, rng, n):
     beyond = problem.beyond(x)
     weighting = DensityRatio(x, problem.distributions, problem.dependence)
     for names, share in problem.shares.items():
-        new = {each: halved(problem.distributions[each], sized=True) for each in names}
+        new = {each: halved(problem.distributions[each], sized=False) for each in names}
         found = weighted_share(beyond, Weights(weighting.weights(new)))
         yield name, f"beyond with {len(names)} halved", found, share, False
 
