@@ -149,7 +149,7 @@ def _unchanged(drawn: Drawn, name: str) -> bool:
 
 def in_words(warnings: Iterable[ReportWarning]) -> blocks.Bullets:
     """Return warnings as a list, in front of all else."""
-    return blocks.Bullets(sentences(warnings))
+    return blocks.Bullets(tuple(text("Warning: ", s) for s in sentences(warnings)))
 
 
 def sentences(warnings: Iterable[ReportWarning]) -> tuple[Parts, ...]:
