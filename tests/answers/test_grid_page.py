@@ -59,7 +59,7 @@ def test_limits_best_and_worst_agree_with_the_closed_form(grid):
     assert found.best.at == "a 0 mm, b 0 mm"
     assert found.worst.at == "a 1.5 mm, b 1.4 mm" and found.worst.trial == 239
     assert found.worst.value == pytest.approx(-1.9e-3)
-    said = as_text(found.document().blocks[0].blocks[2].parts)
+    said = as_text(found.document().blocks[0].blocks[3].parts)
     assert said.startswith("55 of 240 combinations meet the limit. Best: a 0 mm, b")
 
 
