@@ -418,7 +418,7 @@ def test_per_cent_of_a_plain_number_is_said():
 def test_a_price_far_from_the_tolerance_has_a_warning():
     cost = {"law": "reciprocal", "at": "+-0.02 m", "price": 10}
     link = {"nominal": "50 mm", "tolerance": "+-0.05 mm", "cost": cost}
-    (warning,) = load(chain("a", {"a": link})).reading_warnings
+    _, warning = load(chain("a", {"a": link})).reading_warnings
     assert "400 times" in warning
 
 
