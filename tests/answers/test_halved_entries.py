@@ -292,3 +292,19 @@ def test_the_table_names_no_tolerance_that_is_refused_alone(tmp_path, key, limit
     found = tolstat.summary(run).responses["gap"]
     said = as_text(cell(run, found.causes, found.limited).main)
     assert said in ("halve a", "halve a and b")  # not "to +-0.1 mm"
+
+
+def test_links_whose_deviation_stands_elsewhere(tmp_path):
+    """`bearing_1 = "20 mm"` is a nominal value; [deviations] has its tolerance."""
+    study = {
+        "model": "dimension_chain", "trials": 500, "seed": 1,
+        "settings": {"gap": "a - b_1 - b_2"},
+        "links": {"a": "40.3 mm", "b_1": "20 mm", "b_2": "20 mm"},
+        "deviations": {"b": {"tolerance": "-0.12..0 mm", "distribution": "uniform"}},
+        "limits": {"gap": "0.32..0.5 mm"},
+    }  # fmt: skip
+    run = tolstat.run(study, output=tmp_path / "b.h5")
+    assert tolstat.summary(run).verdicts == {"gap": "not met"}
+    assert halved_entries(run, ["b_1", "b_2"]) == {
+        "b": {"tolerance": "-0.09..-0.03 mm", "distribution": "uniform"}
+    }

@@ -478,3 +478,36 @@ def test_designs_that_jump_are_said_before_they_are_compared(tmp_path):
             assert any(x.startswith(f"{label}: gap jumps by a whole") for x in said)
     alone = tolstat.compare(smooth, smooth).designs[0].warnings
     assert not any(each.kind == "jump" for each in alone)
+
+
+ARC = {"r": link("50 mm", "+-0.2 mm"), "phi": link("30 deg", "+-1 deg")}
+LENGTHS = {"a": link("10 mm", "+-0.9 mm"), "b": link("1 mm", "+-0.03 mm")}
+
+
+@pytest.mark.parametrize(
+    ("gap", "links", "words"),
+    [
+        ("r*phi*pi/180", ARC, "not needed"),
+        ("2*pi*r*phi/360", ARC, "not needed"),
+        ("20*log(a/b)", LENGTHS, "natural logarithm"),
+    ],
+)
+def test_a_term_that_is_seldom_meant_so_is_said(gap, links, words):
+    assert any(words in sentence for sentence in warned(gap, links))
+
+
+@pytest.mark.parametrize(
+    ("gap", "links"),
+    [
+        ("r*phi", ARC), ("2*pi*r*phi/(2*pi)", ARC), ("r*(1 - cos(phi))", ARC),
+        ("20*log(a/b)/log(10)", LENGTHS), ("pi*a*b/180", LENGTHS),
+        ("log(a/b)", LENGTHS),
+    ],
+)  # fmt: skip
+def test_usual_terms_are_quiet(gap, links):
+    assert warned(gap, links) == ()
+
+
+def test_half_a_power_is_no_root():
+    with pytest.raises(ModelError, match="write sqrt"):
+        Formula("(a/b)**1/2", ("a", "b"))

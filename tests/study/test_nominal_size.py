@@ -428,3 +428,9 @@ def test_a_minus_sign_of_a_word_processor_is_one():
     )
     with pytest.raises(StudyError, match="a dash is no sign"):
         zone("50 mm", "0.000\N{EN DASH}0.021 mm")
+
+
+def test_rows_of_a_table_that_look_wrong_are_named(tmp_path):
+    """Deviations in um under a head of mm, of a part of 10 mm."""
+    (warning,) = load(table(tmp_path, "a [mm]", "3", "-2", "1")).reading_warnings
+    assert "line 2" in warning

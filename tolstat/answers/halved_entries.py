@@ -53,7 +53,11 @@ def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
 def entries_of(run: Run) -> Iterator[tuple[str, dict[str, Any], Sequence[str]]]:
     """Yield the entries of [links] and [deviations]: name, keys, contributors."""
     table, every = run.study.table, [each.name for each in run.contributors]
-    for name, given in (table.get("links", {}) | table.get("deviations", {})).items():
+    links = {  # a text alone is the nominal value of a link that may deviate elsewhere
+        name: link for name, link in table.get("links", {}).items()
+        if isinstance(link, Mapping) and {*link} != {"nominal"}
+    }  # fmt: skip
+    for name, given in (links | table.get("deviations", {})).items():
         keys = {"tolerance": given} if isinstance(given, str) else dict(given)
         yield name, keys, expand(name, every)
 

@@ -275,6 +275,7 @@ def read_table(
                 )
             except (UnitError, DistributionError) as error:
                 raise DataError(f"{path}, column {head}: {error}") from None
+            warnings |= dict.fromkeys(reader.warnings)
             shown[member] = reader.shown_unit(written)
             deviations[:, names.index(member)] = column
             if sizes and not holds:

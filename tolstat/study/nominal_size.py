@@ -111,7 +111,7 @@ class DeviationReader:
         """
         ends = self._read(grammar.tolerance, text)
         if self.is_relative and ends[0] > 0 and not _PLUS.search(text):
-            raise DistributionError(self._either(f'"{text}"', f"+{text.strip()}"))
+            raise DistributionError(self._either(f'"{text}"', ends))
         return Tolerance(*self._settled(ends, text).tolist())
 
     def deviation(self, text: str) -> float:
@@ -174,7 +174,7 @@ class DeviationReader:
             most = abs(size) * (1 + (ROUNDING if self._nominal_typed else -ROUNDING))
         if self.is_relative and not holds:
             if (near <= most).all() and (far > 0).all():
-                raise DistributionError(self._either("the column", "-10 % to +10 %"))
+                raise DistributionError(self._either("the column", values))
             return values, False
         sizes = holds == "sizes" or (
             not holds and np.sum(near <= most) > np.sum(far <= most)
@@ -257,7 +257,7 @@ class DeviationReader:
         explicit = plus or (size > 0 and (values < 0).any())
         if self.is_relative:
             if are_sizes(values, size) and not explicit:
-                raise DistributionError(self._either(f'"{typed}"', "-10..+10 %"))
+                raise DistributionError(self._either(f'"{typed}"', values))
             return values
         name, nominal = self.contributor.name, self._words(size)
         if are_sizes(values, size) and plus:
@@ -337,11 +337,13 @@ class DeviationReader:
                 "sizes, give deviations, or measured parts their `nominal`"
             )
 
-    def _either(self, typed: str, example: str) -> str:
-        name = self.contributor.name
+    def _either(self, typed: str, values: Array) -> str:
+        name, off = self.contributor.name, 1.0 if are_sizes(values, 1.0) else 0.0
+        ends = [100 * (float(end) - off) for end in (values.min(), values.max())]
+        signed = "..".join(f"{end:+.6g}" for end in dict.fromkeys(ends))
         return (
             f"{name} deviates relative to its nominal value, and {typed} may be that "
-            f'value or a deviation; write a deviation with its sign, "{example}"'
+            f'value or a deviation; write a deviation with its sign, "{signed} %"'
         )
 
     def _number(self, value: float) -> str:

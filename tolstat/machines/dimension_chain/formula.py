@@ -118,6 +118,11 @@ class Formula:
                     reason = f"a plain number from -{LARGEST:g} to {LARGEST:g}"
                     raise self._refused(right, f"an exponent is {reason}")
                 return self._step(right, algebra.operation, "**", base, exponent)
+            case ast.BinOp(
+                left=ast.BinOp(op=ast.Pow(), right=ast.Constant(value=1)), op=ast.Div()
+            ):
+                reason = "**1/2 is half of the number; write sqrt(...) or **0.5"
+                raise self._refused(node, reason)
             case ast.BinOp(left=left, op=op, right=right) if type(op) in SIGNS:
                 first = self._value(left, algebra, below)
                 second = self._value(right, algebra, below)

@@ -8,6 +8,7 @@ from tolstat.arrays import Array, Truths
 from tolstat.machines.dimension_chain.algebras import Roundings
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
+from tolstat.machines.dimension_chain.doubtful_terms import doubtful_terms
 from tolstat.machines.dimension_chain.jumps import jumps
 from tolstat.machines.dimension_chain.turns import several_turns
 from tolstat.model.contract import Model, Outcome, Spreads
@@ -100,6 +101,7 @@ class DimensionChain(Model):
         return (
             *_unused(settings),
             *several_turns(formula, nominal, units),
+            *doubtful_terms(formula, units),
             *jumps(formula, nominal, spreads, units),
         )
 
