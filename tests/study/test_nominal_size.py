@@ -434,3 +434,17 @@ def test_rows_of_a_table_that_look_wrong_are_named(tmp_path):
     """Deviations in um under a head of mm, of a part of 10 mm."""
     (warning,) = load(table(tmp_path, "a [mm]", "3", "-2", "1")).reading_warnings
     assert "line 2" in warning
+
+
+def test_measured_ratios_are_sizes_of_the_whole(tmp_path):
+    """Springs measured at 98 to 103 % of their stiffness."""
+    (tmp_path / "k.csv").write_text("k [%]\n98\n101\n103\n")
+    entry = '{ data = "k.csv", column = "k", holds = "sizes" }'
+    (tmp_path / "k.toml").write_text(
+        'model = "stand"\ntrials = 8\nseed = 1\n'
+        f"deviations.mesh_stiffness_1 = {entry}\n"
+    )
+    study = load(tmp_path / "k.toml")
+    (part,) = study.deviating.distributions.values()
+    np.testing.assert_allclose(part.values, [-0.02, 0.01, 0.03])
+    assert not study.reading_warnings

@@ -41,6 +41,13 @@ def are_sizes(values: Array, size: float) -> bool:
     return bool(near and (np.abs(values) > most).any())
 
 
+def _less_nominal(sizes: Array, nominal: float) -> Array:
+    """Return sizes less the nominal one; what is left by rounding alone is 0."""
+    deviations = sizes - nominal
+    none = np.abs(deviations) <= ROUNDING**1.5 * abs(nominal)
+    return np.where(none, 0.0, deviations)
+
+
 class DeviationReader:
     """Reads the deviations of one contributor.
 
@@ -187,8 +194,8 @@ class DeviationReader:
                 f"nominally {self._words(size)}; correct or remove it, or say what "
                 'the column holds, "sizes" or "deviations"'
             )
-        deviations = self._less_nominal(values) if sizes else values
-        self._warn_of_rows(deviations, places)
+        deviations = _less_nominal(values, size) if sizes else values
+        self._warn_of_rows(deviations, size, places)
         return deviations, bool(sizes)
 
     def _read(self, read: Callable[[str, str], Any], text: str) -> Array:
@@ -247,12 +254,12 @@ class DeviationReader:
         most = FARTHEST * abs(size) * (1 + ROUNDING)
         plus = bool(_PLUS.search(typed))
         turn = self.contributor.unit == "rad" and np.ptp(values) > TURN
-        if not turn and (not size or (np.abs(values) <= most).all()):
+        if turn:
+            return values
+        if not size or (np.abs(values) <= most).all():
             if not plus and not self.is_relative:
                 self._warn_far(values)
             self._warn_wide(values, typed)
-            return values
-        if turn:
             return values
         explicit = plus or (size > 0 and (values < 0).any())
         if self.is_relative:
@@ -266,7 +273,7 @@ class DeviationReader:
                 f"{nominal}; leave the sign out, or give another nominal"
             )
         if are_sizes(values, size):
-            deviations = self._less_nominal(values)
+            deviations = _less_nominal(values, size)
             low, high = float(deviations.min()), float(deviations.max())
             ends = f"{self._number(low)}.." * (low < high) + self._words(high)
             self.warnings.append(
@@ -284,12 +291,6 @@ class DeviationReader:
             f'it either; write "+{largest}" for a deviation that is meant so, or sizes '
             "about the nominal"
         )
-
-    def _less_nominal(self, sizes: Array) -> Array:
-        """Return sizes less the nominal one; what is left by rounding alone is 0."""
-        deviations = sizes - self._size
-        none = np.abs(deviations) <= ROUNDING**1.5 * abs(self._size)
-        return np.where(none, 0.0, deviations)
 
     def _warn_wide(self, values: Array, typed: str) -> None:
         """Remark typed deviations that are large, or tiny, for the nominal size."""
@@ -311,16 +312,18 @@ class DeviationReader:
             else:
                 self.notes.append(wide)
 
-    def _warn_of_rows(self, deviations: Array, places: Sequence[str]) -> None:
+    def _warn_of_rows(
+        self, deviations: Array, size: float, places: Sequence[str]
+    ) -> None:
         """Warn of rows that deviate much from the nominal, or from all others."""
         off = np.abs(deviations - np.median(deviations))
         row = int(off.argmax())
         others, why = np.delete(deviations, row), ""
         if len(others) > 2 and off[row] > FAR * np.ptp(others) > 0:
             why = "far from all others"
-        elif np.abs(deviations).max() > WIDE * abs(self._size):
+        elif np.abs(deviations).max() > WIDE * abs(size):
             row = int(np.abs(deviations).argmax())
-            why = f"much for the nominal {self._words(self._size)}"
+            why = f"much for the nominal {self._words(size)}"
         if why:
             self.warnings.append(
                 f"{places[row]}: {self.contributor.name} deviates by "

@@ -8,8 +8,8 @@ from tolstat.machines.dimension_chain.formula import Formula
 HALF_TURNS = (180.0, 360.0)
 DECIBELS = (10.0, 20.0)
 ARC = (
-    "{}: the link of an angle is in radians here, whatever its unit; pi and degrees "
-    "are not needed, as in r*phi."
+    "{}: the link of an angle is in radians here, also one typed in degrees; pi "
+    "and 180 are not needed, as in r*phi."
 )
 NATURAL = "{}: log is the natural logarithm; decibels are 20*log(x)/log(10)."
 
@@ -20,10 +20,9 @@ def doubtful_terms(formula: Formula, units: Mapping[str, str]) -> tuple[str, ...
     `units` are SI, of each link. An angle that is turned into radians once more, and a
     natural logarithm where decibels are meant.
     """
-    tree = ast.parse(formula.text, mode="eval").body
     plain = formula.text.replace(" ", "")
     sentences = list[str]()
-    for product in _products(tree):
+    for product in _products(formula.tree):
         factors = [*_factors(product)]
         names = {each.id for each in factors if isinstance(each, ast.Name)}
         numbers = {each.value for each in factors if isinstance(each, ast.Constant)}

@@ -58,6 +58,11 @@ class Formula:
             raise ModelError(f"gap = {self._shown} names no link")
 
     @property
+    def tree(self) -> ast.expr:
+        """What was read."""
+        return self._tree
+
+    @property
     def used(self) -> tuple[str, ...]:
         """The links that it names, in their order."""
         named = {n.id for n in ast.walk(self._tree) if isinstance(n, ast.Name)}
