@@ -17,7 +17,7 @@ NATURAL = "{}: log is the natural logarithm; decibels are 20*log(x)/log(10)."
 def doubtful_terms(formula: Formula, units: Mapping[str, str]) -> tuple[str, ...]:
     """Return a sentence for each product that looks like a slip.
 
-    `units` are SI, of each link. An angle that is turned into radians once more, and a
+    `units` are SI, of each link. An angle that is turned into radians again, and a
     natural logarithm where decibels are meant.
     """
     plain = formula.text.replace(" ", "")
