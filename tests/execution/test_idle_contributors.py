@@ -165,7 +165,7 @@ def test_rare_runs_and_tables_say_it_too(tmp_path):
     (tmp_path / "sizes.csv").write_text("A [mm],C [mm]\n0.1,0.2\n0.2,0.1\n")
     table = {"model": "dimension_chain", "sampling": "table", "table": "sizes.csv"}
     table |= {**LIMIT, "settings": {"gap": "A - B"}}
-    table["links"] = {"A": "10 mm", "B": "9 mm", "C": "1 mm"}
+    table["links"] = {"A": "10 mm", "B": "9 mm", "C": "10 mm"}
     (tmp_path / "table.toml").write_text(tomli_w.dumps(table))
     for study in (rare, tmp_path / "table.toml"):
         run = tolstat.run(study, output=tmp_path / "run.h5", workers=1, force=True)
