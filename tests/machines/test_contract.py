@@ -95,7 +95,7 @@ def test_the_digest_is_of_the_source_of_this_model_only(tmp_path):
         "from tolstat.lanes import digest\n"
         "stand, stack = catalogue.find('stand'), catalogue.load('stack.py:Stack')\n"
         "for _ in sys.stdin:\n"
-        "    digest.forget()\n"  # as if started anew
+        "    digest.digest.cache_clear()\n"  # as if started anew
         "    print(stand.source_digest, stack.source_digest, flush=True)\n"
     )
     process = subprocess.Popen(

@@ -20,14 +20,11 @@ from pathlib import Path
 
 import platformdirs
 
-from tolstat.lanes.digest import Place, digest
+from tolstat.lanes.digest import digest
 from tolstat.lanes.target import machine_code
 
-# compiled into every function, although no name may refer to it
-ENGINE = (
-    Place(Path(__file__).with_name("compiled.py"), "compiled"),
-    Place(Path(__file__).with_name("rows.py"), "rows"),
-)
+# compiled into every function, although its file may not import it
+ENGINE = tuple(Path(__file__).with_name(name) for name in ("compiled.py", "rows.py"))
 UNUSED_DAYS = 14.0
 
 
@@ -51,7 +48,7 @@ def cache_folder(source: Path, module: str) -> str | None:
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(chosen) if chosen else platformdirs.user_cache_path("tolstat")
-    folder = home / f"tolstat-{digest(Place(source), *ENGINE, machine_code())}"
+    folder = home / f"tolstat-{digest(source, *ENGINE, machine_code())}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "used").touch()

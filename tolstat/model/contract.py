@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError
-from tolstat.lanes.digest import Place, digest
+from tolstat.lanes.digest import digest
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer
 
@@ -151,14 +151,13 @@ class Model(ABC):
     @property
     def source_digest(self) -> str:
         """The digest of the code that decides the bits of its trials."""
-        roots = [Place(Path(__file__).with_name("checked.py"), "simulate")]
+        roots = [Path(__file__).with_name("checked.py")]
         for kind in type(self).__mro__:
             if kind is Model:
                 break
             with suppress(TypeError):  # typed in, not in a file
-                if found := inspect.getsourcefile(kind):
-                    name, _, _ = kind.__qualname__.partition(".")
-                    roots.append(Place(Path(found), name))
+                if file := inspect.getsourcefile(kind):
+                    roots.append(Path(file))
         return digest(*roots, f"statuses: {[*self.failures]}")
 
     def fault(self, what: str) -> ModelError:
