@@ -119,7 +119,7 @@ def test_a_killed_worker_changes_no_bit(ring, tmp_path):
 
 def test_a_cluster_on_the_command_line(ring, tmp_path, monkeypatch):
     """A machine of one's own is found by its file."""
-    monkeypatch.setattr(catalogue, "_given", {})
+    monkeypatch.setattr(catalogue, "_custom", {})
     study, far = ROOT / "runs/own/stack.toml", tmp_path / "far.h5"
     machine = ["--machine", "runs/own/stack.py:Stack"]
     options = [*machine, "--cluster", ring.address]

@@ -17,7 +17,8 @@ from tests.conftest import ROOT, Toy
 from tests.model.rich import Rich
 from tolstat import Contributor, Description, Model, Outcome, Response, catalogue
 from tolstat.errors import ModelError, StudyError
-from tolstat.model.checked import described, offers, simulate
+from tolstat.model.checked import described, simulate
+from tolstat.model.checked_views import offers
 from tolstat.model.settings import make, settings_of
 from tolstat.status import Status, words_of
 

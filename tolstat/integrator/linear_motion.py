@@ -9,11 +9,6 @@ from tolstat.integrator.mistakes import check_times, expect
 from tolstat.integrator.problem import Solution
 from tolstat.status import Status
 
-MOST_TURN = 0.5 * np.pi  # of the fastest part in a step
-MOST_STEPS = 20_000_000  # of a trial
-TERMS = 24  # of e^(G h), which thousands of steps multiply: (pi/2)^25/25! = 5e-21
-SERIES = 17  # terms of the solution inside a step: (pi/2)^18/18! = 5e-13 at its end
-
 
 class LinearMotion(NamedTuple):
     """Trials that move by z' = G z from mark to mark.
@@ -49,9 +44,9 @@ def _check(motion: LinearMotion) -> None:
         ("rest", (trials, phases, watched)),
         ("since", (trials, watched)),
     ):
-        given = getattr(motion, name).shape
+        actual = getattr(motion, name).shape
         words = f"{shape} is expected"
-        expect(given == shape, function, f"{name} has shape {given}", words)
+        expect(actual == shape, function, f"{name} has shape {actual}", words)
     divide = f"a number that divides {m} rows is expected"
     expect(parts > 0 and m % parts == 0, function, f"parts {parts}", divide)
     row, column = entries.T
@@ -94,7 +89,7 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
         the parts: 5e-13 as the Taylor series ends, the rest by the search for a peak.
     """
     # the first call loads the compiler, and compiles
-    from tolstat.integrator.propagator import KEPT, Pack, follow
+    from tolstat.integrator.propagator import KEPT, MOST_STEPS, SERIES, Pack, follow
     from tolstat.lanes.vector import WIDTH
 
     taken = np.zeros(0) if samples is None else np.asarray(samples, float)
@@ -106,30 +101,30 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
     packs = -(-n // WIDTH)
     # the last pack is filled up with its last trial
     filled = np.minimum(np.arange(packs * WIDTH), n - 1)
-    given = [motion.G, motion.marks, motion.change, motion.weight, motion.rest]
-    finite = np.all([np.isfinite(x.reshape(n, -1)).all(axis=1) for x in given], axis=0)
+    arrays = [motion.G, motion.marks, motion.change, motion.weight, motion.rest]
+    finite = np.all([np.isfinite(x.reshape(n, -1)).all(axis=1) for x in arrays], axis=0)
 
     def across(values: Array) -> Array:
         still = values if finite.all() else np.where(finite, values.T, 0.0).T
         of_trial = still[filled].reshape(packs, WIDTH, -1)
-        found = room(packs, of_trial.shape[2])
-        found[:] = of_trial.transpose(0, 2, 1)
-        return found
+        padded = room(packs, of_trial.shape[2])
+        padded[:] = of_trial.transpose(0, 2, 1)
+        return padded
 
     def back(values: Array, *shape: int) -> Array:
         of_trial = values.transpose(0, 2, 1).reshape(packs * WIDTH, *shape)
-        found = np.ascontiguousarray(of_trial[:n])
-        found[failed] = np.nan
-        return found
+        by_trial = np.ascontiguousarray(of_trial[:n])
+        by_trial[failed] = np.nan
+        return by_trial
 
     def room(*shape: int) -> Array:
         # a vector of lanes in one line of the cache
         size = int(np.prod(shape)) * WIDTH
-        found = np.zeros(size + WIDTH)
-        first = -found.ctypes.data % 64 // 8
-        return found[first : first + size].reshape(*shape, WIDTH)
+        memory = np.zeros(size + WIDTH)
+        first = -memory.ctypes.data % 64 // 8
+        return memory[first : first + size].reshape(*shape, WIDTH)
 
-    G, marks, change, weight, rest = map(across, given)
+    G, marks, change, weight, rest = map(across, arrays)
     since = across(motion.since)
     extreme = room(packs, 2 * watched) - np.inf
     history = room(packs, len(taken) * watched) + np.nan
@@ -161,7 +156,7 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
         "reach": room(watched),
         "series": room((1 + SERIES) * 2 * watched),
         "above": room(2 * watched),
-        "kept": room(2 * watched * (KEPT + m)),
+        "candidates": room(2 * watched * (KEPT + m)),
     }
     for i in range(packs):
         pack = Pack(
@@ -180,10 +175,10 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
         follow(pack)
     count = steps.transpose(0, 2, 1).reshape(-1)[:n]
     finite &= np.isfinite(count)
-    few = count <= MOST_STEPS
-    failed = ~(finite & few)
+    in_time = count <= MOST_STEPS
+    failed = ~(finite & in_time)
     extremes = back(extreme, 2 * watched)
-    status = np.where(few, Status.DONE, Status.TOO_MANY_STEPS)
+    status = np.where(in_time, Status.DONE, Status.TOO_MANY_STEPS)
     nothing = np.zeros((n, 0))
     return Solution(
         np.zeros((n, 0, 0)), np.zeros((n, 0, 0)), extremes[:, :watched],

@@ -14,12 +14,15 @@ import numpy as np
 from numba import types
 
 from tolstat.arrays import Array, Integers
-from tolstat.integrator.linear_motion import MOST_STEPS, MOST_TURN, SERIES, TERMS
-from tolstat.integrator.signatures import integers, tuple_type, whole
+from tolstat.integrator.signatures import integer, integers, tuple_type
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH
 
+MOST_TURN = 0.5 * np.pi  # of the fastest part in a step
+MOST_STEPS = 20_000_000  # of a trial
+TERMS = 24  # of e^(G h), which thousands of steps multiply: (pi/2)^25/25! = 5e-21
+SERIES = 17  # terms of the solution inside a step: (pi/2)^18/18! = 5e-13 at its end
 LOOK_EVERY = 8  # steps between two looks at the sizes of the parts
 SAME = 1e-14  # of a watched quantity: as high
 ROUNDS = 10_000  # of a search, at most: 20 are usual; a trial that needs more fails
@@ -61,7 +64,7 @@ class Pack(NamedTuple):
     reach: Array  # [watched, lane], how far from rest it may ever come
     series: Array  # [term times 2 times watched, lane]
     above: Array  # [2 times watched, lane], bound of the last step
-    kept: Array  # [2 times watched times row of a kept step, lane]
+    candidates: Array  # [2 times watched times row of a kept step, lane]
     # the greatest values so far, then those with the sign changed
     extreme: Array  # [2 times watched, lane]
     history: Array  # [sample times watched, lane]
@@ -69,7 +72,7 @@ class Pack(NamedTuple):
 
 
 pack_type = tuple_type(
-    Pack, row=integers, column=integers, taken=integers, parts=whole, driven=whole
+    Pack, row=integers, column=integers, taken=integers, parts=integer, driven=integer
 )
 
 
@@ -100,10 +103,10 @@ def measure(pack):
         for i in range(size):
             width, height, grown = nothing, nothing, nothing
             for j in range(size):
-                there = dense[(i * parts + k) * size + j]
+                entry = dense[(i * parts + k) * size + j]
                 back = dense[(j * parts + k) * size + i]
-                width, height = width + np.abs(there), height + np.abs(back)
-                both = there + back
+                width, height = width + np.abs(entry), height + np.abs(back)
+                both = entry + back
                 grown = grown + 0.5 * (both if i == j else np.abs(both))
             widest, highest = greater(width, widest), greater(height, highest)
             growth = greater(grown, growth)
@@ -123,9 +126,9 @@ def times(width, factor, power, product, pack):
     for i in range(len(pack.z) * width):
         product[i] = 0.0 * length[0]
     for e in range(len(G)):
-        to, of, G_ = pack.row[e] * width, pack.column[e] * width, factor * G[e]
+        to, source, G_ = pack.row[e] * width, pack.column[e] * width, factor * G[e]
         for k in range(width):
-            product[to + k] = product[to + k] + G_ * length[k] * power[of + k]
+            product[to + k] = product[to + k] + G_ * length[k] * power[source + k]
 
 
 @compiled()
@@ -181,8 +184,11 @@ def sizes(z, pack):
             square, bend = square + z[i] * z[i], bend + fourth[i] * fourth[i]
         ever, soon = np.sqrt(square) * pack.ever[k], np.sqrt(bend) * pack.soon[k]
         for o in range(watched):
-            of = share[o * parts + k]
-            sharp[o], reach[o] = sharp[o] + of * soon, reach[o] + of * ever
+            part_share = share[o * parts + k]
+            sharp[o], reach[o] = (
+                sharp[o] + part_share * soon,
+                reach[o] + part_share * ever,
+            )
 
 
 @compiled(within=True)
@@ -208,31 +214,31 @@ def expand(first, last, width, pack):
     power, product = pack.power, pack.product
     for term in range(SERIES + 1):
         for row in range(first, last):
-            of = (row if row < watched else row - watched) * n
+            first_weight = (row if row < watched else row - watched) * n
             column = row - first if width > 1 else 0
-            total = weight[of] * power[column]
+            total = weight[first_weight] * power[column]
             for i in range(1, n):
-                total = total + weight[of + i] * power[i * width + column]
+                total = total + weight[first_weight + i] * power[i * width + column]
             series[term * 2 * watched + row] = total
         times(width, 1.0 / (term + 1), power, product, pack)
         power, product = product, power
 
 
 @compiled()
-def climb(row, here, pack):
+def climb(row, active, pack):
     """Raise the greatest value of a row to the top of its step, where it is.
 
     The step is walked through: a stretch is done with once its bound is not above the
     greatest value; otherwise it is cut at the turn that Newton's method finds.
     """
     watched, series = len(pack.since), pack.series
-    whole = 0.0 * series[row]
+    integer = 0.0 * series[row]
     for term in range(SERIES + 1):
-        whole = whole + np.abs(series[term * 2 * watched + row])
-    begin, a, a_ = 0.0 * whole, series[row], series[2 * watched + row]
+        integer = integer + np.abs(series[term * 2 * watched + row])
+    begin, a, a_ = 0.0 * integer, series[row], series[2 * watched + row]
     end, best = begin + 1.0, pack.extreme[row]
     for _ in range(ROUNDS):
-        if not np.any(here):
+        if not np.any(active):
             break
         b, b_, bend, M = 0.0 * end, 0.0 * end, 0.0 * end, 0.0 * end
         for term in range(SERIES, 3, -1):  # M up to the end of the stretch
@@ -244,13 +250,13 @@ def climb(row, here, pack):
             b_ = b_ * end + b
             b = b * end + series[term * 2 * watched + row]
         h = end - begin
-        best = np.where(here, greater(b, best), best)
+        best = np.where(active, greater(b, best), best)
         middle = 0.5 * (a + b) + h * (a_ - b_) * (1.0 / 6.0) + M * (h * h) * (h * h)
         outer = greater(a + 0.25 * h * a_, b - 0.25 * h * b_)
-        passed = greater(outer, middle) <= best + SAME * whole
+        passed = greater(outer, middle) <= best + SAME * integer
         turn = end - b_ / bend
         # a turn that is reached gains nothing: only halves then get on
-        gains = np.abs(b_ * (end - turn)) > SAME * whole
+        gains = np.abs(b_ * (end - turn)) > SAME * integer
         inside = (turn > begin) & (turn < end) & gains
         cut = np.where(inside, turn, 0.5 * (begin + end))
         # a top just ahead is passed over closely
@@ -258,26 +264,26 @@ def climb(row, here, pack):
         ahead = np.where((past > end) & (past < 1.0), past, 1.0)
         begin = np.where(passed, end, begin)
         a, a_ = np.where(passed, b, a), np.where(passed, b_, a_)
-        here = here & (begin < 1.0)
+        active = active & (begin < 1.0)
         end = np.where(passed, ahead, cut)
     pack.extreme[row] = best
-    pack.steps[0] = np.where(here, MOST_STEPS + 1.0, pack.steps[0])
+    pack.steps[0] = np.where(active, MOST_STEPS + 1.0, pack.steps[0])
 
 
 @compiled()
 def settle(first, last, pack):
     """Fill the series of some rows over their kept steps."""
     watched, m, width = len(pack.since), len(pack.z), last - first
-    series, kept = pack.series, pack.kept
+    series, candidates = pack.series, pack.candidates
     length, power = pack.length, pack.power
     for row in range(first, last):
-        of, sign = row * (KEPT + m), 1.0 if row < watched else -1.0
-        length[row - first] = kept[of + STEP]
+        start, sign = row * (KEPT + m), 1.0 if row < watched else -1.0
+        length[row - first] = candidates[start + STEP]
         for i in range(m):
-            power[i * width + row - first] = sign * kept[of + KEPT + i]
+            power[i * width + row - first] = sign * candidates[start + KEPT + i]
     expand(first, last, width, pack)
     for row in range(first, last):
-        rest = kept[row * (KEPT + m) + REST]
+        rest = candidates[row * (KEPT + m) + REST]
         series[row] = series[row] + (rest if row < watched else -rest)
 
 
@@ -287,20 +293,20 @@ def keep(phase, h, running, z, pack):
     watched, m = len(pack.since), len(z)
     above, extreme, rest = pack.above, pack.extreme, pack.rest
     for row in range(2 * watched):
-        here = running & (above[row] > extreme[row])
-        if not np.any(here):
+        active = running & (above[row] > extreme[row])
+        if not np.any(active):
             continue
-        kept = pack.kept[row * (KEPT + m) : (row + 1) * (KEPT + m)]
-        other = here & (kept[BOUND] > extreme[row])
+        candidate = pack.candidates[row * (KEPT + m) : (row + 1) * (KEPT + m)]
+        other = active & (candidate[BOUND] > extreme[row])
         if np.any(other):
             settle(row, row + 1, pack)
             climb(row, other, pack)
-        now = rest[phase * watched + (row if row < watched else row - watched)]
-        kept[BOUND] = np.where(here, above[row], kept[BOUND])
-        kept[STEP] = np.where(here, h, kept[STEP])
-        kept[REST] = np.where(here, now, kept[REST])
+        offset = rest[phase * watched + (row if row < watched else row - watched)]
+        candidate[BOUND] = np.where(active, above[row], candidate[BOUND])
+        candidate[STEP] = np.where(active, h, candidate[STEP])
+        candidate[REST] = np.where(active, offset, candidate[REST])
         for i in range(m):
-            kept[KEPT + i] = np.where(here, z[i], kept[KEPT + i])
+            candidate[KEPT + i] = np.where(active, z[i], candidate[KEPT + i])
 
 
 @compiled(within=True)
@@ -369,7 +375,7 @@ def advance(running, z, moved, pack):
 
 
 @compiled(within=True)
-def over(phase, pack):
+def is_over(phase, pack):
     """Return where no later step of the phase can raise a greatest value."""
     watched = len(pack.since)
     extreme, rest = pack.extreme, pack.rest
@@ -390,7 +396,7 @@ def follow(pack):
     marks, clock, steps = pack.marks, pack.clock, pack.steps
     since, value = pack.since, pack.value
     n, rest = len(pack.weight) // watched, pack.rest
-    extreme, kept = pack.extreme, pack.kept
+    extreme, candidates = pack.extreme, pack.candidates
     measure(pack)
     fastest = pack.turn[0]
     for k in range(1, pack.parts):
@@ -400,8 +406,8 @@ def follow(pack):
         total = total - np.floor(
             (marks[phase] - marks[phase + 1]) * fastest / MOST_TURN
         )
-    few = total <= MOST_STEPS
-    searched, steps[0], clock[0] = few, np.where(few, 0.0, total), 0.0 * total
+    in_time = total <= MOST_STEPS
+    searched, steps[0], clock[0] = in_time, np.where(in_time, 0.0, total), 0.0 * total
     for i in range(m):
         z[i] = 0.0 * total
     for phase in range(phases):
@@ -410,28 +416,27 @@ def follow(pack):
             z[i] = z[i] + jump if i < m - pack.driven else jump
         span = marks[phase + 1] - marks[phase]
         count = greater(-np.floor(-span * fastest / MOST_TURN), 0.0 * span + 1.0)
-        count = np.where(few & (span > 0.0), count, 0.0)
+        count = np.where(in_time & (span > 0.0), count, 0.0)
         running = count > 0.0
         h = span / greater(count, 0.0 * span + 1.0)
         if np.any(running & (h != clock[0])):  # equal phases in a row share P
             prepare(h, pack)
         clock[0], clock[1] = h, count
         for o in range(watched):
-            now = rest[phase * watched + o]
-            value[o], pack.rate[o] = read(o, n, now, z, pack)
+            value[o], pack.rate[o] = read(o, n, rest[phase * watched + o], z, pack)
             fresh = since[o] >= float(phase)
             for row in range(o, 2 * watched, watched):
                 i = row * (KEPT + m) + BOUND
-                kept[i] = np.where(fresh, -np.inf, kept[i])
-                now = np.where(fresh, -np.inf, extreme[row])
-                here = greater(value[o] if row == o else -value[o], now)
-                extreme[row] = np.where(running, here, now)
+                candidates[i] = np.where(fresh, -np.inf, candidates[i])
+                former = np.where(fresh, -np.inf, extreme[row])
+                higher = greater(value[o] if row == o else -value[o], former)
+                extreme[row] = np.where(running, higher, former)
         step = 0
         while np.any(running):
             if step % LOOK_EVERY == 0:
                 sizes(z, pack)
                 if phase == phases - 1:
-                    searched = searched & ~over(phase, pack)
+                    searched = searched & ~is_over(phase, pack)
                     if len(pack.samples) == 0:
                         running = running & searched
             steps[0] = np.where(running & searched, steps[0] + 1.0, steps[0])
@@ -445,6 +450,6 @@ def follow(pack):
             running = running & (count > float(step))
     settle(0, 2 * watched, pack)
     for row in range(2 * watched):
-        climb(row, kept[row * (KEPT + m) + BOUND] > extreme[row], pack)
+        climb(row, candidates[row * (KEPT + m) + BOUND] > extreme[row], pack)
     for i in range(m):
         steps[0] = steps[0] + 0.0 * z[i]  # no number where the motion overflowed

@@ -79,12 +79,14 @@ def intact(folder: str) -> Iterator[list[str]]:
             import fcntl
 
             fcntl.flock(file, fcntl.LOCK_EX)
-        known = json.loads(written.read_bytes()) if written.exists() else {}
-        found = _digests(home)
-        changed = [name for name, digest in found.items() if known.get(name) != digest]
+        recorded = json.loads(written.read_bytes()) if written.exists() else {}
+        digests = _digests(home)
+        changed = [
+            name for name, digest in digests.items() if recorded.get(name) != digest
+        ]
         for name in changed:
             (home / name).unlink(missing_ok=True)
-        yield [Path(name).name for name in changed if name in known]
+        yield [Path(name).name for name in changed if name in recorded]
         temporary = home / f"written.{os.getpid()}"
         temporary.write_text(json.dumps(_digests(home)))
         temporary.replace(written)
@@ -97,10 +99,10 @@ def _digests(home: Path) -> dict[str, str]:
     }
 
 
-def _remove_unused(home: Path, kept: Path) -> None:
+def _remove_unused(home: Path, current: Path) -> None:
     """Remove folders of other sources, unused for UNUSED_DAYS."""
     oldest = time.time() - UNUSED_DAYS * 86400.0
     for folder in home.glob("tolstat-*"):
         mark = folder / "used"
-        if folder != kept and mark.exists() and mark.stat().st_mtime < oldest:
+        if folder != current and mark.exists() and mark.stat().st_mtime < oldest:
             shutil.rmtree(folder, ignore_errors=True)

@@ -7,7 +7,14 @@ relative error of at most 1.1e-13, with one division.
 import numpy as np
 from numba.extending import overload, register_jitable
 
-from tolstat.lanes.binary import INTEGERS, STRICT, WHOLE, each, horner, two_chains
+from tolstat.lanes.binary import (
+    INTEGERS,
+    STRICT,
+    WHOLE,
+    horner,
+    in_all_lanes,
+    two_chains,
+)
 from tolstat.lanes.elementary import multiply_add
 from tolstat.lanes.vector import DOUBLES, instructions, mask, vector
 
@@ -33,15 +40,15 @@ COS_SERIES = horner(
 @instructions(mask, vector)
 def _is_odd(builder, turns):
     """Return whether the whole number in the last bits is odd."""
-    last = builder.and_(builder.bitcast(turns, INTEGERS), each(1))
-    return builder.icmp_unsigned("!=", last, each(0))
+    last = builder.and_(builder.bitcast(turns, INTEGERS), in_all_lanes(1))
+    return builder.icmp_unsigned("!=", last, in_all_lanes(0))
 
 
 @instructions(vector, vector, vector)
 def _signed_by(builder, x, turns):
     """Return x with its sign changed where the second last bit of `turns` is set."""
     value, turns = (builder.bitcast(arg, INTEGERS) for arg in (x, turns))
-    sign = builder.and_(builder.shl(turns, each(62)), each(-(2**63)))
+    sign = builder.and_(builder.shl(turns, in_all_lanes(62)), in_all_lanes(-(2**63)))
     return builder.bitcast(builder.xor(value, sign), DOUBLES)
 
 
@@ -57,8 +64,8 @@ def _reduce(x):
     S. Boldo, M. Daumas, R.-C. Li, Formally verified argument reduction with a fused
     multiply-add, IEEE Trans. Comput. 58 (2009) 1139-1145.
     """
-    near = np.where(np.abs(x) <= FARTHEST, x, np.nan)
-    turns = multiply_add(near, TWO_OVER_PI, WHOLE)
+    in_range = np.where(np.abs(x) <= FARTHEST, x, np.nan)
+    turns = multiply_add(in_range, TWO_OVER_PI, WHOLE)
     n = turns - WHOLE
     r = multiply_add(-n, PI_2_B, multiply_add(-n, PI_2_A, x))
     return multiply_add(-n, PI_2_C, r), turns
@@ -130,11 +137,11 @@ def arctan(x):
     def implementation(x):
         a = np.abs(x)
         middle = a > TAN_PI_8
-        far = a > TAN_3PI_8
-        numerator = np.where(far, -1.0, np.where(middle, a - 1.0, a))
-        denominator = np.where(far, a, np.where(middle, a + 1.0, 1.0))
+        large = a > TAN_3PI_8
+        numerator = np.where(large, -1.0, np.where(middle, a - 1.0, a))
+        denominator = np.where(large, a, np.where(middle, a + 1.0, 1.0))
         t = numerator / denominator
-        base = np.where(far, PI_2_A, np.where(middle, PI_4, 0.0))
+        base = np.where(large, PI_2_A, np.where(middle, PI_4, 0.0))
         u = t * t
         angle = base + multiply_add(t * u, ARCTAN_SERIES(u), t)
         return np.copysign(angle, x)

@@ -67,11 +67,11 @@ class LanesModel(models.PrimitiveModel):
 
 def broadcast(builder, scalar):
     """Return a vector with an LLVM double in every lane."""
-    one = builder.insert_element(
+    first = builder.insert_element(
         ir.Constant(DOUBLES, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0)
     )
     zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-    return builder.shuffle_vector(one, ir.Constant(DOUBLES, ir.Undefined), zeros)
+    return builder.shuffle_vector(first, ir.Constant(DOUBLES, ir.Undefined), zeros)
 
 
 @lower_cast(types.Float, VectorType)
@@ -131,7 +131,7 @@ def teach(function, write, result, *arguments):
         metadata = {"target": "cpu"}  # noqa: RUF012  tried before Numba's own
 
         def generic(self, args, kws):
-            taught = any(isinstance(each, Taught) for each in args)
+            taught = any(isinstance(arg, Taught) for arg in args)
             if kws or not taught or len(args) != len(arguments):
                 return None
             pairs = zip(args, arguments, strict=True)

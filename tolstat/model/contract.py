@@ -49,10 +49,10 @@ class Answers(NamedTuple):
     @classmethod
     def joined(cls, answers: Sequence[Answers]) -> Answers:
         """Put answers one after the other."""
-        steps = [each.steps for each in answers if each.steps is not None]
+        steps = [answer.steps for answer in answers if answer.steps is not None]
         return cls(
-            np.concatenate([each.responses for each in answers]),
-            np.concatenate([each.status for each in answers]),
+            np.concatenate([answer.responses for answer in answers]),
+            np.concatenate([answer.status for answer in answers]),
             np.concatenate(steps) if steps else None,
         )
 
@@ -160,16 +160,16 @@ class Model(ABC):
                     roots.append(Path(file))
         return digest(*roots, f"statuses: {[*self.failures]}")
 
-    def fault(self, what: str) -> ModelError:
+    def fault(self, problem: str) -> ModelError:
         """Return an error that names the model, and the fault."""
-        return ModelError(f"model '{self.name}': {what}")
+        return ModelError(f"model '{self.name}': {problem}")
 
     @property
     def audits_steps(self) -> bool:
         """Whether an audit shortens its longest step, or takes another method."""
-        own = type(self).tightened is not Model.tightened
+        overridden = type(self).tightened is not Model.tightened
         fields = getattr(self.settings, "__dataclass_fields__", {})
-        return own or "max_step" in fields
+        return overridden or "max_step" in fields
 
     @property
     def moves(self) -> bool:

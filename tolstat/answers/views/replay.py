@@ -14,7 +14,8 @@ from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, Typed, listed
 from tolstat.errors import ModelError, RunFileError
 from tolstat.integrator.integrate import observed
-from tolstat.model.checked import history_of, simulate
+from tolstat.model.checked import simulate
+from tolstat.model.checked_views import history_of
 from tolstat.model.contract import STEP, Model
 from tolstat.model.description import Response
 from tolstat.model.setting_kinds import as_typed
