@@ -85,7 +85,8 @@ def described(model: Model, settings: Any) -> Description:
         description = Description(tuple(contributors), tuple(responses))
     if not description.responses:
         raise model.fault("describe gives no response")
-    declared = (*description.contributors, *description.responses)
+    declared: list[Contributor | Response] = [*description.contributors]
+    declared += description.responses
     _check_declared(model, declared)
     for column in declared:
         if column.name in RESERVED:
