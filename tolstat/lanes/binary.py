@@ -3,8 +3,14 @@
 from llvmlite import ir
 from numba.extending import register_jitable
 
-from tolstat.lanes.elementary import call, multiply_add
-from tolstat.lanes.vector import DOUBLES, WIDTH, instructions, vector
+from tolstat.lanes.vector import (
+    DOUBLES,
+    WIDTH,
+    call,
+    instructions,
+    multiply_add,
+    vector,
+)
 
 STRICT = {"fastmath": False}
 

@@ -10,8 +10,7 @@ from numba.extending import overload, register_jitable
 
 from tolstat.lanes import binary
 from tolstat.lanes.binary import STRICT, WHOLE, fast_two_sum, two_product
-from tolstat.lanes.elementary import multiply_add
-from tolstat.lanes.vector import vector
+from tolstat.lanes.vector import multiply_add, vector
 
 SMALLEST_NORMAL = 2.2250738585072014e-308
 TWO_54 = 18014398509481984.0

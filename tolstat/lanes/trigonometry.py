@@ -15,8 +15,7 @@ from tolstat.lanes.binary import (
     in_all_lanes,
     two_chains,
 )
-from tolstat.lanes.elementary import multiply_add
-from tolstat.lanes.vector import DOUBLES, instructions, mask, vector
+from tolstat.lanes.vector import DOUBLES, instructions, mask, multiply_add, vector
 
 FARTHEST = 1e6
 TWO_OVER_PI = 0.6366197723675814
