@@ -1,7 +1,7 @@
 """Building blocks of elementary functions: polynomials, and the bits of doubles."""
 
 from llvmlite import ir
-from numba.extending import register_jitable
+from numba.extending import overload, register_jitable
 
 from tolstat.lanes.vector import (
     DOUBLES,
@@ -22,6 +22,19 @@ EXPONENT = 52  # bits of the fraction below it
 BIAS = 1023
 
 INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
+
+
+def on_vectors(function):
+    """Return a decorator: what it decorates is compiled as `function` of a vector."""
+
+    def decorate(implementation):
+        @overload(function, jit_options=STRICT)
+        def typed(x):
+            return implementation if x is vector else None
+
+        return implementation
+
+    return decorate
 
 
 def in_all_lanes(number):

@@ -9,7 +9,13 @@ import numpy as np
 from numba.extending import overload, register_jitable
 
 from tolstat.lanes import binary
-from tolstat.lanes.binary import STRICT, WHOLE, fast_two_sum, two_product
+from tolstat.lanes.binary import (
+    STRICT,
+    WHOLE,
+    fast_two_sum,
+    on_vectors,
+    two_product,
+)
 from tolstat.lanes.vector import multiply_add, vector
 
 SMALLEST_NORMAL = 2.2250738585072014e-308
@@ -72,17 +78,11 @@ def log_in_two(x):
     return np.where(finite, log, other), np.where(finite, log_lost, 0.0)
 
 
-@overload(np.log, jit_options=STRICT)
+@on_vectors(np.log)
 def log(x):
     """Return the natural logarithm; zeros, infinities, NaN and subnormal as NumPy."""
-    if x is not vector:
-        return None
-
-    def implementation(x):
-        first, second = log_in_two(x)
-        return first + second
-
-    return implementation
+    first, second = log_in_two(x)
+    return first + second
 
 
 PER_LN2 = 1.4426950408889634
@@ -114,12 +114,10 @@ def exp_of_two(x, x_lost):
     return binary.times_power(1.0 + (r + rest), turns)
 
 
-@overload(np.exp, jit_options=STRICT)
+@on_vectors(np.exp)
 def exp(x):
     """Return e^x; infinities, NaN and subnormal results as NumPy."""
-    if x is not vector:
-        return None
-    return lambda x: exp_of_two(x, 0.0)
+    return exp_of_two(x, 0.0)
 
 
 @register_jitable(**STRICT)

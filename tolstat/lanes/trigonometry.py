@@ -5,7 +5,7 @@ relative error of at most 1.1e-13, with one division.
 """
 
 import numpy as np
-from numba.extending import overload, register_jitable
+from numba.extending import register_jitable
 
 from tolstat.lanes.binary import (
     INTEGERS,
@@ -13,6 +13,7 @@ from tolstat.lanes.binary import (
     WHOLE,
     horner,
     in_all_lanes,
+    on_vectors,
     two_chains,
 )
 from tolstat.lanes.vector import DOUBLES, instructions, mask, multiply_add, vector
@@ -83,32 +84,20 @@ def _cos_near_zero(r):
     return multiply_add(u * u, COS_SERIES(u), multiply_add(u, -0.5, 1.0))
 
 
-@overload(np.sin, jit_options=STRICT)
+@on_vectors(np.sin)
 def sin(x):
     """Return the sine; zeros keep their sign, above 1e6 it is NaN."""
-    if x is not vector:
-        return None
-
-    def implementation(x):
-        r, turns = _reduce(x)
-        value = np.where(_is_odd(turns), _cos_near_zero(r), _sin_near_zero(r))
-        return _signed_by(value, turns)
-
-    return implementation
+    r, turns = _reduce(x)
+    value = np.where(_is_odd(turns), _cos_near_zero(r), _sin_near_zero(r))
+    return _signed_by(value, turns)
 
 
-@overload(np.cos, jit_options=STRICT)
+@on_vectors(np.cos)
 def cos(x):
     """Return the cosine; above 1e6 it is NaN."""
-    if x is not vector:
-        return None
-
-    def implementation(x):
-        r, turns = _reduce(x)
-        value = np.where(_is_odd(turns), _sin_near_zero(r), _cos_near_zero(r))
-        return _signed_by(value, turns + 1.0)
-
-    return implementation
+    r, turns = _reduce(x)
+    value = np.where(_is_odd(turns), _sin_near_zero(r), _cos_near_zero(r))
+    return _signed_by(value, turns + 1.0)
 
 
 TAN_PI_8 = 0.41421356237309503
@@ -121,7 +110,7 @@ ARCTAN_SERIES = two_chains(
 )  # fmt: skip
 
 
-@overload(np.arctan, jit_options=STRICT)
+@on_vectors(np.arctan)
 def arctan(x):
     """Return the angle whose tangent is x; zeros, infinities and NaN as NumPy.
 
@@ -130,19 +119,13 @@ def arctan(x):
     computed with 200 bits, whose error dominates. Three more terms would cost time
     without any effect on the error control of a smooth friction or contact law.
     """
-    if x is not vector:
-        return None
-
-    def implementation(x):
-        a = np.abs(x)
-        middle = a > TAN_PI_8
-        large = a > TAN_3PI_8
-        numerator = np.where(large, -1.0, np.where(middle, a - 1.0, a))
-        denominator = np.where(large, a, np.where(middle, a + 1.0, 1.0))
-        t = numerator / denominator
-        base = np.where(large, PI_2_A, np.where(middle, PI_4, 0.0))
-        u = t * t
-        angle = base + multiply_add(t * u, ARCTAN_SERIES(u), t)
-        return np.copysign(angle, x)
-
-    return implementation
+    a = np.abs(x)
+    middle = a > TAN_PI_8
+    large = a > TAN_3PI_8
+    numerator = np.where(large, -1.0, np.where(middle, a - 1.0, a))
+    denominator = np.where(large, a, np.where(middle, a + 1.0, 1.0))
+    t = numerator / denominator
+    base = np.where(large, PI_2_A, np.where(middle, PI_4, 0.0))
+    u = t * t
+    angle = base + multiply_add(t * u, ARCTAN_SERIES(u), t)
+    return np.copysign(angle, x)
