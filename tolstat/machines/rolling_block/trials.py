@@ -127,13 +127,13 @@ def outcome_of(
 
     Of drives followed while the loads of the stands step, and after a pulse.
     """
-    found = modal_answers(drive, settings)
+    answers = modal_answers(drive, settings)
     for ij, share, peak, after in zip(
         LINK_NAMES, STATIC_SHARES, loaded.peak.T, pulsed.peak.T, strict=True
     ):
-        found[f"amplification_{ij}"] = peak / share
-        found[f"moment_peak_{ij}"] = peak * settings.total_load
-        found[f"pulse_peak_{ij}"] = after * settings.pulse_moment
-    table = np.stack([found[response.name] for response in RESPONSES], axis=1)
+        answers[f"amplification_{ij}"] = peak / share
+        answers[f"moment_peak_{ij}"] = peak * settings.total_load
+        answers[f"pulse_peak_{ij}"] = after * settings.pulse_moment
+    table = np.stack([answers[response.name] for response in RESPONSES], axis=1)
     status = np.where(loaded.status == Status.DONE, pulsed.status, loaded.status)
     return Outcome(table, status, loaded.steps + pulsed.steps)
