@@ -24,6 +24,7 @@ from tolstat.machines.rolling_block.modes import (
     tracked,
     unit_shapes,
 )
+from tolstat.machines.rolling_block.motion import damping_matrix
 from tolstat.machines.rolling_block.parameters import drives, exist, nominal
 from tolstat.machines.rolling_block.resonance import (
     forbidden,
@@ -32,7 +33,6 @@ from tolstat.machines.rolling_block.resonance import (
     named_orders,
     speed_margin,
 )
-from tolstat.machines.rolling_block.trials import damping_matrix
 
 RPM = np.pi / 30
 SHAFT = Settings()

@@ -53,23 +53,23 @@ class Values:
 
     def operation(self, sign: str, left: Any, right: Any) -> Any:
         with np.errstate(all="ignore"):
-            found = OPERATIONS[sign](left, right)
+            result = OPERATIONS[sign](left, right)
         reason = "the power has no value" if sign == "**" else "too large"
         by_zero = sign == "/" and np.any(right == 0)
-        return self._known(found, "division by zero" if by_zero else reason)
+        return self._checked(result, "division by zero" if by_zero else reason)
 
     def function(self, name: str, arguments: Sequence[Any]) -> Any:
         with np.errstate(all="ignore"):
             if name in OF_ONE:
-                found = OF_ONE[name](arguments[0])
+                result = OF_ONE[name](arguments[0])
             else:
-                found = reduce(OF_TWO[name], arguments)
-        return self._known(found, OUTSIDE.get(name, "too large"))
+                result = reduce(OF_TWO[name], arguments)
+        return self._checked(result, OUTSIDE.get(name, "too large"))
 
-    def _known(self, found: Any, reason: str) -> Any:
-        if self.strict and not np.all(np.isfinite(found)):
+    def _checked(self, result: Any, reason: str) -> Any:
+        if self.strict and not np.all(np.isfinite(result)):
             raise ValueError(f"{reason}, with every link at its nominal value")
-        return found
+        return result
 
 
 class Slope(NamedTuple):
@@ -98,14 +98,14 @@ class Slopes(Values):
     """An algebra of values and their slopes by every link, by the chain rule."""
 
     def constant(self, value: float) -> Slope:
-        some = next(iter(self.links.values()))
-        zero = np.zeros((len(self.links), *np.shape(some)))
+        link = next(iter(self.links.values()))
+        zero = np.zeros((len(self.links), *np.shape(link)))
         return Slope(super().constant(value), zero)
 
     def link(self, name: str) -> Slope:
-        found = self.constant(0.0).by_link
-        found[list(self.links).index(name)] = 1.0
-        return Slope(self.links[name], found)
+        by_link = self.constant(0.0).by_link
+        by_link[list(self.links).index(name)] = 1.0
+        return Slope(self.links[name], by_link)
 
     def operation(self, sign: str, left: Slope, right: Any) -> Slope:
         other = right if sign == "**" else right.value
@@ -119,17 +119,17 @@ class Slopes(Values):
                 both = left.by_link * right.value + left.value * right.by_link
                 return Slope(value, both)
             if sign == "/":
-                over = left.by_link - value * right.by_link
-                return Slope(value, over / right.value)
+                numerator = left.by_link - value * right.by_link
+                return Slope(value, numerator / right.value)
             power = 0.0 if right == 0 else right * left.value ** (right - 1)
             return Slope(value, power * left.by_link)
 
     def function(self, name: str, arguments: Sequence[Slope]) -> Slope:
-        values = [each.value for each in arguments]
+        values = [x.value for x in arguments]
         value = super().function(name, values)
         with np.errstate(all="ignore"):
             outer = derivatives(name, values, value)
-            parts = [o * each.by_link for o, each in zip(outer, arguments, strict=True)]
+            parts = [o * x.by_link for o, x in zip(outer, arguments, strict=True)]
         return Slope(value, sum(parts))
 
 
@@ -145,7 +145,7 @@ def derivatives(name: str, arguments: Sequence[Any], value: Any) -> list[Any]:
         square = x * x + y * y
         return [x / square, -y / square]
     # of min or max: the first argument that attains it
-    same = [each == value for each in np.broadcast_arrays(*arguments)]
+    same = [argument == value for argument in np.broadcast_arrays(*arguments)]
     return [1.0 * (np.argmax(same, 0) == i) for i in range(len(arguments))]
 
 
@@ -192,13 +192,13 @@ class Roundings(Values):
                 )
                 return Rounded(value, both[0] + both[1], left.size * right.size)
             if sign == "/":
-                over, under = left.error + right.error * np.abs(value), right.value
-                return Rounded(value, over / np.abs(under), left.size / np.abs(under))
+                error, under = left.error + right.error * np.abs(value), right.value
+                return Rounded(value, error / np.abs(under), left.size / np.abs(under))
             power = 0.0 if right == 0 else right * left.value ** (right - 1)
             return Rounded(value, np.abs(power) * left.error, np.abs(value))
 
     def function(self, name: str, arguments: Sequence[Rounded]) -> Rounded:
-        values = [each.value for each in arguments]
+        values = [argument.value for argument in arguments]
         value = super().function(name, values)
         with np.errstate(all="ignore"):
             outer = derivatives(name, values, value)

@@ -80,8 +80,8 @@ def jumps(
         start = _sides(step, valued(first, part))
         for _ in range(HALVINGS):
             half = (first + second) / 2
-            near = (_sides(step, valued(half, part)) == start)[:, None]
-            first, second = np.where(near, half, first), np.where(near, second, half)
+            same = (_sides(step, valued(half, part)) == start)[:, None]
+            first, second = (np.where(same, half, first), np.where(same, second, half))
         with np.errstate(all="ignore"):
             steps = np.abs(valued(first) - valued(second))
         gap = valued(points)

@@ -52,9 +52,9 @@ class Settings:
         """Refuse what does not fit together."""
         n = len(self.inertia)
         for name in ("stiffness", "damping"):
-            if (found := len(getattr(self, name))) != n:
+            if (count := len(getattr(self, name))) != n:
                 raise ModelError(
-                    f"{name} has {found} numbers, inertia has {n}: every mass has one "
+                    f"{name} has {count} numbers, inertia has {n}: every mass has one "
                     "of each (damping: 0 for none). The defaults have four masses"
                 )
         for i, step in enumerate(self.load_torque, start=1):
