@@ -7,7 +7,7 @@ from contextlib import chdir
 from importlib.metadata import entry_points
 from pathlib import Path
 
-from tolstat.errors import Advice, ModelError, allowed_names, told
+from tolstat.errors import Advice, ModelError, Remedy, allowed_names, told
 from tolstat.model.checked import check_model
 from tolstat.model.contract import Model
 
@@ -74,7 +74,7 @@ def find(model: str | Model) -> Model:
         return loaded
     raise ModelError(
         f"no model is called '{model}'; {allowed_names(model, names())}",
-        Advice("custom model"),
+        Advice(Remedy.CUSTOM_MODEL),
     )
 
 

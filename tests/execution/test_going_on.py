@@ -14,7 +14,7 @@ import tolstat
 from tests.conftest import Toy
 from tests.store.tampering import resealed
 from tolstat.answers.report.gather import report_of
-from tolstat.errors import ModelError, RunFileError, StoppedError, StudyError
+from tolstat.errors import ModelError, Remedy, RunFileError, StoppedError, StudyError
 from tolstat.execution.execute import execute, go_on
 from tolstat.execution.workers.crew import Workers
 from tolstat.study.study import load
@@ -237,7 +237,7 @@ def test_other_sources_and_processors_are_named(tmp_path):
         tolstat.resume(path, model=Toy())
     for words in ("(0123, not", "processor abacus", "numba 0.1", "code for an"):
         assert words in str(refused.value)
-    assert "resume regardless" in [each.what for each in refused.value.advice]
+    assert Remedy.RESUME_REGARDLESS in [each.remedy for each in refused.value.advice]
     run = tolstat.resume(path, model=Toy(), regardless=True)
     assert run.frame().equals(whole.frame())
     assert "another source (0123, not" in run.notes[-1]

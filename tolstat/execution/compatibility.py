@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tolstat.catalogue import place_of
 from tolstat.deviations.draw import SAMPLERS
-from tolstat.errors import Advice, DataError, RunFileError, StudyError
+from tolstat.errors import Advice, DataError, Remedy, RunFileError, StudyError
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.checksums import ranges_of
@@ -77,7 +77,7 @@ def check_same(run: Run, again: Run) -> None:
     if said:
         raise RunFileError(
             f"{run.path} cannot be resumed: {'; '.join(said)}",
-            Advice("run again", run.path, run.machine, run=run),
+            Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
         )
 
 
@@ -137,7 +137,7 @@ def check_extensible(run: Run, trials: int) -> None:
         raise RunFileError(
             f"{run.path} is not complete: {run.ended} of at most {run.trials} trials "
             "have run; finish it first",
-            Advice("resume", run.path, run.machine),
+            Advice(Remedy.RESUME, run.path, run.machine),
         )
     if trials <= run.trials:
         raise RunFileError(
@@ -147,7 +147,7 @@ def check_extensible(run: Run, trials: int) -> None:
         raise StudyError(
             f'{run.path} cannot be extended: with sampling = "{run.sampling}" every '
             f"trial depends on the number of trials, and would change with {trials}",
-            Advice("run again", run.path, run.machine, trials, run),
+            Advice(Remedy.RUN_AGAIN, run.path, run.machine, trials, run),
         )
 
 
@@ -165,12 +165,12 @@ def check_asked(run: Run, study: Study) -> None:
     elif run.sampled and not run.rules and run.trials < study.trials:
         more = f"trials: the run has {run.trials}, the study {study.trials}"
         if not said and SAMPLERS[run.sampling].extensible:
-            advice.append(Advice("extend", run.path, machine, study.trials))
+            advice.append(Advice(Remedy.EXTEND, run.path, machine, study.trials))
         said.append(more)
     if said:
         assert study.path
         raise RunFileError(
             f"{run.path} is a run of another study: {'; '.join(said)}; it is kept",
             *advice,
-            Advice("replace run", study.path, machine),
+            Advice(Remedy.REPLACE_RUN, study.path, machine),
         )

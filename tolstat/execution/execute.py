@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, cast
 
-from tolstat.errors import Advice, RunFileError, StoppedError, StudyError
+from tolstat.errors import Advice, Remedy, RunFileError, StoppedError, StudyError
 from tolstat.execution import compatibility
 from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.run_loop import Progress, Telling, carry_out
@@ -261,8 +261,8 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
         more = study.trials if longer else 0
         raise RunFileError(
             f"{run.path} cannot be resumed as the same run: " + "; ".join(warnings),
-            Advice("run again", run.path, run.machine, run=run),
-            Advice("resume regardless", run.path, run.machine, more),
+            Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
+            Advice(Remedy.RESUME_REGARDLESS, run.path, run.machine, more),
         )
     if warnings:
         notes = (*notes, f"resumed at {now()} although " + "; ".join(warnings))

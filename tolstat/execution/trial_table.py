@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.errors import Advice, StoppedError
+from tolstat.errors import Advice, Remedy, StoppedError
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.model.contract import Answers
 from tolstat.model.description import Description
@@ -148,7 +148,7 @@ def drawn_again(run: Run, study: Study, workers: Workers | None = None) -> Stage
     except Interrupted:
         raise StoppedError(
             f"stopped before any new trial ran; the run in {run.path} is unchanged",
-            Advice("resume", run.path, run.machine),
+            Advice(Remedy.RESUME, run.path, run.machine),
         ) from None
     not_drawn = slice(stages.latest.stop, None)
     trials.status[not_drawn], trials.responses[not_drawn] = Status.NOT_RUN, np.nan

@@ -6,7 +6,7 @@ from typing import Any
 
 import h5py
 
-from tolstat.errors import Advice, DamagedError, RunFileError
+from tolstat.errors import Advice, DamagedError, Remedy, RunFileError
 from tolstat.model.description import Response
 from tolstat.store import layout
 from tolstat.store.checksums import damage_of, seconds_of, written_at
@@ -59,7 +59,7 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
     if run.damage and not damaged:
         raise DamagedError(
             f"{path} is damaged: {run.damage.words}",
-            Advice("repair", path, run.machine),
+            Advice(Remedy.REPAIR, path, run.machine),
         )
     return run
 
@@ -67,7 +67,7 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
 def existing(path: Path) -> Path:
     """Return a path; refuse a study, and a file that does not exist."""
     if path.suffix == ".toml":
-        raise RunFileError(f"{path} is a study, not a run", Advice("run", path))
+        raise RunFileError(f"{path} is a study, not a run", Advice(Remedy.RUN, path))
     if not path.is_file():
         raise RunFileError(f"{path}: no such file")
     return path

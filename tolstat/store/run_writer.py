@@ -23,6 +23,7 @@ from tolstat.errors import (
     Advice,
     BrokenError,
     ModelError,
+    Remedy,
     RunFileError,
     TolstatError,
 )
@@ -232,7 +233,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             over = np.count_nonzero(self._rows.read(STATUS))
         except (OSError, AttributeError):  # there are no rows yet
             return BrokenError(said)
-        again = Advice("resume", self.path, self.run.machine)
+        again = Advice(Remedy.RESUME, self.path, self.run.machine)
         stored = f"{over} of {self.run.trials} trials are stored"
         return BrokenError(f"{said}; {stored}", again)
 

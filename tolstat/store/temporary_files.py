@@ -9,7 +9,7 @@ from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
-from tolstat.errors import Advice, BrokenError, RunFileError, TolstatError
+from tolstat.errors import Advice, BrokenError, Remedy, RunFileError, TolstatError
 from tolstat.store.lock import alive
 from tolstat.store.open_run import open as open_run
 from tolstat.store.seal import is_run
@@ -106,11 +106,11 @@ def check_replaceable(path: Path, *, force: bool) -> None:
         raise RunFileError(f"{path} exists and is not a run; it is not replaced")
     if force:
         return
-    advice = [Advice("replace", path)]
+    advice = [Advice(Remedy.REPLACE, path)]
     with suppress(TolstatError):  # of another format, or too damaged to be read
         run = open_run(path, damaged=True)
         if run.damage or not run.complete:
-            advice.append(Advice("resume", path, run.machine))
+            advice.append(Advice(Remedy.RESUME, path, run.machine))
     raise RunFileError(f"{path} exists already, and is replaced only by force", *advice)
 
 

@@ -24,6 +24,7 @@ from tolstat.errors import (
     DependenceError,
     DistributionError,
     PictureError,
+    Remedy,
     RunFileError,
     StudyError,
 )
@@ -160,7 +161,7 @@ def _check_drawn(run: Run, study: Study) -> None:
         raise RunFileError(
             f"{run.path}: its study samples other deviations now: its data or its "
             "model have changed",
-            Advice("run again", run.path, run.machine, run=run),
+            Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
         )
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tolstat import catalogue
-from tolstat.errors import Advice, ModelError, TolstatError
+from tolstat.errors import Advice, ModelError, Remedy, TolstatError
 from tolstat.model.contract import Model
 from tolstat.store.provenance import decisive
 
@@ -75,7 +75,7 @@ def _place_of(model: Model) -> str:
         raise ModelError(
             f"model '{model.name}' is an object of this process, so other processes "
             "cannot find it; load it from its file (tolstat.catalogue.load)",
-            Advice("custom model"),
+            Advice(Remedy.CUSTOM_MODEL),
         )
     file, _, name = place.rpartition(":")
     return f"{Path(file).resolve()}:{name}" if place else ""
