@@ -16,8 +16,7 @@ from tolstat.answers.compare.comparison import (
 from tolstat.answers.compare.limit_difference import limit_difference
 from tolstat.answers.compare.pairing import NOT_PAIRED, Pairing, pair_of
 from tolstat.answers.report.gather import summaries_of
-from tolstat.answers.report.jumping_responses import jumping
-from tolstat.answers.report.report_warnings import warnings_of
+from tolstat.answers.report.report_warnings import jumping, warnings_of
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.errors import PictureError

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import NONE, number_cells
-from tolstat.answers.compare.comparison_document import comparison_document
 from tolstat.answers.compare.limit_difference import LimitDifference
 from tolstat.answers.compare.pairing import Pairing
 from tolstat.answers.report.report_warnings import ReportWarning
@@ -109,8 +108,6 @@ class Comparison(Answer):
         """Return the first design, and that of a difference."""
         second = next(each for each in self.designs if each.label == one.design)
         return self.designs[0], second
-
-    document = comparison_document
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response of each design but the first."""

@@ -1,21 +1,16 @@
 """Document of a comparison: significant differences, each design less the first."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm, verdict_cell
+from tolstat.answers.compare.comparison import Comparison, Design, Difference
 from tolstat.answers.compare.comparison_figures import figures_of
-from tolstat.answers.report.report_warnings import sentences
+from tolstat.answers.report.finding_words import sentences
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell, Given, Section, Table, note, table_of
 from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import PER_CENT, Scale, share_words
-
-if TYPE_CHECKING:
-    from tolstat.answers.compare.comparison import Comparison, Design, Difference
 
 SIGNIFICANT = {
     -1: "significantly fewer trials out of the limit of ",

@@ -1,12 +1,10 @@
 """Figures of a response in two designs: distributions, differences, trial by trial."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tolstat.answers.compare.comparison import Comparison, Difference
 from tolstat.answers.report.response_figures import (
     PROBABILITY,
     STRAIGHT,
@@ -17,9 +15,6 @@ from tolstat.answers.report.response_figures import (
 )
 from tolstat.document.blocks import Figure
 from tolstat.document.plot import Line, PlotAxis, Rule, Stairs
-
-if TYPE_CHECKING:
-    from tolstat.answers.compare.comparison import Comparison, Difference
 
 
 def figures_of(found: Comparison, one: Difference, name: str) -> Iterator[Figure]:
@@ -45,7 +40,7 @@ def _distributions(found: Comparison, one: Difference, name: str) -> Figure:
         points_of(first, scale.factor, "first", "A"),
         points_of(second, scale.factor, "second", one.design),
         *limit_rules(a if a.limited else b, scale),
-        said=f"Fraction below. {STRAIGHT} {whose}",
+        caption=f"Fraction below. {STRAIGHT} {whose}",
     )
 
 
@@ -60,7 +55,7 @@ def _differences(found: Comparison, one: Difference, name: str) -> Figure:
         PlotAxis("trials per bin", "symlog", (0.0, 1.5 * float(counts.max()))),
         Stairs(edges, counts.astype(float), "third"),
         Rule(0.0, True, "ink", "no difference", "-"),
-        said="Differences trial by trial, of those that are done in both.",
+        caption="Differences trial by trial, of those that are done in both.",
     )
 
 
@@ -75,5 +70,5 @@ def _scatter(found: Comparison, one: Difference, name: str) -> Figure:
         PlotAxis(scale.label(f"{one.design}: {name}")),
         Line(first, second, look="faint"),
         Line(ends, ends, "ink", "no difference"),
-        said=f"Each trial that is done in both: in {one.design} over A.",
+        caption=f"Each trial that is done in both: in {one.design} over A.",
     )

@@ -1,22 +1,26 @@
 """The section of a report on one response in focus."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_replay, typed_setting
-from tolstat.answers.report.first_page import (
+from tolstat.answers.report.finding_words import centring_words
+from tolstat.answers.report.limits_table import (
     CENTRAL,
     at_least,
     explained,
     no_cause,
     rests_on,
 )
-from tolstat.answers.report.off_centre import finding
+from tolstat.answers.report.report_answer import Report
 from tolstat.answers.report.response_figures import figures_of
+from tolstat.answers.report.response_summary import (
+    Cause,
+    Causes,
+    NamedCause,
+    ReportedResponse,
+)
 from tolstat.answers.report.summary_document import AS_SAMPLED, for_any
 from tolstat.document import blocks
 from tolstat.document.blocks import Block, Cell, Given, Section, Table
@@ -33,17 +37,8 @@ from tolstat.document.inline import (
     with_unit,
 )
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM, Ratio, Scale, share_words
-
-if TYPE_CHECKING:
-    from tolstat.answers.report.report_answer import (
-        Cause,
-        Causes,
-        NamedCause,
-        Report,
-        ReportedResponse,
-    )
-    from tolstat.statistics.sensitivity.contributions import Contributions
 
 Row = dict[str, Given]
 Values = Mapping[str, Estimate] | Mapping[str, float]
@@ -93,118 +88,125 @@ RARER = "They hold for trials like those seen. A rarer kind would change them."
 OVERLAP = " Deviations are correlated: shares overlap and need not add up to 100 %."
 
 
-def response_section(found: Report, name: str) -> Section:
+def response_section(report: Report, name: str) -> Section:
     """Return figures, performance, main causes, contributions, errors, worst trials."""
-    each = found.responses[name]
+    response = report.responses[name]
     nothing = text(Word("No trial is done"), ": there is no value to draw.")
-    if each.still:
-        ends = Number(each.least, each.scale), Number(each.largest, each.scale)
+    if response.still:
+        ends = (
+            Number(response.least, response.scale),
+            Number(response.largest, response.scale),
+        )
         nothing = say(STILL, *ends)
-    drawn = found.trials.done and not each.still
+    drawn = report.trials.done and not response.still
+    centring = report.findings.centring.get(name)
     analysed = (
-        _part("Main causes of out-of-limit trials", *_causes(found, each)),
-        _part("Variance contributions", *_contributions(found, each)),
-        _part("Classical answers", _classical(found, name, each)),
+        _part("Main causes of out-of-limit trials", *_causes(report, name, response)),
+        _part("Variance contributions", *_contributions(report, response)),
+        _part("Classical answers", _classical(report, name, response)),
     )
-    shown = blocks.shown(
-        blocks.note(_declared(each)),
-        blocks.paragraph(_point_mass(each, found.trials.done)),
-        blocks.Gallery(figures_of(found, name)) if drawn else blocks.paragraph(nothing),
-        blocks.paragraph(finding(found.stored_run, name, each)),
-        _part("Performance", *_performance(found, each)),
-        _part("Mean and sigma", *_kinds_of_interval(found, each)),
-        *(() if each.still else analysed),
-        _part("Integration error", *_integration(found, each)),
-        _part("Worst trials", _worst_trials(found, name, each)),
+    parts = blocks.shown(
+        blocks.note(_declared(response)),
+        blocks.paragraph(_point_mass(response, report.trials.done)),
+        blocks.Gallery(figures_of(report, name))
+        if drawn
+        else blocks.paragraph(nothing),
+        blocks.paragraph(centring_words(report.stored_run, response, centring)),
+        _part("Performance", *_performance(report, response)),
+        _part("Mean and sigma", *_kinds_of_interval(report, response)),
+        *(() if response.still else analysed),
+        _part("Integration error", *_integration(report, response)),
+        _part("Worst trials", _worst_trials(report, name, response)),
     )
-    return Section(name, shown, name)
+    return Section(name, parts, name)
 
 
-def _part(title: str, *given: Block | None) -> Section:
-    return Section(title, blocks.shown(*given), level=3)
+def _part(title: str, *parts: Block | None) -> Section:
+    return Section(title, blocks.shown(*parts), level=3)
 
 
-def _declared(each: ReportedResponse) -> Parts:
-    source = f"equation {each.source}" if each.source else ""
-    said = ", ".join(filter(None, (each.sentence, each.symbol, source)))
-    return text(f"{said}." if said else None)
+def _declared(response: ReportedResponse) -> Parts:
+    source = f"equation {response.source}" if response.source else ""
+    facts = ", ".join(filter(None, (response.sentence, response.symbol, source)))
+    return text(f"{facts}." if facts else None)
 
 
-def _point_mass(each: ReportedResponse, done: int) -> Parts:
+def _point_mass(response: ReportedResponse, done: int) -> Parts:
     """Return a sentence on the value that many trials share."""
-    if (mass := each.point_mass) is None:
+    if (mass := response.point_mass) is None:
         return ()
-    ends = Number(mass.least, each.scale), Number(mass.largest, each.scale)
+    ends = Number(mass.least, response.scale), Number(mass.largest, response.scale)
     return say(
         "{} of production shares one value, {}{}. The histogram shows the others.",
-        Number(mass.share, PER_CENT, of=done), Number(mass.value, each.scale),
+        Number(mass.share, PER_CENT, of=done), Number(mass.value, response.scale),
         say(" (from {} to {})", *ends) if mass.least != mass.largest else None,
     )  # fmt: skip
 
 
-def _indices(each: ReportedResponse) -> Parts:
+def _indices(response: ReportedResponse) -> Parts:
     """Return the trials behind Sobol' indices, or why there are none."""
-    if (found := each.indices) is None:
+    if (indices := response.indices) is None:
         return ()
-    why = f"No Sobol' indices: {found.reason}; there are" if found.reason else None
-    left_out = f"({found.broken} left out: not all of their trials are done)."
-    groups = counted(found.groups, "group")
-    return text(why or "Sobol' indices of", " ", groups, f" of trials {left_out}")
+    why = f"No Sobol' indices: {indices.reason}; there are" if indices.reason else None
+    broken = f"({indices.broken} left out: not all of their trials are done)."
+    groups = counted(indices.groups, "group")
+    return text(why or "Sobol' indices of", " ", groups, f" of trials {broken}")
 
 
-def _performance(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
-    if (limited := each.limited) is None:
+def _performance(report: Report, response: ReportedResponse) -> tuple[Block, ...]:
+    if (limited := response.limited) is None:
         return ()
     head = f"against {limited.limit.words}"
-    found_by: dict[str, Iterable[Given]] = {
-        "equivalent, of the fraction out of limit": (
-            None,
-            Number(limited.equivalent_ppk),
-        ),
+    equivalent = None, Number(limited.equivalent_ppk)
+    methods: dict[str, Iterable[Given]] = {
+        "equivalent, of the fraction out of limit": equivalent,
         "by percentiles (ISO 22514-2)": map(ppk_cell, limited.percentiles),
         "by moments, as for normal responses": map(ppk_cell, limited.moments),
     }
     rows: list[Row] = [
-        {head: method, "Pp": pp, "Ppk": ppk} for method, (pp, ppk) in found_by.items()
+        {head: method, "Pp": pp, "Ppk": ppk} for method, (pp, ppk) in methods.items()
     ]
-    return blocks.table_of(rows, caption=rests_on(found)), blocks.note(PERFORMANCE)
+    return blocks.table_of(rows, caption=rests_on(report)), blocks.note(PERFORMANCE)
 
 
-def _kinds_of_interval(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
+def _kinds_of_interval(report: Report, response: ReportedResponse) -> tuple[Block, ...]:
     """Return mean and sigma with either kind of interval."""
-    wide, own = for_any(each), each.scale
+    wide, scale = for_any(response), response.scale
     rows: list[Row] = [
         {
             "interval": "as sampled",
-            "mean": None if "mean" in wide else Number(each.mean, own),
-            "sigma": None if "sigma" in wide else Number(each.sigma, own),
+            "mean": None if "mean" in wide else Number(response.mean, scale),
+            "sigma": None if "sigma" in wide else Number(response.sigma, scale),
         },
         {
             "interval": "for any distribution",
-            "mean": Number(each.mean_for_any_distribution, own),
-            "sigma": Number(each.sigma_for_any_distribution, own),
+            "mean": Number(response.mean_for_any_distribution, scale),
+            "sigma": Number(response.sigma_for_any_distribution, scale),
         },
     ]
-    table = blocks.table_of(rows, caption=rests_on(found))
+    table = blocks.table_of(rows, caption=rests_on(report))
     return table, blocks.note(f"{AS_SAMPLED} {REACH}")
 
 
-def _causes(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
-    if (causes := each.causes) is None:
+def _causes(
+    report: Report, name: str, response: ReportedResponse
+) -> tuple[Block | None, ...]:
+    if (causes := response.causes) is None:
         return ()
     out, known = causes.trials_out_of_limit, causes.contributors
-    failed = ", failed ones among them" if found.trials.failed else None
-    none = None if causes.named else f": {no_cause(each)}"
-    correlated = found.assumptions.correlation and known
+    failed = ", failed ones among them" if report.trials.failed else None
+    why = f": {no_cause(report.findings.limits[name])}"
+    none = None if causes.named else why
+    correlated = report.assumptions.correlation and known
     return (
         blocks.paragraph(counted(out, "trial"), " out of limit", failed, none, "."),
-        _causes_table(found, causes) if out else None,
+        _causes_table(report, causes) if out else None,
         blocks.note(say(LEVELS, str(len(known)))) if out and known else None,
         blocks.note(CORRELATED) if correlated else None,
     )
 
 
-def _causes_table(found: Report, causes: Causes) -> Table:
+def _causes_table(report: Report, causes: Causes) -> Table:
     """Return a row for what is named together, each kind of part and contributor."""
     rows: list[Row] = []
     for named in causes.named:
@@ -218,15 +220,15 @@ def _causes_table(found: Report, causes: Causes) -> Table:
                 Number(named.together.alone, PER_CENT, "at_most"),
             )
         rows.append(_cause(Cell((Word(named.words),), below), named.level, named))
-    for name, each in sorted(causes.every.items(), key=_clearest_first):
-        known = each.shift == each.shift
-        part = Word(name) if each.significant else Name(name)
+    for name, cause in sorted(causes.by_name.items(), key=_clearest_first):
+        single = cause.shift == cause.shift
+        part = Word(name) if cause.significant else Name(name)
         rows.append({
-            **_cause(Cell((part,)), each.level, each),
-            "mean, sigmas": Number(each.shift) if known else None,
-            "distance, sigmas": Number(each.width) if known else None,
+            **_cause(Cell((part,)), cause.level, cause),
+            "mean, sigmas": Number(cause.shift) if single else None,
+            "distance, sigmas": Number(cause.width) if single else None,
         })  # fmt: skip
-    return blocks.table_of(rows, words=["contributor"], caption=rests_on(found))
+    return blocks.table_of(rows, words=["contributor"], caption=rests_on(report))
 
 
 def _cause(part: Cell, level: float, cause: Cause | NamedCause) -> Row:
@@ -241,34 +243,36 @@ def _cause(part: Cell, level: float, cause: Cause | NamedCause) -> Row:
 
 def _clearest_first(named: tuple[str, Cause]) -> tuple[float, float]:
     """Sort by how clearly it differs, then by what halving leaves out of limit."""
-    cause, left = named[1], named[1].halved.value
-    return cause.level, math.inf if math.isnan(left) else left
+    cause, after = named[1], named[1].halved.value
+    return cause.level, math.inf if math.isnan(after) else after
 
 
-def _contributions(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
-    known = each.contributions
+def _contributions(
+    report: Report, response: ReportedResponse
+) -> tuple[Block | None, ...]:
+    known = response.contributions
     if known and not known.first_order:
         known = None
-    every = [*each.leading, *each.slopes]  # what matters first
-    for case in each.worst_cases.values():
-        every += [name for name, off in case.deviations.items() if off]
-    every += each.indices.first if each.indices else ()
-    if not every:
+    names = [*response.leading, *response.slopes]  # what matters first
+    for case in response.worst_cases.values():
+        names += [name for name, off in case.deviations.items() if off]
+    names += response.indices.first if response.indices else ()
+    if not names:
         return ()
-    kinds = _kinds(each, known) if known else []
-    rows = _contributors(found, each, known, list(dict.fromkeys(every)))
+    kinds = _kinds(response, known) if known else []
+    rows = _contributors(report, response, known, list(dict.fromkeys(names)))
     return (
         blocks.paragraph(FEW) if known and known.dominated_by_few else None,
-        blocks.paragraph(_indices(each)),
-        blocks.table_of([*kinds, *rows], caption=rests_on(found), look="dense"),
-        blocks.note(_remarks(found, known)) if known else None,
+        blocks.paragraph(_indices(response)),
+        blocks.table_of([*kinds, *rows], caption=rests_on(report), look="dense"),
+        blocks.note(_remarks(report, known)) if known else None,
     )
 
 
-def _kinds(each: ReportedResponse, known: Contributions) -> list[Row]:
+def _kinds(response: ReportedResponse, known: Contributions) -> list[Row]:
     """Return a row for each kind of part, the largest share first."""
     rows: list[Row] = []
-    size = {kind: share.value for kind, share in each.shares_of_kinds.items()}
+    size = {kind: share.value for kind, share in response.shares_of_kinds.items()}
     for kind in sorted(size, key=lambda n: -size[n] if size[n] == size[n] else 0.0):
         together = known.together[kind]
         share: Given = Number(together, PART)
@@ -280,7 +284,7 @@ def _kinds(each: ReportedResponse, known: Contributions) -> list[Row]:
             summed = Number(known.groups[kind], PART)
             alone = Cell((summed,), text("sum of first orders"))
         rows.append({
-            "contributor": Cell((Name(kind),), text(", ".join(each.members[kind]))),
+            "contributor": Cell((Name(kind),), text(", ".join(response.members[kind]))),
             ALONE + CENTRAL * known.clipped: alone,
             TOGETHER + CENTRAL * known.clipped: share,
         })  # fmt: skip
@@ -288,7 +292,10 @@ def _kinds(each: ReportedResponse, known: Contributions) -> list[Row]:
 
 
 def _contributors(
-    found: Report, each: ReportedResponse, known: Contributions | None, every: list[str]
+    report: Report,
+    response: ReportedResponse,
+    known: Contributions | None,
+    names: list[str],
 ) -> list[Row]:
     """Return a row for each contributor."""
     shares: dict[str, tuple[Values, Scale | Ratio]] = {}
@@ -296,35 +303,38 @@ def _contributors(
         alone = {} if known.dominated_by_few else known.first_order
         shares[ALONE + CENTRAL * known.clipped] = alone, PART
         shares["rank regression coefficient"] = known.rank_regression, AS_IS
-    if (indices := each.indices) and not indices.reason:
+    if (indices := response.indices) and not indices.reason:
         central = CENTRAL * indices.clipped
         shares[f"Sobol' first-order index, %{central}"] = indices.first, PART
         shares[f"Sobol' total index, %{central}"] = indices.total, PART
-    if each.root_sum_square:
+    if response.root_sum_square:
         shares["root sum square, % of the variance"] = (
-            each.root_sum_square.shares,
+            response.root_sum_square.shares,
             PART,
         )
     rows: list[Row] = []
-    for part in every:
-        shown = found.stored_run.scales.get(part, AS_IS)  # a batch has none
-        own: dict[str, tuple[Values, Scale | Ratio]] = {
-            "slope at the nominal trial": (each.slopes, Ratio(each.scale, shown))
+    for part in names:
+        scale_of_part = report.stored_run.scales.get(part, AS_IS)  # a batch has none
+        with_units: dict[str, tuple[Values, Scale | Ratio]] = {
+            "slope at the nominal trial": (
+                response.slopes,
+                Ratio(response.scale, scale_of_part),
+            )
         }
-        for side, case in each.worst_cases.items():
+        for side, case in response.worst_cases.items():
             if not case.deviations:
                 continue
-            own[f"worst case, {side}"] = case.deviations, shown
+            with_units[f"worst case, {side}"] = case.deviations, scale_of_part
         row: Row = {"contributor": Name(part)}
-        for head, (of, scale) in (shares | own).items():
-            if part in of:
-                number = Number(of[part], scale)
-                row[head] = with_unit(number) if head in own else number
+        for head, (values, scale) in (shares | with_units).items():
+            if part in values:
+                number = Number(values[part], scale)
+                row[head] = with_unit(number) if head in with_units else number
         rows.append(row)
     return rows
 
 
-def _remarks(found: Report, known: Contributions) -> Parts:
+def _remarks(report: Report, known: Contributions) -> Parts:
     rest = "interaction" if known.linear else "interaction, correlation or chance"
     estimated = not known.dominated_by_few and not math.isnan(known.unexplained.value)
     alone = say(f"Not explained by contributors alone: {{}} ({rest}). ",
@@ -337,45 +347,47 @@ def _remarks(found: Report, known: Contributions) -> Parts:
         LINEAR if known.linear else NEIGHBOURS,
         "Estimates below 0 are chance. " if estimated and not known.linear else None,
         RARER,
-        OVERLAP if found.assumptions.correlation else None,
+        OVERLAP if report.assumptions.correlation else None,
     )
 
 
-def _classical(found: Report, name: str, each: ReportedResponse) -> Table:
-    scale, rows = each.scale, dict[str, tuple[Given, Said]]()
-    for side, case in each.worst_cases.items():
-        said = "no probability: the worst within the tolerances, by the model"
+def _classical(report: Report, name: str, response: ReportedResponse) -> Table:
+    scale, rows = response.scale, dict[str, tuple[Given, Said]]()
+    for side, case in response.worst_cases.items():
+        note = "no probability: the worst within the tolerances, by the model"
         if case.tried:
-            said = f"no probability: the worst of {case.tried} trials within them"
+            note = f"no probability: the worst of {case.tried} trials within them"
         if case.failed:
-            said += f"; {case.failed} of these failed, and count as out of limit"
-        rows[f"worst case, {side}"] = Number(case.value, scale), said
-    if linear := each.root_sum_square:
+            note += f"; {case.failed} of these failed, and count as out of limit"
+        rows[f"worst case, {side}"] = Number(case.value, scale), note
+    if linear := response.root_sum_square:
         sigma = say("sigma {}", Number(linear.sigma, scale))
         mean = Cell((Number(linear.mean, scale),), sigma)
         rows["root sum square"] = mean, "slopes at the nominal trial, normal response"
-    for departure in each.departures:
+    for departure in response.departures:
         wrong = "little" if departure.relative > 0 else "much"
         fails = (Word("root sum square fails"), f" (it promises too {wrong}): ")
-        simulated = Number(each.quantiles[departure.share], scale)
+        simulated = Number(response.quantiles[departure.share], scale)
         rows[f"{share_words(departure.share)}: root sum square"] = (
             Number(departure.linear, scale),
             (fails if departure.fails else None, "simulated ", simulated),
         )
     return blocks.table_of(
-        [{"answer": answer, scale.label(name): value, "": text(said)}
-         for answer, (value, said) in rows.items()],
-        words=[""], caption=rests_on(found),
+        [{"answer": answer, scale.label(name): value, "": text(note)}
+         for answer, (value, note) in rows.items()],
+        words=[""], caption=rests_on(report),
     )  # fmt: skip
 
 
-def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
+def _integration(
+    report: Report, response: ReportedResponse
+) -> tuple[Block | None, ...]:
     """Return the size of integration errors, and their effect."""
-    if (errors := each.integration_errors) is None:
+    if (errors := response.integration_errors) is None:
         return ()
-    exact, effect = each.scale._replace(least=0.0), errors.effect
-    run, given = found.stored_run, errors.settings
-    typed = (f"{n} {typed_setting(run, n, x)}" for n, x in given.items())
+    exact, effect = response.scale._replace(least=0.0), errors.effect
+    run = report.stored_run
+    typed = (f"{n} {typed_setting(run, n, x)}" for n, x in errors.settings.items())
     tightened = ", ".join(typed).replace('"', "")
     above = text("Trials depend on each other: how many err more is not known.")
     if errors.above == errors.above:
@@ -384,10 +396,10 @@ def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, .
             "At most {} of production err more (95 %) than the largest at random.", most
         )
     seen: list[Row] = [
-        {"chosen": CHOSEN[why], "trials": Number(of.trials),
-         exact.label("largest error"): Number(of.largest, exact)}
-        for why, of in {"random": errors.at_random, **errors.chosen}.items()
-        if of.trials
+        {"chosen": CHOSEN[why], "trials": Number(largest.trials),
+         exact.label("largest error"): Number(largest.largest, exact)}
+        for why, largest in {"random": errors.at_random, **errors.chosen}.items()
+        if largest.trials
     ]  # fmt: skip
     moved: Row = {}
     if effect:
@@ -410,26 +422,26 @@ def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, .
             "two times). The largest error is no bound for others. {}",
             counted(errors.trials, "trial"), above if errors.at_random.trials else None,
         )),
-        blocks.table_of(seen, caption=rests_on(found)),
-        blocks.table_of([moved], caption=rests_on(found)) if moved else None,
+        blocks.table_of(seen, caption=rests_on(report)),
+        blocks.table_of([moved], caption=rests_on(report)) if moved else None,
         blocks.note(nearest) if moved else None,
         sides,
     )  # fmt: skip
 
 
-def _worst_trials(found: Report, name: str, each: ReportedResponse) -> Table:
-    again, scales, run = "to see it again", found.stored_run.scales, found.stored_run
+def _worst_trials(report: Report, name: str, response: ReportedResponse) -> Table:
+    again, scales, run = "to see it again", report.stored_run.scales, report.stored_run
     rows: list[Row] = []
-    for worst in each.worst_trials:
+    for worst in response.worst_trials:
         rows.append({
             "trial": Number(worst.trial),
-            each.scale.label(name): Number(worst.value, each.scale),
+            response.scale.label(name): Number(worst.value, response.scale),
             "evaluated again": None if math.isnan(worst.precise)
-            else Number(worst.precise, each.scale),
+            else Number(worst.precise, response.scale),
             **{n: with_unit(Number(x, scales[n])) for n, x in worst.deviations.items()},
             again: Typed(to_replay(run.path, worst.trial, run.machine)),
         })  # fmt: skip
-    of = rests_on(found)
-    if found.trials.counted < found.trials.ran:  # these are the worst of all
-        of = say("of all {} trials done", Number(found.trials.by_status["done"]))
-    return blocks.table_of(rows, words=[again], caption=of)
+    caption = rests_on(report)
+    if report.trials.counted < report.trials.ran:  # these are the worst of all
+        caption = say("of all {} trials done", Number(report.trials.by_status["done"]))
+    return blocks.table_of(rows, words=[again], caption=caption)
