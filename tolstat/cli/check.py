@@ -9,9 +9,9 @@ from typing import ClassVar, NamedTuple
 import click
 
 from tolstat.answers.rare.rare_answer import rare_summary
-from tolstat.answers.report.jumping_responses import jumping
+from tolstat.answers.report.finding_words import sentences
 from tolstat.answers.report.report_warnings import (
-    sentences,
+    jumping,
     warnings_of,
     warnings_of_run,
 )
