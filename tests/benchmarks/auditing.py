@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tests.conftest import ROOT
 from tolstat.execution.diagnostics.audit import choose
 from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.checked import tightened
 from tolstat.statistics.integration_error import integration_error
 from tolstat.study.study import load

@@ -19,7 +19,7 @@ from tolstat.execution.diagnostics.audit import (
 )
 from tolstat.execution.execute import execute
 from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
 from tolstat.store.run_records import Reason

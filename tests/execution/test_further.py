@@ -17,7 +17,7 @@ from tolstat.execution.diagnostics.slopes_and_corners import (
     worst_corners,
 )
 from tolstat.execution.execute import execute, resume
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.limits.limit import worst_trials
 from tolstat.status import Status
 from tolstat.study.study import load

@@ -10,7 +10,7 @@ import pytest
 
 import tolstat
 from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.study.study import load
 

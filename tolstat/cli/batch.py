@@ -23,7 +23,7 @@ from tolstat.cli.progress import AFTERWARDS, notes_of
 from tolstat.errors import RunFileError, StoppedError, TolstatError
 from tolstat.execution.execute import run_of, work_off
 from tolstat.execution.run_loop import Progress
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.render.output_file import check_folder, replace
 from tolstat.render.screen import Screen, as_rich, show_table
 from tolstat.store.open_run import open as open_run

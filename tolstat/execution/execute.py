@@ -11,7 +11,7 @@ from tolstat.execution import compatibility
 from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.run_loop import Progress, Telling, carry_out
 from tolstat.execution.trial_table import Stages, Trials, drawn_again
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.lock import Lock

@@ -13,7 +13,7 @@ from tolstat.execution.diagnostics.after_run import gather
 from tolstat.execution.diagnostics.audit import Choice, audit, evaluated_again
 from tolstat.execution.trial_table import Stages, Trials
 from tolstat.execution.verification import check_block
-from tolstat.execution.workers.crew import Interrupted, Workers
+from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.statistics.intervals.convergence import FIRST, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.errors import Advice, StoppedError
-from tolstat.execution.workers.crew import Interrupted, Workers
+from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers
 from tolstat.model.description import Description
 from tolstat.statistics.limits.limit import margins

@@ -27,7 +27,7 @@ from tolstat.answers.allocate.search import (
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.run_loop import Progress, Telling
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.shares import anytime_valid

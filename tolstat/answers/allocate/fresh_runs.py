@@ -12,7 +12,7 @@ from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import half_of
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.crew import Interrupted, Workers
+from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, joint_yield, yield_of

@@ -10,7 +10,7 @@ from tolstat.deviations.density_ratio import correlations
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.spread import Spread, spread_of
 from tolstat.execution.diagnostics.slopes_and_corners import slopes
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sensitivity.linear import Scatter, root_sum_square
 from tolstat.study.shift_entry import distributions_of

@@ -20,7 +20,7 @@ from tolstat.answers.allocate.optimizer import (
 from tolstat.answers.allocate.reweighted_pool import MISS, Pool, with_choice
 from tolstat.arrays import Array
 from tolstat.execution.run_loop import Progress
-from tolstat.execution.workers.crew import Interrupted
+from tolstat.execution.workers.block_scheduler import Interrupted
 from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.study.shift_entry import Shift
 from tolstat.study.study_schema import MOST_SEED

@@ -14,7 +14,7 @@ from tolstat.execution.diagnostics.slopes_and_corners import (
     worst_corners,
 )
 from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.status import Status
 from tolstat.store.run_records import Diagnostics, WorstCase
 from tolstat.study.study import Study

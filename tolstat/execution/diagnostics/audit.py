@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.deviations.samplers import uniform
 from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.checked import tightened
 from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import NO_LIMIT, Limit, within, worst_trials

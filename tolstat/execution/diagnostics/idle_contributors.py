@@ -7,7 +7,7 @@ from tolstat.arrays import Array, Truths
 from tolstat.deviations.distributions import Tolerance
 from tolstat.execution.diagnostics.halved_tolerances import is_turn
 from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.status import Status
 from tolstat.study.study import Study
 

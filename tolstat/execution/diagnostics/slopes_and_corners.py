@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
 
 Move = tuple[list[int], Array]  # columns, and the ends they are moved to
