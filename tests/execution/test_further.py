@@ -10,7 +10,7 @@ import pytest
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
 from tolstat.answers.report.gather import report_of
-from tolstat.execution.diagnostics.audit import random_trials
+from tolstat.execution.diagnostics.audit_selection import random_trials
 from tolstat.execution.diagnostics.slopes_and_corners import (
     Target,
     slopes,

@@ -108,7 +108,7 @@ def test_sobol_trials_can_be_extended_until(toy, study):
 
 
 @pytest.mark.parametrize(
-    "slow", ["run_loop.trials_wanted", "diagnostics.after_run.halved_shares"]
+    "slow", ["proposers.trials_wanted", "diagnostics.after_run.halved_shares"]
 )
 def test_it_stops_during_a_long_check(toy, study, monkeypatch, slow):
     """Means and sigmas of a million trials take ten seconds."""

@@ -20,7 +20,7 @@ from tolstat.store.run_records import Diagnostics, WorstCase
 from tolstat.study.study import Study
 
 
-def gather(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
+def diagnostics_of(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
     """Return the diagnostics of a run; none if no deviations were sampled."""
     if study.sampler is None:
         return Diagnostics(missing="no deviations were drawn")
@@ -38,7 +38,7 @@ def gather(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
 
 def _zones(study: Study) -> tuple[Array, Array]:
     """Return both ends of each contributor's tolerance, SI; zero without tolerance."""
-    names = [each.name for each in study.description.contributors]
+    names = [contributor.name for contributor in study.description.contributors]
     ends = np.zeros((2, len(names)))
     for name, distribution in study.deviating.distributions.items():
         ends[:, names.index(name)] = spread_of(distribution)[:2]
@@ -51,7 +51,7 @@ def _by_name(
     """Return slopes by response and contributor that deviates."""
     if not varying.any():
         return {}
-    names = [each.name for each in study.description.contributors]
+    names = [contributor.name for contributor in study.description.contributors]
     return {
         response.name: {names[i]: float(slope[i]) for i in np.flatnonzero(varying)}
         for response, slope in zip(study.description.responses, table.T, strict=True)
@@ -67,14 +67,14 @@ def _worst_cases(
     workers: Workers,
 ) -> dict[str, dict[str, WorstCase]]:
     """Return the worst trials within the tolerances, for each end of each limit."""
-    names = [each.name for each in study.description.contributors]
-    responses = [each.name for each in study.description.responses]
+    names = [contributor.name for contributor in study.description.contributors]
+    responses = [response.name for response in study.description.responses]
     batches = study.deviating.dependence.batches
     factors: dict[str, list[int]] = {}  # columns that change together
     for column in np.flatnonzero(lower < upper).tolist():
         batch = batches.get(names[column])
-        alike = batch.name if batch and batch.share == 1 else names[column]
-        factors.setdefault(alike, []).append(column)
+        factor = batch.name if batch and batch.share == 1 else names[column]
+        factors.setdefault(factor, []).append(column)
     ends_of_limits = [
         (name, sign)
         for name, limit in study.limits.items()
@@ -92,13 +92,14 @@ def _worst_cases(
     corners = worst_corners(
         study.model, study.settings, lower, upper, groups, targets, workers
     )
-    found: dict[str, dict[str, WorstCase]] = {}
+    worst_cases: dict[str, dict[str, WorstCase]] = {}
     for (name, sign), corner in zip(ends_of_limits, corners, strict=True):
-        machine = dict(zip(names, corner.deviations.tolist(), strict=True))
+        trial = dict(zip(names, corner.deviations.tolist(), strict=True))
         side = "largest" if sign > 0 else "least"
-        case = WorstCase(corner.value, machine, corner.tried, corner.failed)
-        found.setdefault(name, {})[side] = case
-    return found
+        worst_cases.setdefault(name, {})[side] = WorstCase(
+            corner.value, trial, corner.tried, corner.failed
+        )
+    return worst_cases
 
 
 def _worst_starts(

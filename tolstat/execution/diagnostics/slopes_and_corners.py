@@ -19,7 +19,7 @@ def slopes(
     settings: Any,
     usual: Array,
     workers: Workers,
-    at: Array | None = None,
+    about: Array | None = None,
 ) -> Array:
     """Return the slopes of the responses at one trial.
 
@@ -33,7 +33,7 @@ def slopes(
         Usual size of each deviation, SI; a contributor with zero has no slope.
     workers : Workers
         Evaluate the trials.
-    at : float64[contributor], optional
+    about : float64[contributor], optional
         Deviations of the trial, SI; the nominal one if not given.
 
     Returns
@@ -47,12 +47,12 @@ def slopes(
         return np.zeros((len(usual), len(model.describe(settings).responses)))
     step = STEP * usual[varying]
     ahead = np.diag(STEP * usual)[varying]
-    shifted = np.concatenate([ahead, -ahead]) + (0.0 if at is None else at)
-    found = workers.simulate(model, shifted, settings).responses
-    ahead, behind = np.split(found, 2)
-    every = np.zeros((len(usual), found.shape[1]))
-    every[varying] = (ahead - behind) / (2 * step[:, None])
-    return every
+    shifted = np.concatenate([ahead, -ahead]) + (0.0 if about is None else about)
+    responses = workers.simulate(model, shifted, settings).responses
+    ahead, behind = np.split(responses, 2)
+    table = np.zeros((len(usual), responses.shape[1]))
+    table[varying] = (ahead - behind) / (2 * step[:, None])
+    return table
 
 
 class Target(NamedTuple):
@@ -90,19 +90,19 @@ def worst_corners(
     all at once if that is worse still. The search is local and proves nothing.
     """
     searches = [_search(target, lower, upper, factors) for target in targets]
-    pending = {place: next(search) for place, search in enumerate(searches)}
-    found: dict[int, Corner] = {}
+    pending = {number: next(search) for number, search in enumerate(searches)}
+    corners: dict[int, Corner] = {}
     while pending:
         answers = workers.simulate(model, np.concatenate([*pending.values()]), settings)
         ends = np.cumsum([len(rows) for rows in pending.values()])[:-1]
         parts = np.split(answers.responses, ends)
-        for place, responses in zip([*pending], parts, strict=True):
+        for number, responses in zip([*pending], parts, strict=True):
             try:
-                pending[place] = searches[place].send(responses)
+                pending[number] = searches[number].send(responses)
             except StopIteration as end:
-                found[place] = end.value
-                del pending[place]
-    return [found[place] for place in range(len(targets))]
+                corners[number] = end.value
+                del pending[number]
+    return [corners[number] for number in range(len(targets))]
 
 
 def _search(
@@ -124,13 +124,13 @@ def _search(
             break
         rows = np.array([_moved(before.deviations, [move]) for move in tried])
         corner, badness = _taken(target, before, rows, (yield rows))
-        known = target.sign * before.value
-        if not badness.max() > known + 1e-9 * abs(known):
+        so_far = target.sign * before.value
+        if not badness.max() > so_far + 1e-9 * abs(so_far):
             break
         # all moves that made it worse, at once; of two ends the worse one
         taken: dict[int, Move] = {}  # by first column: one of both ends
         for i in np.lexsort((-np.arange(len(badness)), badness)):
-            if badness[i] > known:
+            if badness[i] > so_far:
                 taken[tried[i][0][0]] = tried[i]
         rows = _moved(before.deviations, list(taken.values()))[None, :]
         corner, _ = _taken(target, corner, rows, (yield rows))
@@ -153,7 +153,7 @@ def _taken(
 
 def _moved(trial: Array, moves: Sequence[Move]) -> Array:
     """Return a trial with some of its parts at an end of their tolerance."""
-    found = trial.copy()
+    moved = trial.copy()
     for columns, ends in moves:
-        found[columns] = ends
-    return found
+        moved[columns] = ends
+    return moved
