@@ -9,7 +9,7 @@ from typing import NamedTuple, cast
 from tolstat.errors import Advice, RunFileError, StoppedError, StudyError
 from tolstat.execution import compatibility
 from tolstat.execution.planning import cannot_be_built, plan_of
-from tolstat.execution.proposers import drawn_again, sampling_of
+from tolstat.execution.proposers import SampledStages, drawn_again
 from tolstat.execution.run_loop import Progress, Telling, carry_out
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.block_scheduler import Workers
@@ -196,17 +196,17 @@ def execute(
     tell = progress or (lambda progress: None)
     check_replaceable(path, force=True)  # no lock is laid beside a device
     with Lock(path) as lock:
-        sampling = sampling_of(study)
-        _tell_impossible(study, sampling.trials, tell)
-        plan = plan_of(study, sampling.trials, lock.path)
+        stages = SampledStages(study)
+        _tell_impossible(study, stages.trials, tell)
+        plan = plan_of(study, stages.trials, lock.path)
         with RunWriter.made(lock, plan, force=force) as file:
-            carry_out(study, sampling, file, workers, tell)
+            carry_out(study, stages, file, workers, tell)
     if file.given_up:
         raise StoppedError(
             f"stopped before any trial finished; the run in {path} is unchanged"
         )
     path = file.path
-    del sampling, plan, file  # frees memory before the stored trials are read
+    del stages, plan, file  # frees memory before the stored trials are read
     return open_run(path)
 
 
@@ -227,21 +227,19 @@ def go_on(
         if trials is not None:
             compatibility.check_extensible(run, trials)
         study = compatibility.study_of(run, trials, model)
-        sampling = drawn_again(run, study, workers)
-        plan = _plan_again(run, study, sampling.trials, regardless=regardless)
+        stages = drawn_again(run, study, workers)
+        plan = _plan_again(run, study, stages.trials, regardless=regardless)
         if trials is not None:
-            _tell_impossible(study, sampling.trials, tell)
+            _tell_impossible(study, stages.trials, tell)
         rerun = rerun or run.rerun is not None
-        status = sampling.trials.status[: run.trials]
+        status = stages.trials.status[: run.trials]
         nominal = run.nominal_values["status"] != Status.NOT_RUN.word
         nominal &= not run.damage.nominal
         del run  # its columns are in the trials
         with RunWriter.opened(lock, plan, status) as file:
-            carry_out(
-                study, sampling, file, workers, tell, nominal=nominal, rerun=rerun
-            )
+            carry_out(study, stages, file, workers, tell, nominal=nominal, rerun=rerun)
     path = file.path
-    del sampling, status, plan, file  # frees memory before the stored trials are read
+    del stages, status, plan, file  # frees memory before the stored trials are read
     return open_run(path)
 
 

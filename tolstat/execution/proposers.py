@@ -1,6 +1,6 @@
 """Proposers: each gives the next stage of trials, from the answers so far, or none."""
 
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -27,12 +27,20 @@ class SampledStages:
     """The stages of a sampler: of most samplers and of given trials a single one.
 
     The latest stage is proposed until all of its trials are over.
+
+    Attributes
+    ----------
+    latest : Stage
+        The stage that was sampled last.
+    trials : Trials
+        All trials of the study, with the first stage sampled.
     """
 
     def __init__(self, study: Study) -> None:
         self._study, self._course = study, study.stages()
         stage, deviations = next(self._course)
         self.latest = Stage(0, 0, deviations, study.cases, stage.columns(0))
+        self.trials = Trials.begun(study.description, self.latest, study.trials)
 
     def next(self, trials: Trials) -> Stage | None:
         """Return the latest stage while it is not over, then another one, if any.
@@ -40,7 +48,7 @@ class SampledStages:
         A fit in a hundred directions takes many seconds.
         """
         study, rows = self._study, slice(self.latest.first, self.latest.stop)
-        if np.count_nonzero(trials.status[rows]) < len(self.latest.deviations):
+        if not trials.status[rows].all():
             return self.latest
         answered = np.empty(0)
         if limit := study.limits.get(study.aim):
@@ -98,41 +106,29 @@ class UntilPrecise:
             self._wanted,
         )
 
-    def _trials_wanted(self, trials: Trials, over: int) -> float:
+    def _trials_wanted(self, trials: Trials, ended: int) -> float:
         """Return how many trials the rules need in all; 0 if there are enough."""
         responses = trials.description.responses
         names = [response.name for response in responses]
         return trials_wanted(
             self._until.precisions,
-            dict(zip(names, trials.responses[:over].T, strict=True)),
-            Sample(trials.status[:over], self._replicates),
+            dict(zip(names, trials.responses[:ended].T, strict=True)),
+            Sample(trials.status[:ended], self._replicates),
             {name: limit.permitted for name, limit in self._study.limits.items()},
             {response.name: response.range for response in responses if response.range},
         )
 
 
-class Sampling(NamedTuple):
-    """The trials of a study, and what samples more of them."""
-
-    trials: Trials
-    stages: SampledStages
-
-
-def sampling_of(study: Study) -> Sampling:
-    """Return the trials of a study with the first stage sampled."""
-    stages = SampledStages(study)
-    return Sampling(
-        Trials.begun(study.description, stages.latest, study.trials), stages
-    )
-
-
-def drawn_again(run: Run, study: Study, workers: Workers | None = None) -> Sampling:
+def drawn_again(
+    run: Run, study: Study, workers: Workers | None = None
+) -> SampledStages:
     """Return the trials of a stored run, sampled again, with their stored answers.
 
     Stages that depend on missing answers are left out. StoppedError once the workers
     stop.
     """
-    trials, stages = sampling = sampling_of(study)
+    stages = SampledStages(study)
+    trials = stages.trials
     answered = run.status != Status.NOT_RUN
     answered[run.damage.trials] = False
     trials.take_stored(run, answered)
@@ -151,4 +147,4 @@ def drawn_again(run: Run, study: Study, workers: Workers | None = None) -> Sampl
         ) from None
     not_sampled = slice(trials.sampled, None)
     trials.status[not_sampled], trials.responses[not_sampled] = Status.NOT_RUN, np.nan
-    return sampling
+    return stages

@@ -11,7 +11,7 @@ from tolstat.errors import LostError, ModelError
 from tolstat.execution.diagnostics.after_run import diagnostics_of
 from tolstat.execution.diagnostics.audit import audit, evaluated_again
 from tolstat.execution.diagnostics.audit_selection import Selection
-from tolstat.execution.proposers import Proposer, Sampling, UntilPrecise
+from tolstat.execution.proposers import Proposer, SampledStages, UntilPrecise
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.verification import check_block
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
@@ -83,7 +83,7 @@ def evaluate_stages(
 
 def carry_out(
     study: Study,
-    sampling: Sampling,
+    stages: SampledStages,
     file: RunWriter,
     workers: Workers,
     tell: Telling,
@@ -97,7 +97,7 @@ def carry_out(
     nominal trial is stored already. `rerun`: failed trials are evaluated again at the
     end. A complete run keeps its diagnostics.
     """
-    trials, stages = sampling
+    trials = stages.trials
     until = UntilPrecise(study) if study.until else None
     try:
         with suppress(Interrupted), chdir("."):  # a model may leave it

@@ -152,7 +152,9 @@ class FreshRuns:
         out = before.out_of_limit if before else none
         study = self.written(choice)
         settling = UntilSettled(study, seed, out, (self.trials, most))
-        self._evaluate(study, settling, "fresh run")
+        nothing = np.zeros((0, len(study.description.contributors)))
+        begun = Trials.planned(study.description, nothing)
+        self._evaluate(study, settling, begun, "fresh run")
         tolerances, half_widths = {}, {}
         for entry, x in self._chosen(choice):
             tolerances[entry.name] = entry.text(x)
@@ -173,16 +175,16 @@ class FreshRuns:
 
     def out_of_limit(self, study: Study) -> Truths:
         """Return which trials are out of each limit, or failed: bool[limit, trial]."""
-        trials = self._evaluate(study, SampledStages(study), "wide run")
-        return out_of_each_limit(study.limits, trials)
+        stages = SampledStages(study)
+        self._evaluate(study, stages, stages.trials, "wide run")
+        return out_of_each_limit(study.limits, stages.trials)
 
-    def _evaluate(self, study: Study, proposer: Proposer, doing: str) -> Trials:
-        nothing = np.zeros((0, len(study.description.contributors)))
-        trials = Trials.planned(study.description, nothing)
+    def _evaluate(
+        self, study: Study, proposer: Proposer, trials: Trials, doing: str
+    ) -> None:
         evaluate_stages(
             study.model, proposer, trials, self.workers, self.tell, doing=doing
         )
-        return trials
 
     def _chosen(self, choice: Choice) -> Iterable[tuple[Priced, float]]:
         return zip(self.priced, choice, strict=True)

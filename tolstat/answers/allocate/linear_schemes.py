@@ -9,9 +9,12 @@ from tolstat.answers.allocate.optimizer import Choice, cheapest
 from tolstat.answers.allocate.search import Search
 from tolstat.arrays import Array
 from tolstat.deviations.density_ratio import correlations
-from tolstat.deviations.distributions import Constant
 from tolstat.deviations.spread import Spread, spread_of
-from tolstat.execution.diagnostics.slopes_and_corners import slopes
+from tolstat.execution.diagnostics.slopes_and_corners import (
+    slopes,
+    slopes_by_name,
+    tolerance_ends,
+)
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sensitivity.linear import Scatter, root_sum_square
@@ -29,30 +32,20 @@ class LinearSchemes:
         self.priced, self.limits = study.deviating.priced, study.limits
         self._specified = study.deviating.distributions
         self._spread = lru_cache(maxsize=None)(spread_of)
+        lower, upper = tolerance_ends(study)
+        middle, usual = np.where(lower == upper, lower, 0.0), (upper - lower) / 6
         contributors, responses = study.description
-        middle, usual = np.zeros((2, len(contributors)))
-        self.names = []
-        for row, contributor in enumerate(contributors):
-            specified = self._specified.get(contributor.name)
-            if isinstance(specified, Constant):
-                middle[row] = specified.value
-            elif specified is not None:
-                lower, upper, *_ = self._spread(specified)
-                usual[row] = (upper - lower) / 6
-                self.names.append(contributor.name)
+        self.names = [
+            c.name for c, size in zip(contributors, usual, strict=True) if size
+        ]
         table = slopes(study.model, study.settings, usual, workers, middle)
         alone = workers.simulate(study.model, middle[None, :], study.settings)
-        self.nominal, self.slopes = dict[str, float](), dict[str, dict[str, float]]()
-        for column, response in enumerate(responses):
-            if response.name in self.limits:
-                by_name = {
-                    c.name: float(x)
-                    for c, x in zip(contributors, table[:, column], strict=True)
-                }
-                self.nominal[response.name] = float(alone.responses[0, column])
-                self.slopes[response.name] = {
-                    name: by_name[name] for name in self.names
-                }
+        nominal = dict(
+            zip([r.name for r in responses], alone.responses[0].tolist(), strict=True)
+        )
+        by_name = slopes_by_name(study, table, usual > 0)
+        self.nominal = {name: nominal[name] for name in self.limits}
+        self.slopes = {name: by_name.get(name, {}) for name in self.limits}
         self.correlation = correlations(self.names, study.deviating.dependence)
 
     def worst_case(self, choice: Choice) -> Array:

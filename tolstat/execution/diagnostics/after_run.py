@@ -4,13 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tolstat.arrays import Array, Truths
-from tolstat.deviations.spread import spread_of
+from tolstat.arrays import Array
 from tolstat.execution.diagnostics.halved_tolerances import halved_shares
 from tolstat.execution.diagnostics.idle_contributors import idle_contributors
 from tolstat.execution.diagnostics.slopes_and_corners import (
     Target,
     slopes,
+    slopes_by_name,
+    tolerance_ends,
     worst_corners,
 )
 from tolstat.execution.trial_table import Trials
@@ -24,38 +25,16 @@ def diagnostics_of(study: Study, trials: Trials, workers: Workers) -> Diagnostic
     """Return the diagnostics of a run; none if no deviations were sampled."""
     if study.sampler is None:
         return Diagnostics(missing="no deviations were drawn")
-    lower, upper = _zones(study)
+    lower, upper = tolerance_ends(study)
     usual = (upper - lower) / 6  # sigma of a normal part at Cp = 1
     table = slopes(study.model, study.settings, usual, workers)
-    by_name = _by_name(study, table, usual > 0)
+    by_name = slopes_by_name(study, table, usual > 0)
     return Diagnostics(
         by_name,
         _worst_cases(study, trials, lower, upper, table, workers),
         workers.here(halved_shares, study, trials, by_name),
         idle_contributors(study, trials, lower, upper, table, workers),
     )
-
-
-def _zones(study: Study) -> tuple[Array, Array]:
-    """Return both ends of each contributor's tolerance, SI; zero without tolerance."""
-    names = [contributor.name for contributor in study.description.contributors]
-    ends = np.zeros((2, len(names)))
-    for name, distribution in study.deviating.distributions.items():
-        ends[:, names.index(name)] = spread_of(distribution)[:2]
-    return ends[0], ends[1]
-
-
-def _by_name(
-    study: Study, table: Array, varying: Truths
-) -> dict[str, dict[str, float]]:
-    """Return slopes by response and contributor that deviates."""
-    if not varying.any():
-        return {}
-    names = [contributor.name for contributor in study.description.contributors]
-    return {
-        response.name: {names[i]: float(slope[i]) for i in np.flatnonzero(varying)}
-        for response, slope in zip(study.description.responses, table.T, strict=True)
-    }
 
 
 def _worst_cases(

@@ -5,9 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Truths
+from tolstat.deviations.spread import spread_of
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
+from tolstat.study.study import Study
 
 Move = tuple[list[int], Array]  # columns, and the ends they are moved to
 STEP = 0.1  # of a usual deviation, to either side
@@ -19,7 +21,7 @@ def slopes(
     settings: Any,
     usual: Array,
     workers: Workers,
-    about: Array | None = None,
+    trial: Array | None = None,
 ) -> Array:
     """Return the slopes of the responses at one trial.
 
@@ -33,7 +35,7 @@ def slopes(
         Usual size of each deviation, SI; a contributor with zero has no slope.
     workers : Workers
         Evaluate the trials.
-    about : float64[contributor], optional
+    trial : float64[contributor], optional
         Deviations of the trial, SI; the nominal one if not given.
 
     Returns
@@ -47,12 +49,34 @@ def slopes(
         return np.zeros((len(usual), len(model.describe(settings).responses)))
     step = STEP * usual[varying]
     ahead = np.diag(STEP * usual)[varying]
-    shifted = np.concatenate([ahead, -ahead]) + (0.0 if about is None else about)
+    shifted = np.concatenate([ahead, -ahead]) + (0.0 if trial is None else trial)
     responses = workers.simulate(model, shifted, settings).responses
     ahead, behind = np.split(responses, 2)
     table = np.zeros((len(usual), responses.shape[1]))
     table[varying] = (ahead - behind) / (2 * step[:, None])
     return table
+
+
+def tolerance_ends(study: Study) -> tuple[Array, Array]:
+    """Return both ends of each contributor's tolerance, SI; zero without tolerance."""
+    names = [contributor.name for contributor in study.description.contributors]
+    ends = np.zeros((2, len(names)))
+    for name, distribution in study.deviating.distributions.items():
+        ends[:, names.index(name)] = spread_of(distribution)[:2]
+    return ends[0], ends[1]
+
+
+def slopes_by_name(
+    study: Study, table: Array, varying: Truths
+) -> dict[str, dict[str, float]]:
+    """Return slopes by response and contributor that deviates."""
+    if not varying.any():
+        return {}
+    names = [contributor.name for contributor in study.description.contributors]
+    return {
+        response.name: {names[i]: float(slope[i]) for i in np.flatnonzero(varying)}
+        for response, slope in zip(study.description.responses, table.T, strict=True)
+    }
 
 
 class Target(NamedTuple):
