@@ -42,7 +42,7 @@ def main() -> None:
             strict=True)
     )  # fmt: skip
     choices = [select(trials, study.limits, seed) for seed in range(CHOICES)]
-    print(f"{len(choices[0].trials)} of {trials.over} trials are chosen")
+    print(f"{len(choices[0].trials)} of {trials.ended} trials are chosen")
     for name in study.limits:
         values, truth = trials.response(name), precise[name]
         true = np.array(moves(values, truth))

@@ -135,7 +135,7 @@ def drawn_again(
     try:
         while trials.status[: trials.sampled].all():
             stage = (
-                workers.here(stages.next, trials) if workers else stages.next(trials)
+                workers.call(stages.next, trials) if workers else stages.next(trials)
             )
             if stage is None:
                 break

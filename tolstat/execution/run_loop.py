@@ -63,9 +63,9 @@ def evaluate_stages(
     workers stop.
     """
     stop = trials.sampled
-    while stage := workers.here(proposer.next, trials):
+    while stage := workers.call(proposer.next, trials):
         if stage.shortfall:
-            state = Progress(trials.over, trials.failed, trials.over, doing)
+            state = Progress(trials.ended, trials.failed, trials.ended, doing)
             tell(state._replace(**stage.shortfall._asdict()))
         if trials.add(stage) and file:
             file.write_drawn(slice(stage.first, stage.stop))
@@ -75,7 +75,7 @@ def evaluate_stages(
             if file:
                 file.write_blocks(blocks)
             trials.take(blocks)
-            tell(Progress(trials.over, trials.failed, stop, doing))
+            tell(Progress(trials.ended, trials.failed, stop, doing))
         if not trials.status[:stop].all():
             raise Interrupted
     return stop

@@ -73,8 +73,8 @@ class Trials:
         return trials_of_all
 
     @property
-    def over(self) -> int:
-        """Number of trials that are over."""
+    def ended(self) -> int:
+        """Number of trials that have ended."""
         return int(np.count_nonzero(self.status))
 
     @property

@@ -130,7 +130,7 @@ class Here:
     def stopping(self):
         return False
 
-    def here(self, function, *arguments):
+    def call(self, function, *arguments):
         return function(*arguments)
 
     def blocks(self, model, cases, deviations):

@@ -123,8 +123,8 @@ def _lengths(study: Study, trials: int | None) -> _Lengths:
         longest = most  # an answer does without
     permits = f"{strictest} permits {1e6 * share:.6g} ppm out of limit"
     least = 1
-    while (shown := anytime_valid(0, LONGEST * least, CONFIDENCE).upper) > share:
-        least = grown(least * shown / share)
+    while (upper := anytime_valid(0, LONGEST * least, CONFIDENCE).upper) > share:
+        least = grown(least * upper / share)
     if anytime_valid(0, most, CONFIDENCE).upper > share:  # with none out of limit
         raise StudyError(
             f"{source}: {permits}. No first proof of {most} trials, {LONGEST} times "

@@ -57,12 +57,12 @@ class LinearSchemes:
             )
             widest = max(abs(room) for room in rooms if np.isfinite(room))
             for sign, room in zip((-1, 1), rooms.tolist(), strict=True):
-                off = sum(
+                reach = sum(
                     max(sign * slope * x for x in spreads[part][:2])
                     for part, slope in self.slopes[name].items()
                 )
                 if np.isfinite(room):
-                    excess.append((off - room) / (widest or abs(off) or 1.0))
+                    excess.append((reach - room) / (widest or abs(reach) or 1.0))
         return np.array(excess)
 
     def root_sum_square(self, choice: Choice) -> Array:

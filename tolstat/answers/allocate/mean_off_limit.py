@@ -33,8 +33,8 @@ def means_off_limit(runs: FreshRuns, tightest: Proof) -> Iterator[tuple[str, Par
         if limit is None or tightest.yields[response.name].verdict == MET:
             continue
         (lower, upper), share = limit.permitted, HALF * (1 - limit.demanded)
-        near = np.quantile(values, [share, 1 - share]) if len(values) else np.zeros(2)
-        room = np.array(limit.permitted) - near
+        tails = np.quantile(values, [share, 1 - share]) if len(values) else np.zeros(2)
+        room = np.array(limit.permitted) - tails
         needed = float(np.mean(room[np.isfinite(room)]))
         out = [np.mean(~within(column + by, limit.permitted)) for by in (0.0, needed)]
         if not out[1] <= 2 * share < out[0]:
@@ -52,11 +52,11 @@ def means_off_limit(runs: FreshRuns, tightest: Proof) -> Iterator[tuple[str, Par
         mean = mean_as_sampled(values)
         beyond = np.array([max(lower - x, x - upper) for x in mean[:3]])
         size, *ends = (math.copysign(1.0, beyond[0]) * beyond).tolist()
-        off = Estimate(size, min(ends), max(ends), mean.reason)
+        distance = Estimate(size, min(ends), max(ends), mean.reason)
         unit = study.shown.get(response.name, response.shown)
         yield response.name, say(
             "{}: the mean lies {} {} the limit; no permitted tolerance meets it.{} ",
-            Name(response.name), Number(off, scale_of(response.unit, unit, size)),
+            Name(response.name), Number(distance, scale_of(response.unit, unit, size)),
             "outside" if beyond[0] > 0 else "inside, but too near an end of",
             _permit(*min(shifts)[2:], study.shown) if shifts else None,
         )  # fmt: skip
@@ -67,9 +67,9 @@ def _permit(
 ) -> Parts:
     """Return what to type so that a shift is permitted: its size, rounded up."""
     scale = scale_of(part.unit, units.get(part.name, part.shown), abs(by))
-    place = 10.0 ** math.floor(math.log10(size := abs(scale.factor * by)))
+    digit = 10.0 ** math.floor(math.log10(size := abs(scale.factor * by)))
     return say(
         ' Permit a shift of {} by about {}: `shift = "+-{} {}"` in its cost.',
         Name(entry), Number(float(f"{by:.2g}"), scale),
-        f"{math.ceil(size / place) * place:.6g}", scale.mark,
+        f"{math.ceil(size / digit) * digit:.6g}", scale.mark,
     )  # fmt: skip

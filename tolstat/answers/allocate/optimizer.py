@@ -160,7 +160,7 @@ class _Search:
         tightest = np.array([variable.tightest for variable in variables])
         span = np.array([variable.loosest for variable in variables]) - tightest
 
-        def at(share: Array) -> Choice:
+        def choice_at(share: Array) -> Choice:
             # a step for a slope may lead past an end
             values = dict(zip(self.continuous, tightest + span * share, strict=True))
             return tuple(float(values.get(i, x)) for i, x in enumerate(choice))
@@ -170,13 +170,13 @@ class _Search:
         shift = np.array([variable.shift for variable in variables])
         middle, tight = (np.where(shift, begin, share) for share in (0.5, 0.0))
         loose = np.where(shift, -tightest / span, 1.0)  # not shifted
-        if self.within(at(loose)):
-            return at(loose)
-        scale = self.cost(at(middle)) or 1.0
+        if self.within(choice_at(loose)):
+            return choice_at(loose)
+        scale = self.cost(choice_at(middle)) or 1.0
 
         def objective(share: Array) -> float:
-            out = float(np.mean(self.excess(at(share)))) if shift.any() else 0.0
-            return self.cost(at(share)) / scale + CENTRING * out
+            out = float(np.mean(self.excess(choice_at(share)))) if shift.any() else 0.0
+            return self.cost(choice_at(share)) / scale + CENTRING * out
 
         with np.errstate(invalid="ignore"):  # an excess may be infinite
             solved = minimize(
@@ -186,30 +186,32 @@ class _Search:
                 bounds=[(0.0, 1.0)] * len(span),
                 constraints={
                     "type": "ineq",
-                    "fun": lambda share: -self.excess(at(share)),
+                    "fun": lambda share: -self.excess(choice_at(share)),
                 },
                 options={"maxiter": MOST_STEPS, "eps": STEP, "ftol": 1e-5},
             ).x
         solved = np.where(np.isfinite(solved), np.clip(solved, 0.0, 1.0), begin)
-        safe = [share for share in (begin, middle, tight) if self.within(at(share))]
-        if self.within(at(solved)):
-            choices = [at(share) for share in (solved, *safe)]
+        safe = [
+            share for share in (begin, middle, tight) if self.within(choice_at(share))
+        ]
+        if self.within(choice_at(solved)):
+            choices = [choice_at(share) for share in (solved, *safe)]
             if shift.any():  # far within bounds slopes say little
                 outside = np.where(shift, loose, solved)
-                choices.append(self._towards(outside, solved, at))
+                choices.append(self._towards(outside, solved, choice_at))
         else:
-            choices = [self._towards(solved, share, at) for share in safe]
+            choices = [self._towards(solved, share, choice_at) for share in safe]
         return min(choices, key=self.cost, default=None)
 
     def _towards(
-        self, outside: Array, inside: Array, at: Callable[[Array], Choice]
+        self, outside: Array, inside: Array, choice_at: Callable[[Array], Choice]
     ) -> Choice:
         """Go from inside the bounds towards outside as far as they permit."""
-        near, far = 0.0, 1.0  # of the way: within the bounds, and not
+        inner, outer = 0.0, 1.0  # of the way: within the bounds, and not
         for _ in range(HALVINGS):
-            middle = 0.5 * (near + far)
-            if self.within(at(inside + middle * (outside - inside))):
-                near = middle
+            middle = 0.5 * (inner + outer)
+            if self.within(choice_at(inside + middle * (outside - inside))):
+                inner = middle
             else:
-                far = middle
-        return at(inside + near * (outside - inside))
+                outer = middle
+        return choice_at(inside + inner * (outside - inside))

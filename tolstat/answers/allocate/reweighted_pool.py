@@ -79,7 +79,7 @@ class Pool:
         is larger with the chance `miss`. Exact weights are computed instead of
         interpolated, which takes longer.
         """
-        weights = self._weights.of(choice, exact=exact) / self.trials
+        weights = self._weights.over_pool(choice, exact=exact) / self.trials
         counted = weights * self._times
         total = counted.sum()  # 0 where no trial is like it
         usual = float((counted * weights).sum() / total) if total else 1.0
@@ -150,7 +150,7 @@ class _Weights:
             weightings.append((block.entries, lru_cache(CACHED)(weighting)))
         return weightings
 
-    def of(self, choice: Choice, *, exact: bool) -> Array:
+    def over_pool(self, choice: Choice, *, exact: bool) -> Array:
         """Return the density of each with a choice over that of the pool.
 
         Exact ones are computed without tables, which blur the end of a zone.

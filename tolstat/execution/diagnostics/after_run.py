@@ -32,7 +32,7 @@ def diagnostics_of(study: Study, trials: Trials, workers: Workers) -> Diagnostic
     return Diagnostics(
         by_name,
         _worst_cases(study, trials, lower, upper, table, workers),
-        workers.here(halved_shares, study, trials, by_name),
+        workers.call(halved_shares, study, trials, by_name),
         idle_contributors(study, trials, lower, upper, table, workers),
     )
 

@@ -38,7 +38,7 @@ def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
     """
     seed = study.seed or 0
     if study.sampler is None:
-        selection = Selection.of(random_trials(seed, len(trials.deviations)))
+        selection = Selection.joined(random_trials(seed, len(trials.deviations)))
         return evaluated_again(study, trials, selection, workers)
     selection = select(trials, study.limits, seed)
     audited = evaluated_again(study, trials, selection, workers)

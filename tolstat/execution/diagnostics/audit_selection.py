@@ -42,10 +42,15 @@ class Selection(NamedTuple):
     reasons: Mapping[str, NDArray[np.uint8]]
 
     @classmethod
-    def of(cls, at_random: Integers, purposes: Purposes | None = None) -> "Selection":
+    def joined(
+        cls, at_random: Integers, purposes: Purposes | None = None
+    ) -> "Selection":
         """Return the selection of random trials, and of others with their reasons."""
         purposes = purposes or {}
-        chosen = [at_random, *(t for some in purposes.values() for t in some.values())]
+        chosen = [
+            at_random,
+            *(t for reasons in purposes.values() for t in reasons.values()),
+        ]
         trials = np.unique(np.concatenate(chosen))
         reasons = {name: np.zeros(len(trials), np.uint8) for name in purposes}
         for name, by_reason in purposes.items():
@@ -83,7 +88,7 @@ def select(trials: Trials, limits: Mapping[str, Limit], seed: int) -> Selection:
     }
     for name, limit in limits.items():
         purposes[name][Reason.OUT] = random_out(trials, name, limit, seed, OUT)
-    return Selection.of(random_trials(seed, len(trials.deviations)), purposes)
+    return Selection.joined(random_trials(seed, len(trials.deviations)), purposes)
 
 
 def select_more(
@@ -114,7 +119,7 @@ def select_more(
             Reason.NEAR: nearest[distance[nearest] <= REACH * largest],
             Reason.OUT: np.setdiff1d(out, audited.trials),
         }
-    return Selection.of(np.zeros(0, np.int64), purposes)
+    return Selection.joined(np.zeros(0, np.int64), purposes)
 
 
 def random_out(
@@ -166,12 +171,12 @@ def _on_purpose(
     if not (ends := limit.finite):
         return {Reason.SPREAD: done[spread(values[done], max(2, share // 2))]}
     number = max(NEAREST, share // 4 // len(ends))
-    near = [next_to(values[done], limit, end, number) for end in ends]
+    beside_limit = [next_to(values[done], limit, end, number) for end in ends]
     # a failed trial counts as out of limit: it may be done with tighter settings
     failed = np.flatnonzero((status != Status.DONE) & (status != Status.NOT_RUN))
     failed = failed[:: max(1, -(-len(failed) // FAILED))]
     return {
-        Reason.NEAR: done[np.concatenate(near)],
+        Reason.NEAR: done[np.concatenate(beside_limit)],
         Reason.WORST: np.concatenate([worst_trials(values, status, limit), failed]),
         Reason.SPREAD: done[spread(values[done], max(SPREAD, share // 2))],
     }

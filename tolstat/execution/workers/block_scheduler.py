@@ -145,7 +145,7 @@ class Workers(AbstractContextManager["Workers"]):
             raise Interrupted
         return Answers.joined(answers)
 
-    def here(self, function: Callable[..., Any], *arguments: Any) -> Any:
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return what a long function returns, here; `Interrupted` if stopped.
 
         Its thread then ends by itself.
