@@ -1,6 +1,8 @@
 """Tolerances by linear tolerance analysis: worst case, and root sum square."""
 
+from collections.abc import Callable
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.special import log_ndtr
@@ -31,7 +33,7 @@ class LinearSchemes:
     def __init__(self, study: Study, workers: Workers) -> None:
         self.priced, self.limits = study.deviating.priced, study.limits
         self._specified = study.deviating.distributions
-        self._spread = lru_cache(maxsize=None)(spread_of)
+        self._spread: Callable[[Any], Spread] = lru_cache(maxsize=None)(spread_of)
         lower, upper = tolerance_ends(study)
         middle, usual = np.where(lower == upper, lower, 0.0), (upper - lower) / 6
         contributors, responses = study.description

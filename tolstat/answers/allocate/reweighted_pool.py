@@ -141,7 +141,7 @@ class _Weights:
     @cached_property
     def _by_block(self) -> list[tuple[tuple[int, ...], Weighting]]:
         """Weights of each block, by its entries: the tables are large."""
-        weightings = []
+        weightings: list[tuple[tuple[int, ...], Weighting]] = []
         for block in _blocks(self._study):
             entry = self._priced[block.entries[0]]
             weighting: Weighting = partial(self._exact, entries=block.entries)
