@@ -10,7 +10,7 @@ import numpy as np
 from tolstat.answers.allocate.optimizer import Choice
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import half_of
-from tolstat.execution.proposers import Proposer, SampledStages
+from tolstat.execution.proposers import SampledStages
 from tolstat.execution.run_loop import Telling, evaluate_stages
 from tolstat.execution.trial_table import Stage, Trials
 from tolstat.execution.workers.block_scheduler import Workers
@@ -69,10 +69,10 @@ class UntilSettled:
     """
 
     def __init__(
-        self, study: Study, seed: int, before: Truths, lengths: tuple[int, int]
+        self, study: Study, seed: int, before: Truths, *, first_look: int, most: int
     ) -> None:
         self._study, self._seed, self._before = study, seed, before
-        self._first_look, self._most = lengths
+        self._first_look, self._most, self._stages = first_look, most, 0
         self.out_of_limit = before
         self.yields: dict[str, Yield] = {}
 
@@ -85,8 +85,9 @@ class UntilSettled:
         count = self.out_of_limit.shape[1]
         length = max(self._first_look, count)
         if count == length:
+            flags, sample = self.flags, self.sample
             self.yields = {
-                name: yield_of(self.flags[name], self.sample, WITHIN, limit.demanded)
+                name: yield_of(flags[name], sample, WITHIN, limit.demanded)
                 for name, limit in limits.items()
             }
             verdicts = {limit.verdict for limit in self.yields.values()}
@@ -96,7 +97,8 @@ class UntilSettled:
             length = min(max(needed, math.ceil(GROWTH * count)), self._most)
         rows = self._study.at_random(self._seed, length).deviations()[count:]
         cases = (Case(0, length - earlier, self._study.settings),)
-        return Stage(0, count - earlier, rows, cases)
+        self._stages += 1
+        return Stage(self._stages - 1, count - earlier, rows, cases)
 
     @property
     def sample(self) -> Sample:
@@ -151,40 +153,38 @@ class FreshRuns:
         none = np.zeros((len(self.study.limits), 0), np.bool_)
         out = before.out_of_limit if before else none
         study = self.written(choice)
-        settling = UntilSettled(study, seed, out, (self.trials, most))
+        until = UntilSettled(study, seed, out, first_look=self.trials, most=most)
         nothing = np.zeros((0, len(study.description.contributors)))
         begun = Trials.planned(study.description, nothing)
-        self._evaluate(study, settling, begun, "fresh run")
+        evaluate_stages(
+            study.model, until, begun, self.workers, self.tell, doing="fresh run"
+        )
         tolerances, half_widths = {}, {}
         for entry, x in self._chosen(choice):
             tolerances[entry.name] = entry.text(x)
             if not isinstance(entry, Shift):
                 half_widths[entry.name] = _typed(half_of(entry.distributions(x)))
-        shares = {n: y.fraction_out_of_limit for n, y in settling.yields.items()}
+        shares = {n: y.fraction_out_of_limit for n, y in until.yields.items()}
         within_all = joint_yield(
-            settling.flags, settling.sample, dict.fromkeys(shares, WITHIN)
+            until.flags, until.sample, dict.fromkeys(shares, WITHIN)
         )
-        out = settling.out_of_limit
+        out = until.out_of_limit
         scheme = Scheme(
             self.cost(choice), tolerances, half_widths, shares, within_all.complement,
             out.shape[1], seed,
         )  # fmt: skip
-        proof = Proof(choice, scheme, settling.yields, out)
+        proof = Proof(choice, scheme, until.yields, out)
         self._proofs[choice, seed] = proof
         return proof
 
     def out_of_limit(self, study: Study) -> Truths:
         """Return which trials are out of each limit, or failed: bool[limit, trial]."""
         stages = SampledStages(study)
-        self._evaluate(study, stages, stages.trials, "wide run")
-        return out_of_each_limit(study.limits, stages.trials)
-
-    def _evaluate(
-        self, study: Study, proposer: Proposer, trials: Trials, doing: str
-    ) -> None:
         evaluate_stages(
-            study.model, proposer, trials, self.workers, self.tell, doing=doing
-        )
+            study.model, stages, stages.trials, self.workers, self.tell,
+            doing="wide run",
+        )  # fmt: skip
+        return out_of_each_limit(study.limits, stages.trials)
 
     def _chosen(self, choice: Choice) -> Iterable[tuple[Priced, float]]:
         return zip(self.priced, choice, strict=True)
