@@ -20,7 +20,7 @@ from tests.cli.test_interrupt import wait_for_trials
 from tests.conftest import ROOT
 from tolstat.answers.run_entries import Entry, RunIndex
 from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.study.study import load
 
 CHAIN = """\

@@ -14,7 +14,7 @@ from tests.cli.test_batch import chain
 from tests.cli.test_commands import call
 from tests.store.tampering import resealed
 from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.study.study import load
 
 NEVER = """\

@@ -22,8 +22,8 @@ from tests.conftest import ROOT
 from tolstat import catalogue
 from tolstat.errors import BrokenError, ModelError, StudyError
 from tolstat.execution.execute import execute
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.execution.workers.cluster import Cluster
-from tolstat.execution.workers.crew import Workers
 from tolstat.execution.workers.remote_blocks import packed
 from tolstat.model.checked import simulate
 from tolstat.study.study import load

@@ -20,8 +20,10 @@ from tests.conftest import ROOT
 from tests.execution.test_cluster import same
 from tolstat.errors import BrokenError, Remedy
 from tolstat.execution.workers import remote_blocks as parcel
-from tolstat.execution.workers.crew import Workers, processors
-from tolstat.execution.workers.remote_blocks import Mismatch, carried_out, packed
+from tolstat.execution.workers.block import Mismatch
+from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.execution.workers.remote_blocks import carried_out, packed
+from tolstat.execution.workers.threads import processors
 
 BIN = Path(sys.executable).parent
 MPI = """\

@@ -16,7 +16,7 @@ from tests.store.tampering import resealed
 from tolstat.answers.report.gather import report_of
 from tolstat.errors import ModelError, Remedy, RunFileError, StoppedError, StudyError
 from tolstat.execution.execute import execute, go_on
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.study.study import load
 
 HEAD = """\

@@ -34,7 +34,7 @@ from tolstat.answers.run_entries import RunIndex, entry_of
 from tolstat.cli.main import main
 from tolstat.errors import PictureError, RunFileError, StudyError
 from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.render.screen import as_text
 from tolstat.store.run_records import SCORES, Assumed
 from tolstat.study.study import load

@@ -17,7 +17,7 @@ from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, leave, stop_on_interrupt
 from tolstat.cli.progress import ProgressBar
 from tolstat.errors import Advice, Remedy, RunFileError
-from tolstat.execution.workers.crew import Interrupted
+from tolstat.execution.workers.block_scheduler import Interrupted
 from tolstat.literal import visible
 from tolstat.render.output_file import check_ending, replace
 from tolstat.study.study import Study, load

@@ -9,9 +9,10 @@ from typing import NamedTuple, cast
 from tolstat.errors import Advice, Remedy, RunFileError, StoppedError, StudyError
 from tolstat.execution import compatibility
 from tolstat.execution.planning import cannot_be_built, plan_of
+from tolstat.execution.proposers import SampledStages, drawn_again
 from tolstat.execution.run_loop import Progress, Telling, carry_out
-from tolstat.execution.trial_table import Stages, Trials, drawn_again
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.trial_table import Trials
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.lock import Lock
@@ -195,8 +196,8 @@ def execute(
     tell = progress or (lambda progress: None)
     check_replaceable(path, force=True)  # no lock is laid beside a device
     with Lock(path) as lock:
-        stages = Stages(study)
-        _tell_impossible(study, stages, tell)
+        stages = SampledStages(study)
+        _tell_impossible(study, stages.trials, tell)
         plan = plan_of(study, stages.trials, lock.path)
         with RunWriter.made(lock, plan, force=force) as file:
             carry_out(study, stages, file, workers, tell)
@@ -229,7 +230,7 @@ def go_on(
         stages = drawn_again(run, study, workers)
         plan = _plan_again(run, study, stages.trials, regardless=regardless)
         if trials is not None:
-            _tell_impossible(study, stages, tell)
+            _tell_impossible(study, stages.trials, tell)
         rerun = rerun or run.rerun is not None
         status = stages.trials.status[: run.trials]
         nominal = run.nominal_values["status"] != Status.NOT_RUN.word
@@ -242,9 +243,9 @@ def go_on(
     return open_run(path)
 
 
-def _tell_impossible(study: Study, stages: Stages, tell: Telling) -> None:
+def _tell_impossible(study: Study, trials: Trials, tell: Telling) -> None:
     """Warn before any trial runs how many cannot be built; refuse if none can."""
-    if warning := cannot_be_built(study, stages.trials.deviations):
+    if warning := cannot_be_built(study, trials.deviations):
         tell(Progress(0, 0, study.trials, warning=warning))
 
 
@@ -276,7 +277,7 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
     return replace(plan, notes=notes, rules=rules, **as_stored)
 
 
-class Done(NamedTuple):
+class Completion(NamedTuple):
     """The run of a study, and how it was completed."""
 
     run: Run  # complete, or interrupted
@@ -284,19 +285,19 @@ class Done(NamedTuple):
     notes: tuple[str, ...] = ()  # warnings for the user
 
 
-def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
+def complete(study_file: Path, workers: Workers, tell: Telling) -> Completion:
     """Return the complete run of a study; refuse the run of another study."""
     study, path = load(study_file), run_of(study_file)
     if not os.path.lexists(path):
         run = execute(study, path, workers, progress=tell)
-        return Done(run, FINISHED, study.warnings)
+        return Completion(run, FINISHED, study.warnings)
     run = open_run(path, damaged=True)
     compatibility.check_asked(run, study)
     if run.complete and not run.damage:
         again = compatibility.study_of(run)
-        drawn = drawn_again(run, again, workers).trials
-        compatibility.check_same(run, plan_of(again, drawn, path))
+        trials = drawn_again(run, again, workers).trials
+        compatibility.check_same(run, plan_of(again, trials, path))
         notes = run.made_otherwise(study.model.source_digest)
-        return Done(run, FINISHED_BEFORE, tuple(notes))
+        return Completion(run, FINISHED_BEFORE, tuple(notes))
     del run  # frees memory
-    return Done(go_on(path, workers, progress=tell), RESUMED)
+    return Completion(go_on(path, workers, progress=tell), RESUMED)

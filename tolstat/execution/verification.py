@@ -10,10 +10,10 @@ import numpy as np
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import TolstatError
 from tolstat.execution.compatibility import study_of, trials_drawn_otherwise
-from tolstat.execution.diagnostics.audit import random_trials
+from tolstat.execution.diagnostics.audit_selection import random_trials
 from tolstat.execution.planning import plan_of
-from tolstat.execution.trial_table import drawn_again
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.proposers import drawn_again
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
 from tolstat.store.layout import STEPS

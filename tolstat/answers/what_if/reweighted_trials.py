@@ -30,7 +30,7 @@ from tolstat.errors import (
 )
 from tolstat.execution.compatibility import study_of, trials_drawn_otherwise
 from tolstat.execution.planning import plan_of
-from tolstat.execution.trial_table import drawn_again
+from tolstat.execution.proposers import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.intervals.weights import (
