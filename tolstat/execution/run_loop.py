@@ -17,8 +17,8 @@ from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.statistics.intervals.convergence import FIRST, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
+from tolstat.store.recorder import Recorder
 from tolstat.store.run_records import Audited, Diagnostics, Stopped
-from tolstat.store.run_writer import RunWriter
 from tolstat.store.stored_run import Run
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study
@@ -48,7 +48,7 @@ Telling = Callable[[Progress], None]
 def carry_out(
     study: Study,
     stages: Stages,
-    file: RunWriter,
+    file: Recorder,
     workers: Workers,
     tell: Telling,
     *,
@@ -89,7 +89,7 @@ def carry_out(
 def _evaluate(
     study: Study,
     stages: Stages,
-    file: RunWriter,
+    file: Recorder,
     workers: Workers,
     tell: Telling,
 ) -> tuple[list[int], float]:
