@@ -44,19 +44,21 @@ class Difference(NamedTuple):
 
     name: str
     stored: Any
-    now: Any
+    current: Any
 
 
-def differences(stored: Mapping[str, Any], now: Mapping[str, Any]) -> list[Difference]:
+def differences(
+    stored: Mapping[str, Any], current: Mapping[str, Any]
+) -> list[Difference]:
     """Return the differences of two mappings, also of those in them."""
     differing = []
-    for name in dict.fromkeys([*stored, *now]):
-        one, other = stored.get(name), now.get(name)
-        if isinstance(one, Mapping) and isinstance(other, Mapping):
-            inner = differences(one, other)
+    for name in dict.fromkeys([*stored, *current]):
+        old, new = stored.get(name), current.get(name)
+        if isinstance(old, Mapping) and isinstance(new, Mapping):
+            inner = differences(old, new)
             differing += [d._replace(name=f"{name}.{d.name}") for d in inner]
-        elif one != other:
-            differing.append(Difference(name, one, other))
+        elif old != new:
+            differing.append(Difference(name, old, new))
     return differing
 
 
@@ -68,8 +70,8 @@ def study_differs(run: Plan, study_file: Path | None = None) -> list[str]:
     except (DataError, ValueError, RecursionError):
         return []  # moved, or being edited: the run stores its text
     return [
-        f"{path}: {name} was {stored!r} when the run was made, and is {now!r}"
-        for name, stored, now in differences(run.study.table, table)
+        f"{path}: {name} was {old!r} when the run was made, and is {new!r}"
+        for name, old, new in differences(run.study.table, table)
     ]
 
 
@@ -79,17 +81,17 @@ def made_differently(run: Plan, source_digest: str) -> list[str]:
     They are source (of the model as it is now), processor, compiler and versions;
     empty if there are none. An older run does not know its machine code.
     """
-    facts, here = run.made, decisive()
-    names = {what: what.replace(" ", "_") for what in here}
-    stored = {w: facts.get(f"version_{w}", facts.get(n)) for w, n in names.items()}
-    known = {what: value for what, value in stored.items() if value is not None}
+    stored, current = run.made, decisive()
+    names = {f"version_{fact}": fact for fact in current}
+    names |= {fact.replace(" ", "_"): fact for fact in current}
+    recorded = {fact: stored[name] for name, fact in names.items() if name in stored}
     reasons = [
-        f"the run was made with {what} {value}, and this is {now}"
-        for what, value, now in differences(known, {w: here[w] for w in known})
+        f"the run was made with {fact} {old}, and this is {new}"
+        for fact, old, new in differences(recorded, {f: current[f] for f in recorded})
     ]
     if run.source_digest != source_digest:
         source = (
-            f"the run was made by tolstat {facts['version_tolstat']} of another "
+            f"the run was made by tolstat {stored['version_tolstat']} of another "
             f"source ({run.source_digest}, not {source_digest})"
         )
         reasons.insert(0, source)
@@ -102,8 +104,8 @@ def check_same(run: Run, again: Run) -> None:
     `again` is the run planned from the study as it is now, before any trial has run.
     """
     changes = [
-        f"{name}: {stored}, now {now}"
-        for name, stored, now in differences(_compared(run), _compared(again))
+        f"{name}: {old}, now {new}"
+        for name, old, new in differences(_compared(run), _compared(again))
     ]
     if not changes:
         other = trials_sampled_differently(run, again)
@@ -122,18 +124,16 @@ def check_same(run: Run, again: Run) -> None:
 
 def _compared(plan: Plan) -> dict[str, Any]:
     """Return what two plans of the same run share, beside the deviations."""
-    points = plan.reference.columns if plan.reference else {}
-    worded = {"setting": plan.settings, "limit": plan.limits, "deviation": plan.assumed}
-    return {
-        **{f"column {name}": unit for name, unit in plan.units.items()},
-        **{
-            f"{w} {n}": v.words
-            for w, values in worded.items()
-            for n, v in values.items()
-        },
-        **{f"status {code}": word for code, word in plan.words.items()},
-        **{f"points of the reference, {n}": p.tolist() for n, p in points.items()},
+    reference = plan.reference.columns if plan.reference else {}
+    tables: dict[str, Mapping[Any, Any]] = {
+        "column": plan.units,
+        "setting": {name: chosen.words for name, chosen in plan.settings.items()},
+        "limit": {name: limit.words for name, limit in plan.limits.items()},
+        "deviation": {name: assumed.words for name, assumed in plan.assumed.items()},
+        "status": plan.words,
+        "points of the reference,": {n: p.tolist() for n, p in reference.items()},
     }
+    return {f"{kind} {key}": v for kind, t in tables.items() for key, v in t.items()}
 
 
 def why_sampled_differently(run: Plan) -> str:
@@ -159,12 +159,12 @@ def trials_sampled_differently(run: Run, again: Run) -> NDArray[np.int64]:
         missing = np.isnan(run.column(contributor.name))
         sampled &= (run.status != Status.NOT_RUN) | ~missing
     for name in again.input_names:
-        now, stored = again.column(name)[: run.trials], run.column(name)
-        if now.dtype.kind == "f":  # bit for bit
-            now, stored = (
-                np.ascontiguousarray(values).view(np.uint64) for values in (now, stored)
+        stored, new = run.column(name), again.column(name)[: run.trials]
+        if new.dtype.kind == "f":  # bit for bit
+            stored, new = (
+                np.ascontiguousarray(x).view(np.uint64) for x in (stored, new)
             )
-        differ |= now != stored
+        differ |= stored != new
     return np.flatnonzero(differ & sampled)
 
 

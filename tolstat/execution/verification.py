@@ -142,8 +142,8 @@ def _nominal_differs(run: Run, study: Study, workers: Workers) -> bool:
     if not stored.status.any() and not run.complete:
         return False
     rows = np.zeros((1, len(run.contributors)))
-    now = workers.simulate(study.model, rows, study.settings)
-    return bool(other_answers(now, stored).any())
+    again = workers.simulate(study.model, rows, study.settings)
+    return bool(other_answers(again, stored).any())
 
 
 def _differing(
@@ -153,17 +153,17 @@ def _differing(
     if not len(chosen):
         return chosen
     cases = cases_among(study.cases, chosen)
-    now = workers.simulate_cases(study.model, cases, deviations[chosen])
-    return chosen[other_answers(now, run.answers(chosen))]
+    again = workers.simulate_cases(study.model, cases, deviations[chosen])
+    return chosen[other_answers(again, run.answers(chosen))]
 
 
-def other_answers(one: Answers, other: Answers) -> Truths:
+def other_answers(first: Answers, second: Answers) -> Truths:
     """Return which trials have other answers in any bit; one NaN is like another."""
-    a, b = (np.ascontiguousarray(x.responses) for x in (one, other))
+    a, b = (np.ascontiguousarray(x.responses) for x in (first, second))
     same = (a.view(np.uint64) == b.view(np.uint64)) | (np.isnan(a) & np.isnan(b))
-    differ = ~same.all(axis=1) | (one.status != other.status)
-    if one.steps is not None and other.steps is not None:
-        differ |= one.steps != other.steps
+    differ = ~same.all(axis=1) | (first.status != second.status)
+    if first.steps is not None and second.steps is not None:
+        differ |= first.steps != second.steps
     return np.asarray(differ)
 
 
@@ -193,9 +193,9 @@ def check_block(
         f"the answer of trial {trial} depends on the other trials of "
         "its block; evaluate must compute each row of deviations by itself"
     )
-    one, two = (np.nan_to_num(answers.responses) for answers in (among, alone))
+    values, single = (np.nan_to_num(answers.responses) for answers in (among, alone))
     sizes = np.abs(np.nan_to_num(block.responses)).max(axis=0)
-    close = np.abs(one - two) <= ROUNDING * sizes
+    close = np.abs(values - single) <= ROUNDING * sizes
     if not close.all() or (among.status != alone.status).any():
         raise study.model.fault(message)
     advice = "in its last bits; write (a * b).sum(axis=1) instead of a @ b"

@@ -43,7 +43,7 @@ class MemoryFile(io.RawIOBase):
     def readinto(self, buffer: Any) -> int:
         """Read from the position."""
         source = self._data[self._position : self.size][: len(buffer)]
-        memoryview(buffer).cast("B")[: len(source)] = source
+        np.frombuffer(buffer, np.uint8)[: len(source)] = source
         self._position += len(source)
         return len(source)
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import Advice, DamagedError, RunFileError
+from tolstat.model.contract import Answers
 from tolstat.model.description import Response
 from tolstat.status import Status
 from tolstat.store import layout
@@ -23,7 +24,7 @@ from tolstat.store.checksums import (
 from tolstat.store.codec import fields_of, read
 from tolstat.store.plan import STATUS, STEPS
 from tolstat.store.seal import check_seal
-from tolstat.store.stored_run import IN_MEMORY, Run
+from tolstat.store.stored_run import IN_MEMORY, NO_FILE, Run
 
 RunSource = Run | str | os.PathLike[str]  # a run file, or the run that was read from it
 
@@ -80,10 +81,7 @@ def existing(path: Path) -> Path:
     if path.suffix == ".toml":
         raise RunFileError(f"{path} is a study, not a run", Advice("run", path))
     if path == IN_MEMORY:
-        raise RunFileError(
-            "this run is in memory and has no file; write one: "
-            'tolstat.save(run, "run.h5")'
-        )
+        raise RunFileError(NO_FILE)
     if not path.is_file():
         raise RunFileError(f"{path}: no such file")
     return path
@@ -99,9 +97,7 @@ def _read(path: Path, file: h5py.File) -> Run:
     study = file.attrs.get("study_file")
     return Run(
         path=path,
-        nominal_values=_nominal(
-            file[layout.NOMINAL], fields["responses"], fields["words"]
-        ),
+        nominal_answers=_nominal(file[layout.NOMINAL], fields["responses"]),
         study_file=study and Path(os.path.normpath(path.resolve().parent / study)),
         damage=_damage_of(file, columns, complete=fields["complete"]),
         times={"ended_at": written_at(clock), "seconds": seconds_of(clock)},
@@ -110,15 +106,10 @@ def _read(path: Path, file: h5py.File) -> Run:
     )
 
 
-def _nominal(
-    group: h5py.Group, responses: tuple[Response, ...], words: dict[int, str]
-) -> dict[str, Any]:
-    names = [response.name for response in responses]
-    values: dict[str, Any] = {name: float(group[name][()]) for name in names}
-    values[STATUS] = words.get(int(group[STATUS][()]), "unknown")
-    if STEPS in group:
-        values[STEPS] = int(group[STEPS][()])
-    return values
+def _nominal(group: h5py.Group, responses: tuple[Response, ...]) -> Answers:
+    values = [float(group[response.name][()]) for response in responses]
+    steps = np.array([group[STEPS][()]]) if STEPS in group else None
+    return Answers(np.array([values]), np.array([int(group[STATUS][()])]), steps)
 
 
 def _damage_of(

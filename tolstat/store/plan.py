@@ -113,5 +113,5 @@ class Plan:
     @property
     def input_names(self) -> list[str]:
         """Names of the columns that are sampled before a trial runs."""
-        inputs = (*self.swept, *self.contributors, *self.details)
-        return [column.name for column in inputs]
+        columns = (self.swept, self.contributors, self.details)
+        return [column.name for group in columns for column in group]

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import TolstatError
 from tolstat.model.contract import Answers
-from tolstat.status import Status
 from tolstat.store.plan import STATUS, STEPS
 from tolstat.store.provenance import now
 from tolstat.store.stored_run import Run
@@ -22,7 +20,7 @@ from tolstat.store.stored_run import Run
 Blocks = list[tuple[int, Answers]]
 
 
-class Recorder(AbstractContextManager["Recorder"], ABC):
+class Recorder(ABC):
     """What a run is recorded with: its rows, then its end.
 
     Attributes
@@ -35,6 +33,14 @@ class Recorder(AbstractContextManager["Recorder"], ABC):
 
     path: Path
     run: Run
+
+    def __enter__(self) -> Self:
+        """Return the recorder."""
+        return self
+
+    @abstractmethod
+    def __exit__(self, *_: object) -> None:
+        """End the recording."""
 
     @abstractmethod
     def write_drawn(self, trials: slice) -> None:
@@ -73,10 +79,6 @@ class MemoryRecorder(Recorder):
     def __init__(self, run: Run) -> None:
         self.path, self.run = run.path, run
         self._columns = {name: np.array(column) for name, column in run.columns.items()}
-        status = np.array([Status.NOT_RUN], np.int64)
-        steps = np.zeros(1, np.int64) if STEPS in run.columns else None
-        nan = np.full((1, len(run.responses)), np.nan)
-        self.write_nominal(Answers(nan, status, steps))
         self._began = time.perf_counter()
 
     def write_drawn(self, trials: slice) -> None:
@@ -86,8 +88,7 @@ class MemoryRecorder(Recorder):
 
     def write_nominal(self, outcome: Answers) -> None:
         """Record the nominal trial."""
-        values = {n: column[0].item() for n, column in self._filled(outcome).items()}
-        self._nominal = values | {STATUS: self.run.words.get(values[STATUS], "unknown")}
+        self.run = replace(self.run, nominal_answers=outcome)
 
     def write_blocks(self, blocks: Blocks) -> None:
         """Record finished blocks."""
@@ -110,7 +111,6 @@ class MemoryRecorder(Recorder):
         return replace(
             self.run,
             columns=columns,
-            nominal_values=self._nominal,
             times={"ended_at": now(), "seconds": seconds},
         )
 

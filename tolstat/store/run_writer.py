@@ -284,12 +284,12 @@ class RunWriter(Recorder):
     def _leave_one(self) -> None:
         """Remove the file if nothing ran, or the run that it replaced at its end."""
         before = temporary_files.before_of(self.path)
-        kept = self.run.replaces == temporary_files.identity(before) != ""
+        is_ours = self.run.replaces == temporary_files.identity(before) != ""
         if self._waiting or self._unwanted:
             (self._waiting or self.path).unlink()
-        elif self.run.complete and kept:
+        elif self.run.complete and is_ours:
             before.unlink()
-        elif kept:
+        elif is_ours:
             warnings.warn(
                 f"the earlier run is kept as {before} until {self.path} is complete",
                 RuntimeWarning,

@@ -87,8 +87,8 @@ def _check(file: File, path: Path) -> None:
     if not number:
         file.seek(0)
         hdf5 = file.read(len(HDF5)) == HDF5
-        what = "is an HDF5 file, but" if hdf5 else "cannot be read as HDF5: it is"
-        raise RunFileError(f"{path} {what} not a run of tolstat; run its study again")
+        kind = "is an HDF5 file, but" if hdf5 else "cannot be read as HDF5: it is"
+        raise RunFileError(f"{path} {kind} not a run of tolstat; run its study again")
     if number != FORMAT:
         words = "1 or 2" if number == UNSEALED else number
         raise FormatError(

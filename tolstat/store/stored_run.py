@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 IN_MEMORY = Path("run in memory")  # stands where a run has no file
+NO_FILE = 'a run in memory has no file; write one: tolstat.save(run, "run.h5")'
 NOT_ENDED = records.Diagnostics(missing="the run did not come to its end")
 ROUNDING = 1e-9  # of a value: a smaller difference is rounding
 
@@ -62,8 +63,8 @@ class Run(Plan):
         Slopes, worst cases and halved tolerances, or why there are none.
     complete : bool
         Whether all its trials and diagnostics are there.
-    nominal_values : dict
-        Responses (SI), status (a word) and steps of the nominal trial.
+    nominal_answers : Answers
+        What the nominal trial answered, as a model does: see `nominal_values`.
     times : dict
         "ended_at", "seconds".
     damage : Damage
@@ -79,7 +80,7 @@ class Run(Plan):
     rerun: records.Audited | None = None
     diagnostics: records.Diagnostics = NOT_ENDED
     complete: bool = False
-    nominal_values: Annotated[dict[str, Any], ELSEWHERE] = field(default_factory=dict)
+    nominal_answers: Annotated[Answers, ELSEWHERE]
     times: Annotated[dict[str, Any], ELSEWHERE] = field(default_factory=dict)
     damage: Annotated[Damage, ELSEWHERE] = field(default_factory=Damage)
     columns: Annotated[Mapping[str, NDArray[Any]], ELSEWHERE]
@@ -89,7 +90,12 @@ class Run(Plan):
         cls, plan: Plan, path: Path, columns: Mapping[str, NDArray[Any]]
     ) -> Run:
         """Return the run of a plan before its first trial."""
-        return cls(**_as_fields(plan), path=path, columns=columns)
+        steps = np.zeros(1, np.int64) if STEPS in columns else None
+        nan = np.full((1, len(plan.responses)), np.nan)
+        nominal = Answers(nan, np.full(1, int(Status.NOT_RUN)), steps)
+        return cls(
+            **_as_fields(plan), path=path, columns=columns, nominal_answers=nominal
+        )
 
     @property
     def plan(self) -> Plan:
@@ -99,10 +105,7 @@ class Run(Plan):
     def __fspath__(self) -> str:
         """Return its path, so that a run stands where a path is expected."""
         if self.path == IN_MEMORY:
-            raise RunFileError(
-                "this run is in memory and has no file; write one: "
-                'tolstat.save(run, "run.h5")'
-            )
+            raise RunFileError(NO_FILE)
         return str(self.path)
 
     @property
@@ -155,15 +158,15 @@ class Run(Plan):
         """How each column is shown: as typed, as declared, or fitting its size."""
         return {c.name: self._scale(c.name, c.unit, c.shown) for c in self.described}
 
-    def _scale(self, name: str, unit: str, shown: str) -> Scale:
+    def _scale(self, name: str, unit: str, shown_unit: str) -> Scale:
         values = self.columns[name]
         if values.dtype.kind != "f":
-            return scale_of(unit, shown)
+            return scale_of(unit, shown_unit)
         sizes = np.abs(np.append(values, self.nominal_values.get(name, np.nan)))
         size = float(np.nanmax(sizes)) if not np.isnan(sizes).all() else 0.0
         # what is zero beside its numbers, and beside the ends of its limit
         ends = self.limits[name].asked if name in self.limits else ()
-        scale = scale_of(unit, shown, size).beside(min([size, *map(abs, ends)]))
+        scale = scale_of(unit, shown_unit, size).beside(min([size, *map(abs, ends)]))
         return scale.telling(self._spread(name), ends)
 
     def _spread(self, name: str) -> float:
@@ -269,14 +272,14 @@ class Run(Plan):
         steps = None if self.steps is None else self.steps[trials]
         return Answers(responses, self.status[trials].astype(np.int64), steps)
 
-    @property
-    def nominal_answers(self) -> Answers:
-        """What the nominal trial answered, as a model does."""
-        values, codes = self.nominal_values, {w: c for c, w in self.words.items()}
-        responses = np.array([[values[each.name] for each in self.responses]])
-        steps = None if self.steps is None else np.array([values[STEPS]])
-        status = np.array([codes.get(values[STATUS], Status.NOT_RUN)])
-        return Answers(responses, status, steps)
+    @cached_property
+    def nominal_values(self) -> dict[str, Any]:
+        """Responses (SI), status (a word) and steps of the nominal trial."""
+        (responses,), (status,), steps = self.nominal_answers
+        names = [response.name for response in self.responses]
+        values: dict[str, Any] = dict(zip(names, responses.tolist(), strict=True))
+        values[STATUS] = self.words.get(int(status), "unknown")
+        return values if steps is None else values | {STEPS: int(steps[0])}
 
     @property
     def nominal(self) -> pd.Series[Any]:

@@ -72,20 +72,20 @@ def run_before(path: Path) -> Before:
         If another file of this name is there, which is not removed.
     """
     before = before_of(path)
-    if there := identity(before):
+    if identified := identity(before):
         if before.samefile(path):  # of a replacement that was killed
-            return Before(before, there, False)
+            return Before(before, identified, False)
         replaces, complete = "", False
         with suppress(TolstatError):  # of another format, or too damaged to be read
             run = open_run(path, damaged=True)
             replaces, complete = run.replaces, run.complete
-        if there != replaces:
+        if identified != replaces:
             raise RunFileError(
                 f"{before} is in the way: the run that is replaced is kept there until "
                 "the new one is complete; move that file, or give another name (-o)"
             )
         if not complete:
-            return Before(before, there, False)
+            return Before(before, identified, False)
     return Before(before, identity(path), True)
 
 
