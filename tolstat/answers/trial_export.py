@@ -58,8 +58,8 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
 
 def _as_cells(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table in which no text is a formula to a spreadsheet."""
-    found = table.copy(deep=False)
+    cells = table.copy(deep=False)
     for name, column in table.items():
         if column.dtype.kind not in "iuf":
-            found[name] = column.astype(object).map(csv_cell)
-    return found.rename(columns=csv_cell)
+            cells[name] = column.astype(object).map(csv_cell)
+    return cells.rename(columns=csv_cell)

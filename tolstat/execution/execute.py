@@ -4,11 +4,11 @@ import os
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
-from tolstat.errors import Advice, Remedy, RunFileError, StoppedError, StudyError
+from tolstat.errors import Advice, Remedy, RunFileError, StoppedError
 from tolstat.execution import compatibility
-from tolstat.execution.planning import cannot_be_built, plan_of
+from tolstat.execution.planning import cannot_be_built, planned_run
 from tolstat.execution.proposers import SampledStages, drawn_again
 from tolstat.execution.run_loop import Progress, Telling, carry_out
 from tolstat.execution.trial_table import Trials
@@ -19,8 +19,9 @@ from tolstat.store.lock import Lock
 from tolstat.store.open_run import existing
 from tolstat.store.open_run import open as open_run
 from tolstat.store.provenance import now
+from tolstat.store.recorder import MemoryRecorder
 from tolstat.store.run_writer import RunWriter
-from tolstat.store.stored_run import Run
+from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.store.temporary_files import check_replaceable
 from tolstat.study.study import Source, Study, load
 
@@ -39,7 +40,7 @@ def run(
     progress: Telling | None = None,
     executor: Executor | None = None,
 ) -> Run:
-    """Run a study and store it.
+    """Run a study and store it, or keep it in memory.
 
     Parameters
     ----------
@@ -51,7 +52,8 @@ def run(
         Number of threads; by default that of processors. The results do not depend on
         it.
     output : path, optional
-        The run file; by default beside the study, with the ending .h5.
+        The run file; by default beside the study file, with the ending .h5. The run of
+        a mapping is in memory without it: `tolstat.save` writes it later.
     force : bool
         Whether an existing run file may be replaced.
     model : Model, optional
@@ -80,12 +82,10 @@ def run(
     (1000, '0.441 mm')
     """
     loaded = load(study, model=model, trials=trials, seed=seed)
-    if output is None and loaded.path is None:
-        raise StudyError(
-            'a study that is not a file needs a run file: give output="run.h5"'
-        )
-    path = Path(output) if output is not None else run_of(cast(Path, loaded.path))
+    path = Path(output) if output is not None else loaded.path and run_of(loaded.path)
     with Workers(workers, executor=executor) as crew:
+        if path is None:
+            return execute_in_memory(loaded, crew, progress=progress)
         return execute(loaded, path, crew, force=force, progress=progress)
 
 
@@ -198,7 +198,7 @@ def execute(
     with Lock(path) as lock:
         stages = SampledStages(study)
         _tell_impossible(study, stages.trials, tell)
-        plan = plan_of(study, stages.trials, lock.path)
+        plan = planned_run(study, stages.trials, lock.path)
         with RunWriter.made(lock, plan, force=force) as file:
             carry_out(study, stages, file, workers, tell)
     if file.given_up:
@@ -208,6 +208,21 @@ def execute(
     path = file.path
     del stages, plan, file  # frees memory before the stored trials are read
     return open_run(path)
+
+
+def execute_in_memory(
+    study: Study, workers: Workers, *, progress: Telling | None = None
+) -> Run:
+    """Run a checked study without a file, and return its run.
+
+    When the workers stop, the run ends early with the finished trials.
+    """
+    tell = progress or (lambda progress: None)
+    stages = SampledStages(study)
+    _tell_impossible(study, stages.trials, tell)
+    with MemoryRecorder(planned_run(study, stages.trials, IN_MEMORY)) as recorder:
+        carry_out(study, stages, recorder, workers, tell)
+    return recorder.recorded()
 
 
 def go_on(
@@ -251,12 +266,12 @@ def _tell_impossible(study: Study, trials: Trials, tell: Telling) -> None:
 
 def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> Run:
     """Return the plan of a stored run; refuse it if the run would change."""
-    plan = plan_of(study, trials, run.path)
+    plan = planned_run(study, trials, run.path)
     compatibility.check_same(run, plan)
     notes, longer = run.notes, study.trials != run.trials
     warnings = [
         *compatibility.study_differs(run),
-        *run.made_otherwise(study.model.source_digest),
+        *compatibility.made_differently(run, study.model.source_digest),
     ]
     if warnings and not regardless:
         more = study.trials if longer else 0
@@ -296,8 +311,8 @@ def complete(study_file: Path, workers: Workers, tell: Telling) -> Completion:
     if run.complete and not run.damage:
         again = compatibility.study_of(run)
         trials = drawn_again(run, again, workers).trials
-        compatibility.check_same(run, plan_of(again, trials, path))
-        notes = run.made_otherwise(study.model.source_digest)
+        compatibility.check_same(run, planned_run(again, trials, path))
+        notes = compatibility.made_differently(run, study.model.source_digest)
         return Completion(run, FINISHED_BEFORE, tuple(notes))
     del run  # frees memory
     return Completion(go_on(path, workers, progress=tell), RESUMED)

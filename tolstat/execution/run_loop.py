@@ -17,8 +17,8 @@ from tolstat.execution.verification import check_block
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
+from tolstat.store.recorder import Recorder
 from tolstat.store.run_records import Audited, Diagnostics
-from tolstat.store.run_writer import RunWriter
 from tolstat.store.stored_run import Run
 from tolstat.study.study import Study
 
@@ -53,7 +53,7 @@ def evaluate_stages(
     tell: Telling,
     *,
     doing: str = "trials",
-    file: RunWriter | None = None,
+    file: Recorder | None = None,
     check: Callable[[Blocks], None] = lambda blocks: None,
 ) -> int:
     """Evaluate stages until the proposer has none; return the number of trials.
@@ -84,7 +84,7 @@ def evaluate_stages(
 def carry_out(
     study: Study,
     stages: SampledStages,
-    file: RunWriter,
+    file: Recorder,
     workers: Workers,
     tell: Telling,
     *,

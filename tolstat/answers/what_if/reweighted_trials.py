@@ -28,8 +28,8 @@ from tolstat.errors import (
     RunFileError,
     StudyError,
 )
-from tolstat.execution.compatibility import study_of, trials_drawn_otherwise
-from tolstat.execution.planning import plan_of
+from tolstat.execution.compatibility import study_of, trials_sampled_differently
+from tolstat.execution.planning import planned_run
 from tolstat.execution.proposers import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
@@ -156,8 +156,8 @@ def _out_of_limit(drawn: Drawn, response: str) -> int | None:
 
 def _check_drawn(run: Run, study: Study) -> None:
     """Refuse a run whose study samples other deviations now."""
-    plan = plan_of(study, drawn_again(run, study).trials, run.path)
-    if len(trials_drawn_otherwise(run, plan)):
+    plan = planned_run(study, drawn_again(run, study).trials, run.path)
+    if len(trials_sampled_differently(run, plan)):
         raise RunFileError(
             f"{run.path}: its study samples other deviations now: its data or its "
             "model have changed",
