@@ -17,7 +17,7 @@ from click.testing import CliRunner
 from scipy import stats
 
 import tolstat
-from tests.answers.report.test_main_causes import steps_of
+from tests.answers.page_checks import steps_of
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report import off_centre
 from tolstat.answers.report.first_page import first_page
