@@ -28,7 +28,7 @@ import numpy as np
 import tolstat
 from tests.conftest import TOY_STUDY, Toy
 from tests.execution.rare_chain import CHAIN as RARE
-from tests.store.test_checks import everything
+from tests.store.tampering import everything
 from tolstat.errors import TolstatError
 from tolstat.store import run_writer
 

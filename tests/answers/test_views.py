@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tests.answers.test_pictures import nothing_overlaps
+from tests.answers.picture_checks import nothing_overlaps
 from tests.model.rich import Rich
 from tolstat import catalogue
 from tolstat.answers.views.evaluate import view_of

@@ -16,9 +16,9 @@ import pytest
 from distributed import Client
 
 import tolstat
-from tests.cli.test_batch import chain
-from tests.cli.test_commands import call
+from tests.cli.command_line import call, chain
 from tests.conftest import ROOT
+from tests.execution.same_answers import same
 from tolstat import catalogue
 from tolstat.errors import BrokenError, ModelError, StudyError
 from tolstat.execution.execute import execute
@@ -81,15 +81,6 @@ def ring(tmp_path_factory):
 def wait_for_workers(address, number):
     with Client(address, set_as_default=False) as client:
         client.wait_for_workers(number, timeout=60)
-
-
-def same(one, other):
-    assert one.complete and other.complete
-    for name in one.frame().columns:
-        if name != "status":
-            np.testing.assert_array_equal(one.column(name), other.column(name))
-    np.testing.assert_array_equal(one.status, other.status)
-    assert str(one.diagnostics) == str(other.diagnostics)
 
 
 def test_a_killed_worker_changes_no_bit(ring, tmp_path):

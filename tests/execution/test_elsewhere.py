@@ -15,9 +15,9 @@ import pytest
 from dask_jobqueue.slurm import SLURMJob
 
 import tolstat
-from tests.cli.test_batch import chain
+from tests.cli.command_line import chain
 from tests.conftest import ROOT
-from tests.execution.test_cluster import same
+from tests.execution.same_answers import same
 from tolstat.errors import BrokenError, Remedy
 from tolstat.execution.workers import remote_blocks as parcel
 from tolstat.execution.workers.block import Mismatch

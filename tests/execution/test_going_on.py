@@ -12,6 +12,7 @@ import pytest
 
 import tolstat
 from tests.conftest import Toy
+from tests.execution.same_runs import Enough, same
 from tests.store.tampering import resealed
 from tolstat.answers.report.gather import report_of
 from tolstat.errors import ModelError, Remedy, RunFileError, StoppedError, StudyError
@@ -63,42 +64,11 @@ def written(tmp_path, text):
     return path
 
 
-class Enough:
-    """Stops a run once so many of its trials are over."""
-
-    def __init__(self, trials):
-        self.trials, self.over = trials, 0
-
-    def __call__(self):
-        return self.over >= self.trials
-
-    def tell(self, progress):
-        self.over = progress.over
-
-
 def stopped(study, path, trials):
     enough = Enough(trials)
     with Workers(2, enough, block=20) as crew:
         asked = load(study, model=Toy())
         return execute(asked, path, crew, progress=enough.tell)
-
-
-def same(one, other, but=""):
-    """Everything but times and names."""
-    for name in (*one.units, "status"):
-        np.testing.assert_array_equal(one.column(name), other.column(name))
-    for found in (
-        "nominal_values",
-        "diagnostics",
-        "stopped",
-        "notes",
-        "limits",
-        "study",
-    ):
-        alike = repr(getattr(one, found)) == repr(getattr(other, found))
-        assert alike or found == but, found
-    assert repr(one.audited) == repr(other.audited)
-    return True
 
 
 @pytest.mark.parametrize("sampling", STUDIES)

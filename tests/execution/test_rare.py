@@ -23,9 +23,9 @@ from scipy.stats import norm
 import tolstat
 from tests.answers.browser import Page
 from tests.answers.page_checks import rows_of, words_in
+from tests.execution.audited import Cliff
 from tests.execution.rare_chain import CHAIN
-from tests.execution.test_audit import Cliff
-from tests.execution.test_going_on import Enough, same
+from tests.execution.same_runs import Enough, same
 from tests.store.tampering import resealed
 from tolstat.answers.rare.failure_points import normal_score
 from tolstat.answers.rare.rare_answer import rare_summary

@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 
 import tolstat
 from tests.machines import rolling_block_reference as known
-from tests.machines.test_rolling_block_modes import B, scattered, solved
+from tests.machines.rolling_blocks import B, scattered, solved
 from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.modes import contributions, modes_of, moments
 from tolstat.machines.rolling_block.motion import damping_matrix

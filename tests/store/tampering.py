@@ -24,3 +24,17 @@ def resealed(path):
     holes = [extent.hole for extent in extents]
     with path.open("r+b", buffering=0) as file:
         write_seal(file, block, holes)
+
+
+def everything(run):
+    """All that a run says, in words that NaN does not divide."""
+    columns = {name: run.column(name).tobytes() for name in (*run.units, "status")}
+    rest = (
+        run.nominal_values,
+        run.diagnostics,
+        run.audited,
+        run.provenance,
+        run.limits,
+    )
+    words = (run.study, run.settings, run.assumed, run.notes, run.contributors)
+    return repr((columns, rest, words, run.responses, run.sampled, run.title))

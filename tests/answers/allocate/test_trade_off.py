@@ -19,7 +19,7 @@ from tests.answers.allocate.linear_stack import (
     reciprocal,
     searching,
 )
-from tests.answers.test_pictures import nothing_overlaps
+from tests.answers.picture_checks import nothing_overlaps
 from tolstat.answers.allocate import search as searches
 from tolstat.answers.allocate.allocation import equal_cost_words, trade_off_chart
 from tolstat.answers.allocate.fresh_runs import Scheme
