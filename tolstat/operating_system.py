@@ -65,16 +65,17 @@ def _resource_limit(name: str) -> float:
     return math.inf if limit == resource.RLIM_INFINITY else float(limit)
 
 
-def lock(file: IO[Any]) -> bool:
+def lock(file: IO[Any], *, wait: bool = False) -> bool:
     """Lock an open file until it is closed or the process ends.
 
-    False if another process has locked it. A file system without locks counts as
-    locked.
+    False if another process has locked it, unless that is waited for. A file system
+    without locks counts as locked.
     """
     import portalocker
 
+    now = portalocker.LockFlags(0) if wait else portalocker.LOCK_NB
     try:
-        portalocker.lock(file, portalocker.LOCK_EX | portalocker.LOCK_NB)
+        portalocker.lock(file, portalocker.LOCK_EX | now)
     except portalocker.AlreadyLocked:
         return False
     except (portalocker.LockException, OSError):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from tolstat.execution.workers.block_scheduler import Workers
 
 from tests.cli.command_line import chain
 from tolstat.execution.execute import execute
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.study.study import load
 
 

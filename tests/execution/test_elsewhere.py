@@ -23,7 +23,7 @@ from tolstat.execution.workers import remote_blocks as parcel
 from tolstat.execution.workers.block import Mismatch
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.execution.workers.remote_blocks import carried_out, packed
-from tolstat.execution.workers.threads import processors
+from tolstat.operating_system import processors
 
 BIN = Path(sys.executable).parent
 MPI = """\

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from tolstat.execution.verification import other_answers
 from tolstat.execution.workers.block_scheduler import Workers
-from tolstat.execution.workers.threads import processors
 from tolstat.lanes import cache
+from tolstat.operating_system import processors
 from tolstat.store.provenance import provenance
 from tolstat.study.study import load
 

@@ -14,7 +14,7 @@ import shutil
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -22,6 +22,7 @@ import platformdirs
 
 from tolstat.lanes.digest import digest
 from tolstat.lanes.target import machine_code
+from tolstat.operating_system import lock
 
 # compiled into every function, although its file may not import it
 ENGINE = tuple(Path(__file__).with_name(name) for name in ("compiled.py", "rows.py"))
@@ -75,10 +76,7 @@ def intact(folder: str) -> Iterator[list[str]]:
     home.mkdir(exist_ok=True)
     written = home / "written.json"
     with open(home.parent / "used", "ab") as file:
-        with suppress(ImportError, OSError):  # without locks, processes compile twice
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX)
+        lock(file, wait=True)  # without locks, processes compile twice
         recorded = json.loads(written.read_bytes()) if written.exists() else {}
         digests = _digests(home)
         changed = [

@@ -121,7 +121,7 @@ def _put(owner: h5py.HLObject, name: str, value: Any, kind: Any) -> None:
     elif not _is_attribute(kind):
         owner[name] = value
     elif kind in PLAIN:
-        owner.attrs[name] = value
+        owner.attrs[name] = kind(value)  # of a subclass, too
     elif _inner(kind) is str:  # no texts are joined, none is split
         array = np.array(value, dtype=object)
         owner.attrs.create(name, array, dtype=h5py.string_dtype())

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from tolstat.errors import BrokenError, RunFileError
+from tolstat.operating_system import lock, open_as_it_is, process_exists
 from tolstat.store.provenance import now
 
 WORDS = "process "  # what a lock begins with
@@ -36,7 +37,7 @@ class Lock(AbstractContextManager["Lock"]):
             self._lock.parent.mkdir(parents=True, exist_ok=True)
         while True:
             try:
-                file = _opened(self._lock)
+                file = open_as_it_is(self._lock)
             except OSError as error:
                 raise BrokenError(f"{path} cannot be written: {error}") from error
             words = file.read()
@@ -46,7 +47,7 @@ class Lock(AbstractContextManager["Lock"]):
                     f"{self._lock} is not a lock of tolstat; rename that file, or "
                     "give the run another name"
                 )
-            if not _taken(file):
+            if not lock(file):
                 holder = words.strip() or "another process"
                 file.close()
                 raise RunFileError(
@@ -93,7 +94,11 @@ def writer_of(path: Path) -> str:
     except (OSError, ValueError):
         return ""
     holder = re.match(r"process (\d+) on (.+) since ", words)
-    if holder and holder[2] == socket.gethostname() and not alive(int(holder[1])):
+    if (
+        holder
+        and holder[2] == socket.gethostname()
+        and not process_exists(int(holder[1]))
+    ):
         return ""
     return words
 
@@ -102,36 +107,3 @@ def _lock_of(path: Path) -> Path:
     """Return the lock of a run file; for a link, that of its target."""
     real = path.resolve()
     return real.with_name(f"{real.name}.lock")
-
-
-def _opened(lock: Path) -> IO[str]:
-    """Open a lock, or create it; links are not followed, pipes not waited for."""
-    flags = os.O_RDWR | os.O_CREAT
-    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-    return os.fdopen(os.open(lock, flags, 0o666), "r+", errors="replace")
-
-
-def alive(process: int) -> bool:
-    """Return whether a process with this number runs on this computer."""
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:  # it belongs to another user
-        return True
-    return True
-
-
-def _taken(file: IO[str]) -> bool:
-    """Take a lock that the system releases with the process, however that ends."""
-    try:
-        import fcntl
-    except ImportError:  # not on every system
-        return True
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # a file system without locks
-        return True
-    return True

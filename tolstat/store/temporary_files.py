@@ -1,7 +1,6 @@
 """Files beside a run: their names, what they may replace, and their room."""
 
 import hashlib
-import math
 import os
 import re
 import shutil
@@ -11,7 +10,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tolstat.errors import Advice, BrokenError, Remedy, RunFileError, TolstatError
-from tolstat.store.lock import alive
+from tolstat.operating_system import (
+    give_second_name,
+    largest_file,
+    process_exists,
+)
 from tolstat.store.open_run import open as open_run
 from tolstat.store.seal import is_run
 
@@ -23,7 +26,7 @@ def aside_of(path: Path) -> Path:
     names = re.compile(re.escape(path.name) + r"\.([0-9]{1,9})-[0-9]+\.part")
     for file in path.parent.iterdir():
         name = names.fullmatch(file.name)
-        if name and not alive(int(name[1])):
+        if name and not process_exists(int(name[1])):
             with suppress(OSError):
                 file.unlink()
     return path.with_name(f"{path.name}.{os.getpid()}-{next(_numbers)}.part")
@@ -92,10 +95,7 @@ def run_before(path: Path) -> Before:
 def linked_aside(path: Path) -> Path:
     """Give a file a second name, of this process alone."""
     aside = aside_of(path)
-    try:
-        os.link(path, aside)
-    except OSError:  # a file system without links
-        shutil.copy2(path, aside)
+    give_second_name(path, aside)
     return aside
 
 
@@ -121,12 +121,7 @@ def check_room(path: Path, size: int) -> None:
         free = shutil.disk_usage(path.parent).free
     except OSError as error:
         raise BrokenError(f"{path} cannot be written: {error}") from error
-    most = math.inf
-    with suppress(ImportError):  # not on every system
-        import resource
-
-        limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
-        most = math.inf if limit == resource.RLIM_INFINITY else limit
+    most = largest_file()
     if size > most:
         raise BrokenError(
             f"{path}: the run needs a file of {size / 1e6:.3f} MB, and "

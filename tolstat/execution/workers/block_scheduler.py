@@ -10,8 +10,9 @@ from typing import Any
 from tolstat.arrays import Array
 from tolstat.execution.workers.block import Block, Mismatch, Pool
 from tolstat.execution.workers.remote_blocks import Processes
-from tolstat.execution.workers.threads import Threads, processors
+from tolstat.execution.workers.threads import Threads
 from tolstat.model.contract import Answers, Model
+from tolstat.operating_system import processors
 from tolstat.study.given_points import Case
 
 LOOK_AGAIN = 0.1  # s, between two checks whether to stop

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 from tolstat import catalogue
 from tolstat.errors import Advice, LostError, ModelError, Remedy, TolstatError, told
 from tolstat.execution.workers.block import Block, Evaluated, Mismatch, evaluate
-from tolstat.execution.workers.threads import processors
 from tolstat.model.contract import Answers, Model
+from tolstat.operating_system import processors
 from tolstat.store.provenance import decisive
 
 _loading = threading.Lock()

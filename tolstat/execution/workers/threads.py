@@ -1,6 +1,5 @@
 """Threads of this process: compiled code releases the GIL, so it is compiled once."""
 
-import os
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
@@ -60,11 +59,3 @@ class Threads:
             self._tasks.put(None)
         for thread in self._threads if wait else ():
             thread.join()
-
-
-def processors() -> int:
-    """Return the number of processors that this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on every system
-        return os.cpu_count() or 1
