@@ -94,8 +94,48 @@ DERIVATIVES = {
 }
 
 
-class Slopes(Values):
-    """An algebra of values and their slopes by every link, by the chain rule."""
+Part = tuple[Any, Any]  # the derivative of a step by one of its values, and that value
+
+
+class Derived(Values):
+    """An algebra of values that carry something along, by the chain rule."""
+
+    def operation(self, sign: str, left: Any, right: Any) -> Any:
+        other = right if sign == "**" else right.value
+        value = super().operation(sign, left.value, other)
+        with np.errstate(all="ignore"):
+            if sign == "*":
+                return self.carried(sign, value, [(other, left), (left.value, right)])
+            if sign == "/":
+                return self.carried(sign, value, [(1.0, left), (-value, right)], other)
+            if sign == "**":
+                power = 0.0 if right == 0 else right * left.value ** (right - 1)
+                return self.carried(sign, value, [(power, left)])
+            return self.carried_by_sum(sign, value, left, right)
+
+    def function(self, name: str, arguments: Sequence[Any]) -> Any:
+        values = [argument.value for argument in arguments]
+        value = super().function(name, values)
+        with np.errstate(all="ignore"):
+            outer = derivatives(name, values, value)
+            return self.carried(name, value, [*zip(outer, arguments, strict=True)])
+
+    def carried(
+        self, name: str, value: Any, parts: Sequence[Part], divisor: Any = 1.0
+    ) -> Any:
+        """Return a step's value with what its parts carry, times their derivatives.
+
+        A quotient's derivatives are still to be divided by its divisor.
+        """
+        raise NotImplementedError
+
+    def carried_by_sum(self, sign: str, value: Any, left: Any, right: Any) -> Any:
+        """Return the value of a sum or difference with what its terms carry."""
+        raise NotImplementedError
+
+
+class Slopes(Derived):
+    """An algebra of values and their slopes by every link."""
 
     def constant(self, value: float) -> Slope:
         link = next(iter(self.links.values()))
@@ -107,30 +147,13 @@ class Slopes(Values):
         by_link[list(self.links).index(name)] = 1.0
         return Slope(self.links[name], by_link)
 
-    def operation(self, sign: str, left: Slope, right: Any) -> Slope:
-        other = right if sign == "**" else right.value
-        value = super().operation(sign, left.value, other)
-        with np.errstate(all="ignore"):
-            if sign == "+":
-                return Slope(value, left.by_link + right.by_link)
-            if sign == "-":
-                return Slope(value, left.by_link - right.by_link)
-            if sign == "*":
-                both = left.by_link * right.value + left.value * right.by_link
-                return Slope(value, both)
-            if sign == "/":
-                numerator = left.by_link - value * right.by_link
-                return Slope(value, numerator / right.value)
-            power = 0.0 if right == 0 else right * left.value ** (right - 1)
-            return Slope(value, power * left.by_link)
+    def carried(
+        self, name: str, value: Any, parts: Sequence[Part], divisor: Any = 1.0
+    ) -> Slope:
+        return Slope(value, sum(outer * x.by_link for outer, x in parts) / divisor)
 
-    def function(self, name: str, arguments: Sequence[Slope]) -> Slope:
-        values = [x.value for x in arguments]
-        value = super().function(name, values)
-        with np.errstate(all="ignore"):
-            outer = derivatives(name, values, value)
-            parts = [o * x.by_link for o, x in zip(outer, arguments, strict=True)]
-        return Slope(value, sum(parts))
+    def carried_by_sum(self, sign: str, value: Any, left: Any, right: Any) -> Slope:
+        return Slope(value, OPERATIONS[sign](left.by_link, right.by_link))
 
 
 def derivatives(name: str, arguments: Sequence[Any], value: Any) -> list[Any]:
@@ -157,8 +180,7 @@ class Rounded(NamedTuple):
     size: Any  # what it would be if its terms did not take each other away
 
 
-@dataclass(frozen=True)
-class Roundings(Values):
+class Roundings(Derived):
     """An algebra of values without rounding errors: what is none but that is 0.
 
     Where terms take each other away, in a sum or at a zero of a function, an error of
@@ -178,35 +200,22 @@ class Roundings(Values):
     def _unit(self) -> float:
         return len(self.links) * float(np.finfo(float).eps)
 
-    def operation(self, sign: str, left: Rounded, right: Any) -> Rounded:
-        other = right if sign == "**" else right.value
-        value = super().operation(sign, left.value, other)
-        with np.errstate(all="ignore"):
-            if sign in "+-":
-                size = np.maximum(left.size, right.size)
-                return _without_rounding(value, left.error + right.error, size)
-            if sign == "*":
-                both = (
-                    left.error * np.abs(right.value),
-                    right.error * np.abs(left.value),
-                )
-                return Rounded(value, both[0] + both[1], left.size * right.size)
-            if sign == "/":
-                error, under = left.error + right.error * np.abs(value), right.value
-                return Rounded(value, error / np.abs(under), left.size / np.abs(under))
-            power = 0.0 if right == 0 else right * left.value ** (right - 1)
-            return Rounded(value, np.abs(power) * left.error, np.abs(value))
-
-    def function(self, name: str, arguments: Sequence[Rounded]) -> Rounded:
-        values = [argument.value for argument in arguments]
-        value = super().function(name, values)
-        with np.errstate(all="ignore"):
-            outer = derivatives(name, values, value)
-            parts = [np.abs(o) * x.error for o, x in zip(outer, arguments, strict=True)]
-            error, size = sum(parts), np.abs(value)
+    def carried(
+        self, name: str, value: Any, parts: Sequence[Part], divisor: Any = 1.0
+    ) -> Rounded:
+        error = reduce(operator.add, [np.abs(outer) * x.error for outer, x in parts])
+        sizes, under = [x.size for _, x in parts], np.abs(divisor)
         if name in WITH_ZEROS:  # of a size of one where they rise and fall
-            return _without_rounding(value, error, np.maximum(size, 1.0))
-        return Rounded(value, error, size)
+            return _without_rounding(value, error, np.maximum(np.abs(value), 1.0))
+        if name == "*":
+            return Rounded(value, error, sizes[0] * sizes[1])
+        if name == "/":
+            return Rounded(value, error / under, sizes[0] / under)
+        return Rounded(value, error, np.abs(value))
+
+    def carried_by_sum(self, sign: str, value: Any, left: Any, right: Any) -> Rounded:
+        size = np.maximum(left.size, right.size)
+        return _without_rounding(value, left.error + right.error, size)
 
 
 def _without_rounding(value: Any, error: Any, size: Any) -> Rounded:

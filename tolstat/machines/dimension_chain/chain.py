@@ -1,7 +1,7 @@
 """Results of a chain without trials: worst case, root sum square, contributions."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -81,8 +81,7 @@ def _worst(
     upper = np.array([nominal[n] + spreads[n].upper for n in names])
 
     def slopes_at(points: Array) -> tuple[Array, Array]:
-        links = {n: np.full(len(points), x) for n, x in nominal.items()}
-        links |= {n: points[:, i] for i, n in enumerate(names)}
+        links = links_at(points, names, nominal)
         slope = formula.worked_out(Slopes(links))
         which = [list(links).index(n) for n in names]
         value = np.broadcast_to(slope.value, len(points))
@@ -111,6 +110,14 @@ def _worst(
     if ends[1] - ends[0] > POLE * np.ptp(values) and turning:
         return math.nan, math.nan, turning
     return ends[0], ends[1], turning
+
+
+def links_at(
+    points: Array, names: Sequence[str], nominal: Mapping[str, float]
+) -> dict[str, Array]:
+    """Return every link at points[point, link] of some, float64[point]."""
+    links = {name: np.full(len(points), x) for name, x in nominal.items()}
+    return links | dict(zip(names, points.T, strict=True))
 
 
 def points_of(lower: Array, upper: Array) -> Array:

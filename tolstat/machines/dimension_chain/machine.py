@@ -65,33 +65,29 @@ class DimensionChain(Model):
             of_worst.append(f"found by a search: the gap rises and falls with {turns}")
             of_rss.append(f"inaccurate: the gap rises and falls with {turns}")
         if math.isnan(results.worst_min):
-            jumps = (
-                "the formula jumps, or has no value, somewhere within the tolerances"
-            )
-            of_worst = [jumps]
+            jumps = "jumps, or has no value, somewhere within the tolerances"
+            of_worst = [f"the formula {jumps}"]
         worst = "closing link within the tolerances, all links at once"
         numbers = [
             ("worst_min", results.worst_min, f"least {worst}", of_worst, "least"),
             ("worst_max", results.worst_max, f"largest {worst}", of_worst, "largest"),
             ("rss_mean", results.rss_mean, "mean of the linear chain", of_rss, ""),
         ]
-        shares = []
+        shares: dict[str, float] = {}
         if independent:  # else covariances decide: no sigma, no shares
             sigma = "its sigma, by root sum square"
             numbers.append(("rss_sigma", results.rss_sigma, sigma, of_rss, ""))
-            shares = [
-                StudyNumber(
-                    f"share_{name}", "1", share, f"of {name} in that variance",
-                    caveat="; ".join(of_rss),
-                )
-                for name, share in results.shares.items()
-            ]  # fmt: skip
+            shares = results.shares
+        caveat, words = "; ".join(of_rss), "of {} in that variance"
         return (
             *(
                 StudyNumber(name, unit, value, words, "", GAP, "; ".join(but), side)
                 for name, value, words, but, side in numbers
             ),
-            *shares,
+            *(
+                StudyNumber(f"share_{n}", "1", x, words.format(n), caveat=caveat)
+                for n, x in shares.items()
+            ),
         )
 
     def warnings(self, settings: Settings, spreads: Spreads) -> tuple[str, ...]:

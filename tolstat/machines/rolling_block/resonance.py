@@ -167,13 +167,13 @@ def _frequency_panels(
 ) -> list[Panel]:
     """Return each excitation with the modes that it meets, or nearly so."""
     panels = []
-    for order in excitations:
-        reach = NEAR * order.values.min(), order.values.max() / NEAR
+    for curve in excitations:
+        reach = NEAR * curve.values.min(), curve.values.max() / NEAR
         met = [m for m in modes if reach[0] <= m.values[0] <= reach[1]]
         names = [m.name for m in met]
         opened = [band for band in spreads if band.of in names]
         if met:
-            panels.append(Panel.of(f"Modes near {order.name}", order, *met, *opened))
+            panels.append(Panel.of(f"Modes near {curve.name}", curve, *met, *opened))
     separate = Panel.of("Excitations and modes without resonance", *excitations, *modes)
     return panels or [separate]
 

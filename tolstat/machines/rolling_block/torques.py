@@ -92,7 +92,7 @@ def rms(deviations: Array, settings: Settings) -> Listing:
     return Listing.of(
         "rms of the moment in a link: torques independent, or one on all stands",
         ("link", "1", "", np.array(LINK_NAMES)),
-        *((kind, "N m", "N m", rms) for kind, rms in zip(KINDS, both, strict=True)),
+        *((kind, "N m", "N m", sigma) for kind, sigma in zip(KINDS, both, strict=True)),
     )
 
 

@@ -56,8 +56,8 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
         ("moment_peak", "loads", loaded, entering),
         ("pulse_peak", "pulse", pulsed, pulsing),
     ):
-        of_link = zip(LINK_NAMES, moments_of.T, strict=True)
-        links = [Curve.of(words[f"{kind}_{ij}"], moment) for ij, moment in of_link]
+        by_link = zip(LINK_NAMES, moments_of.T, strict=True)
+        links = [Curve.of(words[f"{kind}_{ij}"], moment) for ij, moment in by_link]
         curves += links
         spans = (span,) if span.upper else ()
         for i, pair in enumerate(PAIRS):
