@@ -113,7 +113,7 @@ class Model(ABC):
         """Return settings that integrate more precisely, for audits; None without."""
         if not self.integrates:
             return None
-        longest = getattr(settings, "max_step", None)
+        longest: Any = getattr(settings, "max_step", None)
         limited = isinstance(longest, float)
         finer = Accuracy(settings.rtol, longest if limited else np.inf).tightened()
         tight = replace(settings, rtol=finer.rtol)
