@@ -52,8 +52,8 @@ def on_interrupt(handler: Handler) -> dict[signal.Signals, Any]:
     before: dict[signal.Signals, Any] = {}
     for name in SIGNALS:
         number = getattr(signal, name, None)
-        if number and (known := signal.getsignal(number)) is not signal.SIG_IGN:
-            before[number] = known
+        if number and (earlier := signal.getsignal(number)) is not signal.SIG_IGN:
+            before[number] = earlier
             signal.signal(number, handler)
     return before
 

@@ -41,8 +41,8 @@ def run(
     path = output or study.with_suffix(".h5")
     if check:
         require_limits(study, loaded.limits)
-    for each in loaded.warnings:
-        Screen(stderr=True).say(f"note: {each}")
+    for warning in loaded.warnings:
+        Screen(stderr=True).say(f"note: {warning}")
     work = partial(execute, loaded, path, force=force)
     watch(path, compute, work, check=check)
 

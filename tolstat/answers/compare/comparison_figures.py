@@ -13,10 +13,11 @@ from tolstat.answers.report.response_figures import (
     edges_of,
     figure_of,
     limit_rules,
+    line_at,
     points_of,
 )
 from tolstat.document.blocks import Figure
-from tolstat.document.plot import Line, PlotAxis, Rule, Stairs
+from tolstat.document.plot import Histogram, PlotAxis, curve
 
 if TYPE_CHECKING:
     from tolstat.answers.compare.comparison import Comparison, Difference
@@ -58,8 +59,8 @@ def _differences(found: Comparison, one: Difference, name: str) -> Figure:
         f"Histogram of the differences of {name}, {one.design} less A",
         PlotAxis(scale.label(f"{one.design} - A of {name}")),
         PlotAxis("trials per bin", "symlog", (0.0, 1.5 * float(counts.max()))),
-        Stairs(edges, counts.astype(float), "third"),
-        Rule(0.0, True, "ink", "no difference", "-"),
+        Histogram(edges, counts.astype(float), "third"),
+        line_at(0.0, "no difference", "ink", "-"),
         said="Differences trial by trial, of those that are done in both.",
     )
 
@@ -73,7 +74,7 @@ def _scatter(found: Comparison, one: Difference, name: str) -> Figure:
         f"{name} of each trial in {one.design} over the same trial in A",
         PlotAxis(scale.label(f"A: {name}")),
         PlotAxis(scale.label(f"{one.design}: {name}")),
-        Line(first, second, look="faint"),
-        Line(ends, ends, "ink", "no difference"),
+        curve(first, second, look="faint"),
+        curve(ends, ends, "ink", "no difference"),
         said=f"Each trial that is done in both: in {one.design} over A.",
     )

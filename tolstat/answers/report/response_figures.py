@@ -12,6 +12,7 @@ from tolstat.answers.sampled_trials import Drawn, drawn_trials
 from tolstat.arrays import Array
 from tolstat.document import blocks, plot
 from tolstat.document.inline import text
+from tolstat.model.view import Curve, Level, Span
 from tolstat.statistics.summary import Summary
 from tolstat.units.scale import Scale
 
@@ -54,20 +55,20 @@ def _histogram(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure
         lower, upper = each.limited.limit.permitted if each.limited else OPEN
         out = (edges[1:] <= lower) | (edges[:-1] >= upper)
         layers += [
-            plot.Stairs(times * edges, np.where(chosen, heights, 0.0), colour)
+            plot.Histogram(times * edges, np.where(chosen, heights, 0.0), colour)
             for chosen, colour in ((~out, "first"), (out, "limit"))
             if chosen.any()
         ]
     if not math.isnan(each.nominal):
         label = f"nominal {scale.number(each.nominal)}"
-        layers.append(plot.Rule(times * each.nominal, True, "ink", label, "-."))
+        layers.append(line_at(times * each.nominal, label, "ink", "-."))
     if not math.isnan(each.mean.value):
         label = f"mean {scale.interval(*each.mean[:3])[0]}"
-        layers.append(plot.Rule(times * each.mean.value, True, "third", label, ":"))
+        layers.append(line_at(times * each.mean.value, label, "third", ":"))
     layers += limit_rules(each, scale)
     if sure := [each.quantiles[q] for q in MARKED if each.quantiles[q].sure]:
         at, below, above = times * np.array([q[:3] for q in sure]).T
-        layers.append(plot.Spans(below, above, at, label="50, 95, 99.865 %"))
+        layers.append(plot.Intervals(below, above, at, name="50, 95, 99.865 %"))
     mass = ", without those that share one value" if each.point_mass else ""
     return figure_of(
         f"Histogram of {name}: {_said(each)}",
@@ -140,13 +141,13 @@ def _scatter(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure |
         return None
     times, scales = each.scale.factor, drawn.run.scales
     response = times * drawn.done(name)
-    rules = [plot.Rule(times * end, False, "limit") for end in ends_of(each)]
+    rules = [Level(times * end, "") for end in ends_of(each)]
     panels = []
     for part in leading:
         at, axis = scales[part].factor * drawn.done(part), scales[part].label(part)
-        layers: tuple[plot.Layer, ...] = (plot.Line(at, response, look="faint"), *rules)
-        label = each.scale.label(name)
-        panels.append(plot.PlotPanel(plot.PlotAxis(axis), plot.PlotAxis(label), layers))
+        curve, label = plot.curve(at, response, look="faint"), each.scale.label(name)
+        x, y = plot.PlotAxis(axis), plot.PlotAxis(label)
+        panels.append(plot.PlotPanel(x, y, (curve, *rules)))
     return blocks.Figure(
         f"{name} over its leading contributors: {', '.join(leading)}",
         plot.Plot(tuple(panels), side_by_side=True, width=7.05, height=2.4),
@@ -158,7 +159,7 @@ def _scatter(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure |
 
 def points_of(
     values: Array, times: float, colour: str = "first", label: str = ""
-) -> plot.Line:
+) -> Curve:
     """Return points of a distribution function: all in the tails, few in the middle."""
     n = len(values)
     share = (np.arange(1, n + 1) - 0.5) / n
@@ -167,7 +168,7 @@ def points_of(
         tail = np.unique(np.geomspace(1, n // 2, MOST_DRAWN // 2).astype(np.int64))
         chosen = np.unique(np.concatenate([tail - 1, n - tail]))
     shown = times * np.sort(values)[chosen]
-    return plot.Line(shown, share[chosen], colour, label, "dots")
+    return plot.curve(shown, share[chosen], colour, label, "dots")
 
 
 def ends_of(found: Summary) -> list[float]:
@@ -175,13 +176,18 @@ def ends_of(found: Summary) -> list[float]:
     return found.limited.limit.finite if found.limited else []
 
 
-def limit_rules(found: Summary, scale: Scale) -> list[plot.Rule]:
+def limit_rules(found: Summary, scale: Scale) -> list[Span]:
     """Mark the ends of the limit, with its words in the legend."""
     words = f"limit {found.limited.limit.words}" if found.limited else ""
     return [
-        plot.Rule(scale.factor * end, True, "limit", words if i == 0 else "")
+        line_at(scale.factor * end, words if i == 0 else "", "limit", "--")
         for i, end in enumerate(ends_of(found))
     ]
+
+
+def line_at(value: float, words: str, colour: str, dash: str) -> Span:
+    """Return an upright line across a panel."""
+    return Span(value, value, words, colour, dash)
 
 
 def edges_of(values: Array) -> Array:
