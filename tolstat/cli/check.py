@@ -19,7 +19,7 @@ from tolstat.answers.run_entries import judged
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
 from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, LIMITS_UNDECIDED
-from tolstat.errors import Advice, PictureError
+from tolstat.errors import Advice, QuestionError
 from tolstat.literal import visible
 from tolstat.render.screen import Screen, as_text
 from tolstat.render.serialize import as_json
@@ -97,13 +97,13 @@ def require_limits(where: Path, limits: Iterable[str]) -> None:
     """Refuse a run or a study without a limit."""
     if not [*limits]:
         remedy = "no limit to check; write one into [limits] of the study"
-        raise PictureError(f"{where}: {remedy}")
+        raise QuestionError(f"{where}: {remedy}")
 
 
 def _limits_of(run: Run) -> list[CheckedLimit]:
     require_limits(run.path, run.limits)
     if not run.complete:
-        raise PictureError(
+        raise QuestionError(
             f"{run.path}: {run.ended} of {run.trials} trials have run; a check needs "
             "all of them and their audit",
             Advice("resume", run.path, run.machine),

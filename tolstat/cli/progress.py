@@ -10,7 +10,6 @@ from rich import progress as bars
 
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.gather import summary
-from tolstat.cli.check import checked
 from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
 from tolstat.cli.options import Compute
 from tolstat.execution.run_loop import Progress
@@ -95,4 +94,6 @@ def watch(
     stored = f"stored in {done.path}"
     console.say(f"{done.trials} trials in {seconds:.1f} s ({rate}), {stored}")
     if check:
+        from tolstat.cli.check import checked
+
         sys.exit(checked([done]).exit_code)

@@ -12,7 +12,7 @@ from tolstat.answers.report import gather
 from tolstat.answers.trial_export import export as write_trials
 from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
-from tolstat.errors import PictureError
+from tolstat.errors import QuestionError
 from tolstat.literal import visible
 from tolstat.store.open_run import open as open_run
 
@@ -41,9 +41,9 @@ def report(
     if limits:
         try:
             run = limited(run, limits_in(limits))
-        except PictureError as error:
+        except QuestionError as error:
             advice = fresh_run_advice(source, (), limits)
-            raise PictureError(f"{error}{advice}", *error.advice) from None
+            raise QuestionError(f"{error}{advice}", *error.advice) from None
     answer = gather.report(run, responses)
     if form:
         options.deliver(answer, output, form)

@@ -14,7 +14,7 @@ from tolstat.answers.output_file import replace
 from tolstat.answers.what_if.fresh_study import fresh_study
 from tolstat.answers.what_if.reweighted_trials import what_if as estimate
 from tolstat.cli import options
-from tolstat.errors import PictureError, RunFileError, StudyError, TolstatError
+from tolstat.errors import QuestionError, RunFileError, StudyError, TolstatError
 from tolstat.literal import visible
 from tolstat.store.open_run import open as open_run
 from tolstat.store.temporary_files import free_name
@@ -57,7 +57,7 @@ def what_if(
     options.check_delivery(output, form)
     try:
         answer = estimate(source, scenario[0], limits=scenario[1])
-    except (PictureError, StudyError) as error:
+    except (QuestionError, StudyError) as error:
         advice = fresh_run_advice(source, deviations, limits)
         raise type(error)(f"{error}{advice}", *error.advice) from None
     options.deliver(answer, output, form)

@@ -28,7 +28,7 @@ from tolstat.document.plot import (
     Plot,
     PlotPanel,
 )
-from tolstat.errors import PictureError
+from tolstat.errors import QuestionError
 from tolstat.literal import visible
 from tolstat.model.view import Band, Curve, Level, Region, Span
 from tolstat.render.picture import (
@@ -82,7 +82,7 @@ def draw(picture: Plot | Table, title: str) -> Figure:
 
     Raises
     ------
-    PictureError
+    QuestionError
         If a table has more rows than a picture can hold.
     """
     with mpl.rc_context(STYLE):
@@ -267,7 +267,7 @@ def _normal_ticks(axes: Axes, panel: PlotPanel) -> None:
 def _table(table: Table) -> Figure:
     heads, rows = [column.head for column in table.columns], table.rows
     if len(rows) > MOST_ROWS:
-        raise PictureError(
+        raise QuestionError(
             f"{len(rows)} rows are too many for a picture ({MOST_ROWS}); write them to "
             "a .csv or an .html file"
         )

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.errors import PictureError, allowed_names
+from tolstat.errors import QuestionError, allowed_names
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -27,17 +27,17 @@ def swept_axis(run: Run) -> str:
 
     Raises
     ------
-    PictureError
+    QuestionError
         If the run is no grid, or has no axis of two values.
     """
     if not run.grid:
-        raise PictureError(
+        raise QuestionError(
             f'{run.path}: only a run with sampling = "grid" is shown as curves'
         )
     counts = {name: len(set(_values(run, name).tolist())) for name in run.grid}
     several = [name for name in run.grid if counts[name] > 1]
     if not several:
-        raise PictureError(f"{run.path}: nothing in its grid has two values or more")
+        raise QuestionError(f"{run.path}: nothing in its grid has two values or more")
     return max(several, key=lambda n: (_values(run, n).dtype.kind == "f", counts[n]))
 
 
@@ -59,12 +59,12 @@ def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
 
     Raises
     ------
-    PictureError
+    QuestionError
         If the run has no such response.
     """
     names = [each.name for each in run.responses]
     if response not in names:
-        raise PictureError(
+        raise QuestionError(
             f"no response '{response}'; {allowed_names(response, names)}"
         )
     others = [name for name in run.grid if name != axis]

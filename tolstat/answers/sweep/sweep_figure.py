@@ -19,7 +19,7 @@ from tolstat.document.plot import (
     PlotPanel,
     curve,
 )
-from tolstat.errors import PictureError
+from tolstat.errors import QuestionError
 from tolstat.model.view import Level
 from tolstat.statistics.limits.limit import within
 from tolstat.store.stored_run import Run
@@ -36,7 +36,7 @@ def save_sweeps(runs: Sequence[Run], path: Path, responses: Sequence[str] = ()) 
 
     Raises
     ------
-    PictureError
+    QuestionError
         If a run is no grid, they do not sweep the same, or nothing is to be shown.
     """
     from tolstat.render.figures import draw
@@ -56,13 +56,13 @@ def sweep_plot(runs: Sequence[Run], responses: Sequence[str] = ()) -> Plot:
         other = curves.swept_axis(run)
         others = tuple(curves.words_along(run, other))
         if (other, others) != (axis, words):
-            raise PictureError(
+            raise QuestionError(
                 f"{runs[0].path} sweeps {' '.join([axis, *words])}, {run.path} sweeps "
                 f"{' '.join([other, *others])}; draw them separately"
             )
     chosen = list(responses) or curves.responses_of_interest(runs[0])
     if not chosen:
-        raise PictureError(
+        raise QuestionError(
             f"{runs[0].path} limits no response; name the responses to draw"
         )
     x = _axis(runs[0], axis)
@@ -78,7 +78,7 @@ def point_figure(run: Run, response: str) -> Figure:
     the plane of both, else the response stands over the axis, or over the trials.
     """
     words, axes = f"{response} of each trial", list[str]()
-    with suppress(PictureError):  # no axis, or too many curves
+    with suppress(QuestionError):  # no axis, or too many curves
         axes = [curves.swept_axis(run)]
         return Figure(words, sweep_plot([run], [response]), wide=True)
     limit = run.limits.get(response)
@@ -123,7 +123,7 @@ def _panel(runs: Sequence[Run], axis: str, x: PlotAxis, response: str) -> PlotPa
         look = "dots" if x.words else line
         layers.append(curve(cut.x, cut.y, next(colours), label, look))
     if len(layers) > MOST_CURVES:
-        raise PictureError(
+        raise QuestionError(
             f"{len(layers)} curves are too many for one picture ({MOST_CURVES}); sweep "
             "less"
         )
