@@ -43,8 +43,8 @@ def _panel(chart: Chart, panel: Panel, x: PlotAxis) -> PlotPanel:
     y, layers = _side(chart, panel.names, 0)
     right = None
     if panel.right:
-        other, beside = _side(chart, panel.right, len(panel.names))
-        right = PlotPanel(x, other, tuple(beside), at=chart.at)
+        other, others = _side(chart, panel.right, len(panel.names))
+        right = PlotPanel(x, other, tuple(others), at=chart.at)
     y = y._replace(scale="log" if panel.logarithmic else "")
     layers = [*spans, *layers, *panel.levels]
     return PlotPanel(x, y, tuple(layers), panel.title, right, chart.at)

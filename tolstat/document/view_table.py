@@ -27,14 +27,10 @@ class ViewColumn(NamedTuple):
     @property
     def cells(self) -> list[Number | str | None]:
         """The values as numbers of a table, or words."""
-        return [
-            value
-            if isinstance(value, str)
-            else None
-            if value != value or self.scale is None
-            else Number(float(value), self.scale)
-            for value in self.values.tolist()
-        ]
+        values = self.values.tolist()
+        if self.scale is None:
+            return [value if isinstance(value, str) else None for value in values]
+        return [None if v != v else Number(float(v), self.scale) for v in values]
 
 
 def view_columns(view: View) -> Iterator[ViewColumn]:
