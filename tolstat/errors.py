@@ -94,7 +94,6 @@ class QuestionError(TolstatError):
     """A question that a run cannot answer, or a picture that cannot show it."""
 
 
-QuestionError = QuestionError  # its name in most of the package
 
 
 class RunFileError(TolstatError):
