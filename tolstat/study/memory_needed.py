@@ -18,13 +18,13 @@ TIMES = (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("minutes", 6
 
 def too_large(trials: int, description: Description) -> str:
     """Return why the memory cannot hold so many trials; empty if it can."""
-    needed, there = trials * _row(description), memory()
-    if needed <= there:
+    needed, available = trials * _row(description), memory()
+    if needed <= available:
         return ""
-    most = there // _row(description)
+    most = available // _row(description)
     most -= most % 10 ** max(0, len(f"{most:.0f}") - 2)  # two figures, rounded down
     return (
-        f"{_takes(trials, needed)}, and this process may have {_gigabytes(there)}; "
+        f"{_takes(trials, needed)}, and this process may have {_gigabytes(available)}; "
         f"give at most about {most:.0f}"
     )
 
@@ -39,19 +39,19 @@ def large(trials: int, description: Description) -> str:
 
 def memory() -> float:
     """Return how much memory this process may have, bytes."""
-    found = []
+    bounds = []
     with suppress(AttributeError, ValueError, OSError):  # not on every system
-        found.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+        bounds.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     with suppress(ImportError):
         import resource
 
         limit, _ = resource.getrlimit(resource.RLIMIT_AS)
         if limit != resource.RLIM_INFINITY:
-            found.append(limit)
+            bounds.append(limit)
     for path in LIMITS:
         with suppress(OSError, ValueError):  # ValueError: "max"
-            found.append(int(Path(path).read_text()))
-    return float(min(found, default=2**63))
+            bounds.append(int(Path(path).read_text()))
+    return float(min(bounds, default=2**63))
 
 
 def _row(description: Description) -> int:

@@ -35,12 +35,11 @@ def section_of(
         settings = read(model, settings_with_links(table, model))
         contributors, responses = described(model, settings)
         with suppress(TolstatError):
-            if expand(name, [each.name for each in contributors]):
+            if expand(name, [part.name for part in contributors]):
                 return "deviations"
         with suppress(TolstatError):
-            known = {each.name: each for each in responses}
-            first, *_ = expand(name, list(known))
-            response = known[first]
+            by_name = {response.name: response for response in responses}
+            response = by_name[expand(name, [*by_name])[0]]
             if not setting or read_limit(value, response.unit, response.shown):
                 return "limits"
     return "settings" if setting else ""

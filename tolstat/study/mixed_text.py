@@ -50,14 +50,14 @@ def without_mixed(document: Document, problems: Problems) -> Document:
 
     A problem of each says how to write the two.
     """
-    left: dict[str, dict[str, Any]] = {}
+    readable: dict[str, dict[str, Any]] = {}
     for section in ("links", "deviations"):
         entries = getattr(document, section)
         wrong = {n: words for n, e in entries.items() if (words := _wrong(section, e))}
         for name, words in wrong.items():
             problems.add(f"[{section}] {name}", entries[name], words)
-        left[section] = {n: e for n, e in entries.items() if n not in wrong}
-    return document.model_copy(update=left)
+        readable[section] = {n: e for n, e in entries.items() if n not in wrong}
+    return document.model_copy(update=readable)
 
 
 def _wrong(section: str, entry: Any) -> str:

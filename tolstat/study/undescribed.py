@@ -29,10 +29,10 @@ def note_readable(document: Document, model: Model | None, problems: Problems) -
     is written in. What needs the model is left for the next time.
     """
     for section, name, keys in _tolerances(document, model):
-        place = f"[{section}] {name}"
-        if problems.noted(place):
+        key = f"[{section}] {name}"
+        if problems.noted(key):
             continue
-        with problems.noting(place, keys):
+        with problems.noting(key, keys):
             written = str(keys.get("tolerance", keys.get("value", "")))
             plain = Contributor(name, _unit(written), shown="1")
             read_distribution(keys, DeviationReader(plain))
@@ -52,9 +52,9 @@ def _tolerances(
         if model is not None:
             columns |= set(settings_of(model)[SETTING].kind.columns)  # type: ignore[attr-defined]
     for section in ("links", "deviations"):
-        for name, given in getattr(document, section).items():
-            keys = dict(given) if isinstance(given, Mapping) else {"tolerance": given}
-            if section == "links" and not isinstance(given, Mapping):
+        for name, entry in getattr(document, section).items():
+            keys = dict(entry) if isinstance(entry, Mapping) else {"tolerance": entry}
+            if section == "links" and not isinstance(entry, Mapping):
                 continue  # a size alone
             keys = {k: x for k, x in keys.items() if k not in {*columns, *DEPENDENT}}
             zone = str(keys.get("tolerance", ""))

@@ -194,7 +194,7 @@ def view_of(
         raise model.fault(f"it has no view {name}; {allowed_names(name, known)}")
     offer, rows = known[name], _first(model, settings, deviations)
     if study is not None and offer.n_others:
-        rows = np.concatenate([rows, study.machines(offer.n_others)])
+        rows = np.concatenate([rows, study.first_trials(offer.n_others)])
     found = shown(model, offer, rows, settings)
     return in_units(found, study.shown) if study else found
 
