@@ -5,11 +5,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tolstat.answers.halved_entries import (
-    editor_of,
-    halved_entries,
-    nominal_shift,
-)
+from tolstat.answers.halved_entries import editor_of, halved_entries, nominal_shift
 from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
@@ -120,16 +116,17 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
         if members := [name for name in entry.members if name in parts]:
             scale, assumed = run.scales[members[0]], run.assumed[members[0]]
             half = figures(scale.factor * Tolerance(*assumed.tolerance).half, KNOWN)
-            at = f"+-{half} {scale.mark}".strip()
-            own = {k: x for k, x in entry.keys.items() if k in KEYS}
-            own["cost"] = {"law": "reciprocal", "at": at, "price": 1}
-            priced[entry.name] = toml_of(own)
+            keys = {k: x for k, x in entry.keys.items() if k in KEYS}
+            keys["cost"] = {
+                "law": "reciprocal", "at": f"+-{half} {scale.mark}".strip(), "price": 1,
+            }  # fmt: skip
+            priced[entry.name] = toml_of(keys)
     if not priced:
         return ()
-    place = run.path.with_name(f"{run.path.stem}-priced.toml")
-    write, _ = _to_write(run, priced, place)
+    costly = run.path.with_name(f"{run.path.stem}-priced.toml")
+    write, _ = _to_write(run, priced, costly)
     path = run.path.with_name(f"{run.path.stem}-allocated.toml")
-    return write, command("allocate", place, "-o", path, machine=run.machine)
+    return write, command("allocate", costly, "-o", path, machine=run.machine)
 
 
 def to_shift(
@@ -154,9 +151,9 @@ def to_shift(
             entries[member] = toml_of({NOMINAL: size})
         elif "nominal_shift" in entry.keys:
             old = nominal_shift(entry.keys, editor.parts[member])
-            own = {k: x for k, x in entry.keys.items() if k in KEYS}
-            own["nominal_shift"] = typed(old + shift, scale, reader)
-            entries[member] = toml_of(own)
+            keys = {k: x for k, x in entry.keys.items() if k in KEYS}
+            keys["nominal_shift"] = typed(old + shift, scale, reader)
+            entries[member] = toml_of(keys)
         else:
             zone = [end + shift for end in run.assumed[member].tolerance]
             entries[member] = typed(zone, scale, reader)

@@ -19,12 +19,7 @@ from tolstat.errors import CostError, DistributionError, UnitError, allowed_name
 from tolstat.study.distribution_entry import read_distribution, written_unit
 from tolstat.study.entry_change import Change, with_tolerance
 from tolstat.study.nominal_size import DeviationReader
-from tolstat.study.study_schema import (
-    MOST_PRICE,
-    Exponential,
-    Reciprocal,
-    read_entry,
-)
+from tolstat.study.study_schema import MOST_PRICE, Exponential, Reciprocal, read_entry
 from tolstat.units.scale import Scale, scale_of
 
 EXAMPLE = (

@@ -1,7 +1,7 @@
 """One entry of [deviations], read."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 import numpy as np
@@ -18,19 +18,19 @@ from tolstat.units.scale import scale_of
 DEFAULT = "normal"
 # the least and the largest possible unit sample, and the middle
 OUTERMOST = np.array([2.0**-53, 0.5, 1 - 2.0**-53])
+QUANTITIES: dict[str, Callable[[DeviationReader, str], Any]] = {
+    "quantity": DeviationReader.deviation,
+    "difference": DeviationReader.difference,
+    "tolerance": DeviationReader.zone,
+}
 OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module", "nominal_shift")
+_FIELDS = [
+    field.name
+    for kind in DISTRIBUTIONS.values()
+    for field in dataclasses.fields(cast(Any, kind))
+]
 # all keys of an entry that its distribution depends on
-KEYS = dict.fromkeys(
-    [
-        *OF_THE_TOLERANCE,
-        "distribution",
-        *(
-            f.name
-            for kind in DISTRIBUTIONS.values()
-            for f in dataclasses.fields(cast(Any, kind))
-        ),
-    ]
-)
+KEYS = dict.fromkeys([*OF_THE_TOLERANCE, "distribution", *_FIELDS])
 
 
 def read_distribution(entry: dict[str, Any], reader: DeviationReader) -> Distribution:
@@ -102,12 +102,8 @@ def written_unit(keys: Mapping[str, Any], reader: DeviationReader) -> str:
 
 def _value(key: str, value: Any, declared: Any, reader: DeviationReader) -> Any:
     """Read the value of one key as its distribution declares it."""
-    if declared["reads"] == "quantity":
-        return reader.deviation(str(value))
-    if declared["reads"] == "difference":
-        return reader.difference(str(value))
-    if declared["reads"] == "tolerance":
-        return reader.zone(str(value))
+    if read := QUANTITIES.get(declared["reads"]):
+        return read(reader, str(value))
     if declared["reads"] == "word":
         if value not in declared["choices"]:
             allowed = allowed_names(str(value), declared["choices"])

@@ -67,10 +67,7 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
 
 
 def read_sizes(
-    sizes: Mapping[str, Any],
-    links: Mapping[str, Any],
-    model: Model,
-    problems: Problems,
+    sizes: Mapping[str, Any], links: Mapping[str, Any], model: Model, problems: Problems
 ) -> dict[str, Any]:
     """Return the links whose sizes can be read, as a setting."""
     readable = dict[str, Any]()

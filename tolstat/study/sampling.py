@@ -55,10 +55,7 @@ def aim_of(sampling: str, name: str, limited: Collection[str], names: list[str])
 
 
 def faults_of(
-    document: Document,
-    sampling: str,
-    deviating: Deviations,
-    points: Points | None,
+    document: Document, sampling: str, deviating: Deviations, points: Points | None
 ) -> Iterator[tuple[str, Any, str]]:
     """Yield keys that are missing for a sampling, or have no meaning for it.
 

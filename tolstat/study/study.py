@@ -46,12 +46,7 @@ from tolstat.study.misplaced_keys import section_of
 from tolstat.study.mixed_text import without_mixed
 from tolstat.study.nominal_size import SHARES
 from tolstat.study.problems import Problems
-from tolstat.study.sampling import (
-    aim_of,
-    faults_of,
-    read_sampling,
-    warnings_of,
-)
+from tolstat.study.sampling import aim_of, faults_of, read_sampling, warnings_of
 from tolstat.study.stopping_rule import Until, read_until
 from tolstat.study.study_schema import DECISIVE, Document, read
 from tolstat.study.undescribed import note_readable

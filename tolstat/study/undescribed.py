@@ -1,7 +1,7 @@
 """Problems of entries that show without the model: keys, tolerances, limits."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
@@ -9,10 +9,10 @@ from tolstat.deviations.iso286 import looks_like_grade
 from tolstat.errors import TolstatError, UnitError
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor
-from tolstat.model.settings import settings_of
 from tolstat.study.distribution_entry import read_distribution
+from tolstat.study.entry_change import keys_of
 from tolstat.study.limits_section import read_limit
-from tolstat.study.links_section import NOMINAL, SETTING
+from tolstat.study.links_section import NOMINAL, keys_of_link, link_columns
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
 from tolstat.study.study_schema import Document
@@ -48,14 +48,11 @@ def _tolerances(
 ) -> Iterator[tuple[str, str, dict[str, Any]]]:
     """Yield deviations that need no size: section, name, keys."""
     columns = {NOMINAL}
-    with suppress(TolstatError, AttributeError, KeyError):
-        if model is not None:
-            columns |= set(settings_of(model)[SETTING].kind.columns)  # type: ignore[attr-defined]
+    with suppress(TolstatError, AttributeError):
+        columns |= {*link_columns(model)} if model else set()
     for section in ("links", "deviations"):
         for name, entry in getattr(document, section).items():
-            keys = dict(entry) if isinstance(entry, Mapping) else {"tolerance": entry}
-            if section == "links" and not isinstance(entry, Mapping):
-                continue  # a size alone
+            keys = keys_of_link(entry) if section == "links" else keys_of(entry)
             keys = {k: x for k, x in keys.items() if k not in {*columns, *DEPENDENT}}
             zone = str(keys.get("tolerance", ""))
             shares = any("%" in str(value) for value in keys.values())

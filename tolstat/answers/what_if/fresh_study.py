@@ -107,18 +107,18 @@ def fresh_study(
         aim = run.aim if run.aim in limited else next(iter(limited))
         editor.table["sampling"] = {"rare": aim}
     home, before = run.study_file or run.path, study.deviating
-    place = Path(folder or home.parent)
-    wanted = before._replace(
+    target = Path(folder or home.parent)
+    deviating = before._replace(
         distributions={**before.distributions, **scenario.distributions}
     )
     if sizes:  # the grade of a link follows its size
-        wanted = load(editor.table, model=study.model, folder=home.parent).deviating
-    fresh = study_in(place, editor.table, study.model, wanted, home)
+        deviating = load(editor.table, model=study.model, folder=home.parent).deviating
+    fresh = study_in(target, editor.table, study.model, deviating, home)
     if not (run.rules or run.aim):
         enough = _enough(run, study, scenario, fresh)
         if enough > run.trials and not too_large(enough, study.description):
             editor.table["trials"] = enough
-            fresh = load(editor.table, model=study.model, folder=place)
+            fresh = load(editor.table, model=study.model, folder=target)
     return fresh.text
 
 
@@ -126,7 +126,7 @@ def study_in(
     folder: Path,
     table: Mapping[str, Any],
     model: Model,
-    wanted: Deviations,
+    deviating: Deviations,
     home: Path,
 ) -> Study:
     """Load a study as a file of a folder; `home` lies beside its data files.
@@ -134,14 +134,13 @@ def study_in(
     Raises
     ------
     StudyError
-        If it could not run there, or would not sample the wanted deviations.
+        If it could not run there, or would not sample these deviations.
     """
     reason = f"data of that name differ there; write it beside {home}"
     try:
         study = load(table, model=model, folder=folder)
-        now = study.deviating
-        same = now.distributions == wanted.distributions
-        if same and now.dependence == wanted.dependence:
+        same = study.deviating.distributions == deviating.distributions
+        if same and study.deviating.dependence == deviating.dependence:
             return study
     except TolstatError as error:
         reason = str(error)
@@ -155,20 +154,18 @@ def _enough(run: Run, study: Study, scenario: Deviations, fresh: Study) -> int:
     the stored trials where they cover the scenario; else zero.
     """
     counts = dict.fromkeys(fresh.limits, (0, 1))
-    drawn, enough = drawn_trials(run), run.trials
-    some = drawn is not None and np.any(drawn.sample.ran)
-    if drawn and some and scenario.distributions and not drawn.sample.replicates:
+    trials, enough = drawn_trials(run), run.trials
+    ran = trials.sample.ran if trials else np.zeros(0, np.bool_)
+    if trials and ran.any() and scenario.distributions and not trials.sample.replicates:
         with suppress(StudyError):
-            weights = reweighted(scenario, study, drawn, problems_of(run)).weights
-            ran = drawn.sample.ran
+            weights = reweighted(scenario, study, trials, problems_of(run)).weights
             for name, limit in fresh.limits.items():
-                out = ~within(drawn.values(name)[ran], limit.permitted)
+                out = ~within(trials.values(name)[ran], limit.permitted)
                 share = np.average(out, weights=weights.values[ran])
                 counts[name] = round(share * weights.number), weights.number
     for name, limit in fresh.limits.items():
-        count, of = counts[name]
-        likely = anytime_valid(round(count / of * run.trials), run.trials, CONFIDENCE)
+        count, size = counts[name]
+        likely = anytime_valid(round(count / size * run.trials), run.trials, CONFIDENCE)
         if verdict(likely.complement, limit.demanded) == UNDECIDED:
-            wanted = trials_that_decide(count, of, 1 - limit.demanded)
-            enough = max(enough, wanted)
+            enough = max(enough, trials_that_decide(count, size, 1 - limit.demanded))
     return min(enough, MOST_TIMES * run.trials)
