@@ -42,14 +42,12 @@ from tolstat.study.links_section import (
     read_sizes,
 )
 from tolstat.study.memory_needed import large, too_large
-from tolstat.study.misplaced_keys import section_of
-from tolstat.study.mixed_text import without_mixed
 from tolstat.study.nominal_size import SHARES
 from tolstat.study.problems import Problems
 from tolstat.study.sampling import aim_of, faults_of, read_sampling, warnings_of
+from tolstat.study.slips import note_readable, section_of, without_mixed
 from tolstat.study.stopping_rule import Until, read_until
 from tolstat.study.study_schema import DECISIVE, Document, read
-from tolstat.study.undescribed import note_readable
 from tolstat.units.conversion import dimension
 from tolstat.units.grammar import unit_of
 from tolstat.units.scale import KNOWN, SIZES, figures
