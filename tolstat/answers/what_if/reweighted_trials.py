@@ -14,6 +14,7 @@ from tolstat.answers.what_if.what_if_answer import (
     WhatIf,
 )
 from tolstat.deviations.density_ratio import DensityRatio
+from tolstat.deviations.names import expand
 from tolstat.deviations.overlap import check_overlap, overlap_of
 from tolstat.errors import (
     Advice,
@@ -171,6 +172,7 @@ def read_scenario(
     editor, changed = study.editor(), dict[str, Any]()
     for name, entry in entries.items():
         with problems.noting(f"[deviations] {name}", entry):
+            expand(name, [*editor.parts])  # refuses unknown names first
             if isinstance(entry, dict) and "common" in entry:
                 raise DependenceError("batches stay as sampled; leave out common")
             if isinstance(entry, dict) and "nominal" in entry and "data" not in entry:
