@@ -6,6 +6,7 @@ import re
 import types
 from collections.abc import Mapping, Sequence
 from dataclasses import is_dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -51,6 +52,8 @@ def _schema(hint: Any, shared: dict[str, Any]) -> dict[str, Any]:
         return {"type": "null"}
     if hint in (Any, object):
         return {}
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return {"enum": [member.value for member in hint]}
     if origin in (Union, types.UnionType):
         return {"anyOf": [_schema(each, shared) for each in given]}
     if origin is Literal:

@@ -16,8 +16,10 @@ import tolstat
 from tests.conftest import ROOT
 from tolstat.answers.halved_entries import halved_entries
 from tolstat.answers.next_steps import to_allocate, to_halve
-from tolstat.answers.report.first_page import next_steps
-from tolstat.answers.report.what_helps import cell
+from tolstat.answers.report.chosen_steps import halving_of
+from tolstat.answers.report.finding_words import next_steps
+from tolstat.answers.report.findings import StepKind
+from tolstat.answers.report.limits_table import remedy_cell
 from tolstat.cli.main import main
 from tolstat.render.screen import as_text
 from tolstat.study.study import load
@@ -205,8 +207,11 @@ def test_the_search_for_tolerances_is_written_with_prices(tmp_path):
 
 def test_a_step_says_that_halving_is_too_little(tmp_path):
     found = tolstat.summary(tolstat.run(THREE, output=tmp_path / "three.h5"))
-    (halve, *_) = [as_text(each) for each in next_steps(found)]
     assert found.responses["gap"].causes.main.halved.lower > 0.0027
+    halve, *_ = found.findings.steps
+    assert halve.kind is StepKind.HALVE
+    assert found.findings.limits["gap"].halving.still_missed
+    (halve, *_) = [as_text(each) for each in next_steps(found)]
     assert ", still not met." in halve
 
 
@@ -232,6 +237,7 @@ def test_the_next_step_says_why_a_cause_cannot_be_halved(tmp_path):
     (tmp_path / "parts.csv").write_text(f"size [mm]\n{sizes}\n")
     entry = {"data": "parts.csv", "column": "size"}
     found = tolstat.summary(chain(tmp_path, entry, "<= 0.3 mm"))
+    assert StepKind.NOT_HALVED in [step.kind for step in found.findings.steps]
     said = [as_text(each) for each in next_steps(found)]
     assert "a cannot be halved: it has no tolerance." in said
 
@@ -276,7 +282,9 @@ def test_a_price_is_proposed_though_the_mean_lies_near_an_end(tmp_path):
 def test_the_table_names_no_tolerance_that_is_refused_alone(tmp_path, key, limit):
     run = chain(tmp_path, {"tolerance": "+-0.2 mm", **KEYED[key]}, limit)
     found = tolstat.summary(run).responses["gap"]
-    said = as_text(cell(run, found.causes, found.limited).main)
+    halving = halving_of(run, found, found.limited)
+    assert halving.tolerance == ""
+    said = as_text(remedy_cell(halving).main)
     assert said in ("halve a", "halve a and b")  # not "to +-0.1 mm"
 
 

@@ -8,7 +8,7 @@ import pytest
 import tolstat
 from tests.answers.page_checks import words_in
 from tests.execution import short_events as models
-from tolstat.answers.report.first_page import next_steps
+from tolstat.answers.report.finding_words import next_steps
 from tolstat.answers.report.report_warnings import NumbersWarning, VerdictWarning
 from tolstat.document.blocks import Paragraph
 

@@ -9,8 +9,8 @@ import pytest
 from scipy.stats import norm
 
 import tolstat
-from tolstat.answers.report.first_page import next_steps
-from tolstat.answers.report.report_warnings import JUMPS as JUMPS_REASON
+from tolstat.answers.report.finding_words import next_steps
+from tolstat.answers.report.findings import NoCause, StepKind
 from tolstat.answers.run_entries import verdicts_of
 from tolstat.cli.check import checked as check_runs
 from tolstat.deviations.spread import reach_of
@@ -276,8 +276,9 @@ def test_an_angle_beside_180_deg_is_no_verdict(ran, offset):
     each = found.responses["gap"]
     assert each.limited.yields.verdict == "undecided"
     assert each.limited.yields.reason == JUMP and each.limited.yields.needed == 0
-    assert each.causes.main is None and each.causes.reason == JUMPS_REASON
+    assert each.causes.main is None and each.causes.reason is NoCause.JUMPS
     assert each.off_centre is None
+    assert [step.kind for step in found.findings.steps] == [StepKind.MEND_FORMULA]
     (step,) = next_steps(found)
     assert as_text(step) == "Mend the formula of gap, as said above."
     # the angle from the opposite direction has a verdict

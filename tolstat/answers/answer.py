@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from tolstat.answers.documents import document_of
 from tolstat.document.blocks import Document
 from tolstat.render.output_file import check_ending, replace
 from tolstat.render.serialize import Row, as_json, rows_as_csv, rows_as_frame
@@ -32,9 +33,9 @@ class Answer(ABC):
     answers: ClassVar[str]
     index: ClassVar[str] = "response"
 
-    @abstractmethod
     def document(self) -> Document:
         """Return its document: headings, sentences, tables, figures."""
+        return document_of(self)
 
     @abstractmethod
     def rows(self) -> Sequence[Row]:

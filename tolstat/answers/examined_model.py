@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tolstat import catalogue
-from tolstat.answers.report.report_warnings import movement_words
+from tolstat.answers.report.finding_words import movement_words
 from tolstat.arrays import Array
 from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, say, text

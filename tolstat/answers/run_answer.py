@@ -68,17 +68,23 @@ class Assumptions(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class RunAnswer(Answer):
-    """An answer about a run whose trials are sampled."""
+class AboutRun(Answer):
+    """An answer about one run."""
 
     title: str
     run: str
     model: str
     title_block: TitleBlock
-    trials: TrialCounts
-    assumptions: Assumptions
     provenance: Mapping[str, object]  # versions, times, processor, text of the study
     stored_run: Run = field(metadata={"json": False})
+
+
+@dataclass(frozen=True, repr=False)
+class RunAnswer(AboutRun):
+    """An answer about a run whose trials are sampled."""
+
+    trials: TrialCounts
+    assumptions: Assumptions
 
 
 def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:

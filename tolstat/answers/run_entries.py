@@ -11,7 +11,7 @@ import numpy as np
 
 from tolstat.answers.answer import Answer
 from tolstat.answers.rare.rare_answer import RareSummary, rare_summary
-from tolstat.answers.report.jumping_responses import turning
+from tolstat.answers.report.report_warnings import turning
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document import blocks
 from tolstat.document.inline import Link, Number, Parts, text

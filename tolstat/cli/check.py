@@ -9,9 +9,9 @@ from typing import ClassVar, NamedTuple
 import click
 
 from tolstat.answers.rare.rare_answer import rare_summary
-from tolstat.answers.report.jumping_responses import jumping
+from tolstat.answers.report.finding_words import sentences
 from tolstat.answers.report.report_warnings import (
-    sentences,
+    jumping,
     warnings_of,
     warnings_of_run,
 )
@@ -19,7 +19,7 @@ from tolstat.answers.run_entries import judged
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
 from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, LIMITS_UNDECIDED
-from tolstat.errors import Advice, PictureError
+from tolstat.errors import Advice, PictureError, Remedy
 from tolstat.literal import visible
 from tolstat.render.screen import Screen, as_text
 from tolstat.render.serialize import as_json
@@ -106,13 +106,13 @@ def _limits_of(run: Run) -> list[CheckedLimit]:
         raise PictureError(
             f"{run.path}: {run.ended} of {run.trials} trials have run; a check needs "
             "all of them and their audit",
-            Advice("resume", run.path, run.machine),
+            Advice(Remedy.RESUME, run.path, run.machine),
         )
     if not (known := judged(run)):
         raise no_sample(run)
     found = []
     for name, limit in run.limits.items():
-        of = UNDECIDED, f"a rare run judges {run.aim} only"
+        of: tuple[str, str] = UNDECIDED, f"a rare run judges {run.aim} only"
         if name in known:
             of = known[name].verdict, known[name].reason
         found.append(CheckedLimit(run.path.name, name, limit.words, *of))

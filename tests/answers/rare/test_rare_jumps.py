@@ -9,11 +9,10 @@ import pytest
 
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response
-from tolstat.answers.report.first_page import next_steps
+from tolstat.answers.report.findings import StepKind
 from tolstat.answers.run_entries import verdicts_of
 from tolstat.cli.check import checked
 from tolstat.deviations.rare_stage import DISTANCE
-from tolstat.render.screen import as_text
 from tolstat.statistics.limits.yields import JUMP
 from tolstat.status import Status
 
@@ -107,5 +106,5 @@ def test_play_may_be_physics(tmp_path):
     words = " ".join(plain.html().split())
     assert "no tolerance explains it" not in words
     assert "If the machine does not jump so" in words
-    steps = [as_text(each) for each in next_steps(plain)]
-    assert steps[0].endswith("play if the machine does not jump as said above.")
+    step, *_ = plain.findings.steps
+    assert (step.kind, step.responses) == (StepKind.CHECK_FORMULA, ("play",))

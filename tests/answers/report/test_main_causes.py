@@ -11,11 +11,14 @@ from scipy.stats import norm
 
 import tolstat
 from tests.answers.browser import Page
-from tests.answers.page_checks import words_in
+from tests.answers.page_checks import steps_of, words_in
 from tolstat import Contributor, Description, Model, Outcome, Response
-from tolstat.answers.report.first_page import first_page, limits_table
+from tolstat.answers.report.chosen_steps import findings_of
+from tolstat.answers.report.findings import Evidence, NoCause, StepKind
+from tolstat.answers.report.first_page import first_page
 from tolstat.answers.report.gather import report_of
-from tolstat.document.blocks import Section, Table
+from tolstat.answers.report.limits_table import limits_table
+from tolstat.document.blocks import Table
 from tolstat.render.screen import as_text, show
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import MET, UNDECIDED
@@ -48,7 +51,9 @@ def with_causes(found, causes, **limited):
     """The report with other causes of the gap, or other numbers of its limit."""
     gap = found.responses["gap"]
     gap = replace(gap, causes=causes, limited=gap.limited._replace(**limited))
-    return replace(found, responses={**found.responses, "gap": gap})
+    responses = {**found.responses, "gap": gap}
+    findings = findings_of(found.stored_run, responses, found.warnings)
+    return replace(found, responses=responses, findings=findings)
 
 
 def row_of(found):
@@ -62,14 +67,6 @@ def row_of(found):
 def pairs_of(causes):
     """Causes that several explain only together."""
     return tuple(each for each in causes.named if each.together)
-
-
-def steps_of(found):
-    """What the first page says to do next."""
-    for block in first_page(found):
-        if isinstance(block, Section) and block.title == "What to do next":
-            return [as_text(item) for item in block.blocks[0].items]
-    return []
 
 
 def test_the_pair_is_named_with_its_explained_share(run, capsys):
@@ -160,9 +157,11 @@ def test_few_trials_state_how_many_would_tell(tmp_path):
         as_text(cause.main) == f"too few ({n}); about {causes.needed} trials would tell"
     )
     # the step that decides adds as many trials: one command for both
-    (step,) = steps_of(found)
-    assert step.startswith("Add trials to decide gap")
-    assert int(step.split("--trials ")[1].rstrip(".")) >= causes.needed
+    (step,) = found.findings.steps
+    assert (step.kind, step.responses) == (StepKind.ADD_TRIALS, ("gap",))
+    assert step.trials >= causes.needed
+    assert step.commands[0].endswith(f"--trials {step.trials}")
+    assert steps_of(found)[0].startswith("Add trials to decide gap")
 
 
 def test_a_met_limit_asks_for_no_trials_that_tell_causes(tmp_path):
@@ -176,6 +175,7 @@ def test_causes_of_most_trials_are_not_named(tmp_path):
     links = {"a": 0.1, "b": 0.1}
     _, causes, cause = chain(tmp_path, "a + b", links, "19.99..20.01 mm", 2000)
     assert causes.named == () and causes.needed == 0
+    assert causes.reason is NoCause.MOST_OUT
     assert as_text(cause.main) == "not named: most trials are out of limit"
 
 
@@ -196,8 +196,12 @@ def test_a_gain_is_claimed_only_for_separate_intervals(run, lower, upper, told):
     changed = with_causes(found, causes, yields=yields)
     _, effect = row_of(changed)
     assert as_text(effect.below).endswith("no significant change") != told
+    halving = changed.findings.limits["gap"].halving
+    assert (halving.after, halving.significant) == (then, told)
+    kinds = [step.kind for step in changed.findings.steps]
+    assert (StepKind.HALVE in kinds) == (told and upper < 1e-3)
     halve = [each for each in steps_of(changed) if each.startswith("Halve")]
-    assert bool(halve) == (told and upper < 1e-3)
+    assert bool(halve) == (StepKind.HALVE in kinds)
     if halve:
         assert "part_1 and angle: gap falls from 10000 ppm" in halve[0]
         study = run.path.with_name("apart-halved.toml")
@@ -216,8 +220,8 @@ def test_an_undecided_limit_that_seems_missed_has_a_change_to_test(run, value, t
     (pair,) = pairs_of(gap.causes)
     vague = pair._replace(halved=Estimate(1e-3, 0.0, 2e-2))
     causes = gap.causes._replace(named=(vague,))
-    steps = steps_of(with_causes(found, causes, yields=yields))
-    assert any(each.startswith("Test half") for each in steps) == told
+    steps = with_causes(found, causes, yields=yields).findings.steps
+    assert any(step.kind is StepKind.TEST_HALF for step in steps) == told
 
 
 def test_an_effect_that_is_not_estimable_has_a_reason(run):
@@ -230,7 +234,9 @@ def test_an_effect_that_is_not_estimable_has_a_reason(run):
     _, effect = row_of(changed)
     assert as_text(effect.main) == "halve part_1 and angle"
     assert as_text(effect.below) == f"effect not estimable: {unknown.reason}"
-    assert not any(each.startswith("Halve") for each in steps_of(changed))
+    halve, *_ = changed.findings.steps
+    assert (halve.kind, halve.evidence) == (StepKind.TEST_HALF, Evidence.UNKNOWN)
+    assert halve.entries == {"part_1": "+-0.5 mm", "angle": "+-0.5 deg"}
     step = steps_of(changed)[0]  # a fresh run tells what these trials do not
     test = "Test half the tolerances of part_1 and angle: the effect on gap is not"
     assert step.startswith(f"{test} estimable. Check it with a fresh run: tolstat ")
@@ -265,7 +271,8 @@ def test_a_cause_without_a_tolerance_comes_last(tmp_path):
     found = report_of(run)
     first, *others = found.responses["gap"].causes.named
     assert first.members == ("amplitude",) and others[0].members == ("phase",)
-    assert any("of amplitude" in each for each in steps_of(found))
+    halve, *_ = found.findings.steps
+    assert halve.parts == ("amplitude",) and halve.kind is StepKind.TEST_HALF
 
 
 def test_the_main_contribution_names_all_equal_parts(tmp_path):
@@ -290,7 +297,8 @@ def test_a_missed_limit_without_a_named_cause_has_a_step(tmp_path):
     links, of = {"a": 0.1, "b": 0.1}, {"sampling": "sobol"}
     found, causes, _ = chain(tmp_path, "a + b", links, "19.93..20.07 mm", 2048, **of)
     assert causes.named == () and 0 < causes.trials_out_of_limit < 1024
-    assert any("widest tolerances of a and b" in step for step in steps_of(found))
+    (step,) = (s for s in found.findings.steps if s.kind is StepKind.ALLOCATE)
+    assert step.parts == ("a", "b") and len(step.commands) == 2
 
 
 def test_causes_are_not_asked_for_where_the_limit_seems_met(tmp_path):
@@ -299,5 +307,6 @@ def test_causes_are_not_asked_for_where_the_limit_seems_met(tmp_path):
     end = 20 + 3.05 / 3 * np.sqrt(0.1**2 + 0.1**2)
     found, causes, _ = chain(tmp_path, "a + b", links, f"<= {end} mm", 2000)
     assert causes.needed > found.limits["gap"].yields.needed > 0
-    (step,) = steps_of(found)
-    assert "find the causes" not in step
+    (step,) = found.findings.steps
+    assert step.kind is StepKind.ADD_TRIALS
+    assert (step.responses, step.causes_of) == (("gap",), ())

@@ -17,20 +17,14 @@ from click.testing import CliRunner
 from scipy import stats
 
 import tolstat
-from tests.answers.report.test_main_causes import steps_of
 from tolstat import Contributor, Description, Model, Outcome, Response
-from tolstat.answers.report import off_centre
+from tolstat.answers.report import finding_words
+from tolstat.answers.report.finding_words import NOT_BEYOND as UNSEEN
+from tolstat.answers.report.finding_words import centring_words, off_centre_words
+from tolstat.answers.report.findings import StepKind
 from tolstat.answers.report.first_page import first_page
 from tolstat.answers.report.gather import report_of, summary_of
-from tolstat.answers.report.off_centre import (
-    NEVER,
-    NONLINEAR,
-    NOT_HALVED,
-    ONE_SIDED,
-    UNSEEN,
-    finding,
-    findings,
-)
+from tolstat.answers.report.off_centre import MeanShift, Narrowing
 from tolstat.answers.report.summary_document import summary_document
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.cli.main import main
@@ -41,6 +35,8 @@ from tolstat.render.screen import as_text
 from tolstat.store.stored_run import NOT_ENDED
 from tolstat.study.entry_change import keys_of
 
+NEVER, NOT_HALVED = Narrowing.NEVER, Narrowing.NOT_BY_HALF
+NONLINEAR, ONE_SIDED = MeanShift.NONLINEAR, MeanShift.ONE_SIDED
 BEARING = {"nominal": "20 mm", "tolerance": "-0.12..0 mm", "distribution": "uniform"}
 STACK = {
     "model": "dimension_chain", "trials": 4000, "seed": 1,
@@ -63,7 +59,8 @@ def found_of(study, folder, name="gap", **options):
     """Run a study file in a folder; return its summary and the finding, as parts."""
     run = tolstat.run(study, output=folder / "gap.h5", **options)
     found = summary_of(drawn_trials(run), ())
-    return found, finding(run, name, found.responses[name])
+    step = found.findings.centring.get(name)
+    return found, centring_words(run, found.responses[name], step)
 
 
 def follow(parts, folder, *, shell=False):
@@ -170,7 +167,11 @@ def test_the_finding_comes_first_and_no_cause_is_named(tmp_path):
         assert words in said
     causes = found.responses["gap"].causes
     assert not causes.named and causes.main is None
-    assert [*steps_of(found)] == ["Centre gap first, as said above."]
+    (step,) = found.findings.steps
+    assert (step.kind, step.responses) == (StepKind.CENTRE, ("gap",))
+    off = found.responses["gap"].off_centre
+    assert (step.parts, step.shift) == off.shifts[0][:2] and len(step.commands) == 2
+    assert step.after == off.shifted.fraction_out_of_limit
     run = tolstat.open(tmp_path / "gap.h5")
     text = json.dumps(json.loads(tolstat.report(run).json())["responses"]["gap"])
     assert '"off_centre": {"what": "mean"' in text
@@ -336,7 +337,7 @@ def test_a_nominal_trial_that_failed_leaves_no_claim(tmp_path):
     run = replace(
         run,
         diagnostics=replace(run.diagnostics, slopes=slopes),
-        nominal_values={**run.nominal_values, "gap": math.nan},
+        nominal_answers=run.nominal_answers._replace(responses=np.full((1, 1), np.nan)),
     )
     off = summary_of(drawn_trials(run), ()).responses["gap"].off_centre
     assert (off.what, off.tolerances, off.reason, off.shifts) == ("mean", "", "", ())
@@ -348,10 +349,10 @@ def test_only_the_first_findings_are_told_whole(tmp_path, toy, monkeypatch):
                  "deviations": {"part": "+-0.1 mm"}}  # fmt: skip
     run = tolstat.run(toy_study, model=toy, output=tmp_path / "toy.h5")
     found = summary_of(drawn_trials(run), ())
-    said = [as_text(each) for each in findings(found)]
+    said = [as_text(each) for each in off_centre_words(found)]
     assert {each.split(":")[0] for each in said} == {"gap", "ratio"}
-    monkeypatch.setattr(off_centre, "WHOLE", 1)
-    said = [as_text(each) for each in findings(found)]
+    monkeypatch.setattr(finding_words, "MOST_OFF_CENTRE", 1)
+    said = [as_text(each) for each in off_centre_words(found)]
     assert said[1].startswith("Also off centre: ")
 
 
@@ -396,7 +397,9 @@ def test_no_cause_is_named_for_a_mean_near_the_one_end(
     gap = found.responses["gap"]
     assert (gap.off_centre.what, gap.off_centre.tolerances) == ("", tolerances)
     assert place in as_text(parts) and tolerances.strip() in as_text(parts)
-    assert not gap.causes.named and "alve" not in str(steps_of(found))
+    halve = {StepKind.HALVE, StepKind.TEST_HALF}
+    assert not gap.causes.named
+    assert not halve & {step.kind for step in found.findings.steps}
     fresh = follow(parts, tmp_path)
     assert summary_of(drawn_trials(fresh), ()).verdicts == {"gap": "met"}
 

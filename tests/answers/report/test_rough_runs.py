@@ -13,10 +13,9 @@ import pytest
 import tolstat
 from tests.answers.page_checks import words_in
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
-from tolstat.answers.report.first_page import next_steps
+from tolstat.answers.report.findings import StepKind
 from tolstat.answers.run_entries import stored_runs
 from tolstat.answers.sampled_trials import drawn_trials
-from tolstat.document.blocks import Paragraph
 from tolstat.status import Status
 
 
@@ -104,7 +103,10 @@ def test_every_answer_says_integration_error(rough, tmp_path):
 def test_the_next_step_settles_it(rough, tmp_path, monkeypatch):
     """What it says to write into [settings] gives a run whose errors are small."""
     monkeypatch.chdir(rough.path.parent)
-    words = words_in(*tolstat.summary("rough.h5").document().blocks)
+    summary = tolstat.summary("rough.h5")
+    (step,) = summary.findings.steps
+    assert step.settings == {"rtol": "1e-6", "max_step": '"0.005 s"'}
+    words = words_in(*summary.document().blocks)
     assert 'write rtol = 1e-6 and max_step = "0.005 s" into [settings]' in words
     assert "tolstat run rough.toml --force" in words
     study = rough.path.with_suffix(".toml").read_text()
@@ -130,6 +132,8 @@ def test_a_rare_verdict_can_be_turned_too(tmp_path):
     found = tolstat.summary(tolstat.run(path, model=Rough(), progress=None))
     assert found.fraction_out_of_limit.upper < 1e-6
     assert found.words == "undecided (integration error)"
+    (step,) = found.findings.steps
+    assert step.settings["rtol"] == "1e-6"
     assert "write rtol = 1e-6 and" in words_in(*found.document().blocks)
 
 
@@ -179,5 +183,5 @@ def test_a_finer_run_is_the_only_step(tmp_path):
     path.write_text(text.replace("trials = 4000", "trials = 400"))
     found = tolstat.summary(tolstat.run(path, model=Two(), progress=None))
     assert found.limits["play"].yields.needed
-    (step,) = next_steps(found)
-    assert "integration errors are too large" in words_in(Paragraph(step))
+    (step,) = found.findings.steps
+    assert (step.kind, step.responses) == (StepKind.FINER_RUN, ("force",))

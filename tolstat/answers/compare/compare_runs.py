@@ -12,20 +12,20 @@ from tolstat.answers.compare.comparison import (
     DesignResponse,
     Difference,
     ResponseDifference,
+    SignificantChanges,
+    limits_of,
 )
-from tolstat.answers.compare.limit_difference import limit_difference
+from tolstat.answers.compare.limit_difference import LimitDifference, limit_difference
 from tolstat.answers.compare.pairing import NOT_PAIRED, Pairing, pair_of
 from tolstat.answers.report.gather import summaries_of
-from tolstat.answers.report.jumping_responses import jumping
-from tolstat.answers.report.report_warnings import warnings_of
+from tolstat.answers.report.report_warnings import jumping, warnings_of
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.errors import PictureError
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.intervals.statistic import quantiles_at
 from tolstat.statistics.limits.difference import correlation_of_quantiles, difference
-from tolstat.statistics.sample import Sample
+from tolstat.statistics.sample import Sample, quantiles_at
 from tolstat.statistics.summary import Summary, summarize
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
@@ -68,7 +68,7 @@ def compare(*runs: RunSource, responses: Sequence[str] = ()) -> Comparison:
         )
     first, *rest = map(open_run, runs)
     pairs = [pair_of(first, run) for run in rest]
-    known = {each.name: each for each in first.responses}
+    known = {response.name: response for response in first.responses}
     names = [n for n in known if any(n in pair.responses for pair in pairs)]
     A = _design("A", pairs[0].first, names)
     others = [
@@ -115,17 +115,26 @@ def _difference(
         for run, other in ((a, b), (b, a))
     ]
     focus = [*responses_in_focus(a, chosen), *responses_in_focus(b, chosen)]
+    responses = {
+        name: _response(pair, name, first.responses[name], second.responses[name])
+        for name in pair.responses
+    }
     return Difference(
         second.label,
         pair,
         _that_differ(*settings),
         _that_differ(*({n: x.words for n, x in run.assumed.items()} for run in (a, b))),
-        tuple(name for name in dict.fromkeys(focus) if name in pair.responses),
-        {
-            name: _response(pair, name, first.responses[name], second.responses[name])
-            for name in pair.responses
-        },
+        focus=tuple(name for name in dict.fromkeys(focus) if name in pair.responses),
+        responses=responses,
+        findings=_significant(limits_of(responses)),
     )
+
+
+def _significant(limits: Mapping[str, LimitDifference]) -> SignificantChanges:
+    return SignificantChanges(*(
+        tuple(name for name, limit in limits.items() if limit.significant == sign)
+        for sign in (-1, 1, 0)
+    ))  # fmt: skip
 
 
 def _that_differ(
@@ -165,20 +174,20 @@ def _response(
 
 def _of_quantiles(pair: Pairing, name: str, sample: Sample) -> dict[float, Estimate]:
     """Return the differences of quantiles, second less first, of paired trials."""
-    both, known = pair.values(name), []
+    both, estimates = pair.values(name), []
     for drawn, values in zip((pair.first, pair.second), both, strict=True):
         limit = drawn.run.limits.get(name)
         ends = limit.permitted if limit else None
-        known.append(quantiles_at(values, sample, COMPARED, ends))
-    found = {}
+        estimates.append(quantiles_at(values, sample, COMPARED, ends))
+    differences = {}
     for share in COMPARED:
-        a, b = known[0][share], known[1][share]
+        a, b = estimates[0][share], estimates[1][share]
         if sample.replicates:
-            found[share] = Estimate(b.value - a.value, reason=RANDOM_ONLY)
+            differences[share] = Estimate(b.value - a.value, reason=RANDOM_ONLY)
         else:
             correlation = correlation_of_quantiles(*both, (a, b))
-            found[share] = difference(a, b, correlation)
-    return found
+            differences[share] = difference(a, b, correlation)
+    return differences
 
 
 def _range_of_difference(

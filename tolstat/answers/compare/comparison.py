@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import NONE, number_cells
-from tolstat.answers.compare.comparison_document import comparison_document
 from tolstat.answers.compare.limit_difference import LimitDifference
 from tolstat.answers.compare.pairing import Pairing
 from tolstat.answers.report.report_warnings import ReportWarning
@@ -62,6 +61,14 @@ class ResponseDifference(NamedTuple):
     limit: LimitDifference | None  # None where neither study has a limit
 
 
+class SignificantChanges(NamedTuple):
+    """Limited responses by whether trials out of limit differ significantly."""
+
+    fewer: tuple[str, ...]
+    more: tuple[str, ...]
+    neither: tuple[str, ...]
+
+
 class Difference(NamedTuple):
     """A design less the first."""
 
@@ -73,11 +80,19 @@ class Difference(NamedTuple):
     deviations: Mapping[str, tuple[str, str]]
     focus: tuple[str, ...]  # responses
     responses: Mapping[str, ResponseDifference]  # all that both have
+    findings: SignificantChanges
 
     @property
     def limits(self) -> dict[str, LimitDifference]:
         """The responses that a study limits."""
-        return {n: each.limit for n, each in self.responses.items() if each.limit}
+        return limits_of(self.responses)
+
+
+def limits_of(
+    responses: Mapping[str, ResponseDifference],
+) -> dict[str, LimitDifference]:
+    """Return the differences of the responses that a study limits."""
+    return {n: x.limit for n, x in responses.items() if x.limit}
 
 
 @dataclass(frozen=True, repr=False)
@@ -101,42 +116,40 @@ class Comparison(Answer):
 
     @property
     def _short(self) -> str:
-        kinds = (f"{each.design} {each.pairing.kind}" for each in self.differences)
-        runs = ", ".join(f"{each.label} {each.run}" for each in self.designs)
+        kinds = (f"{x.design} {x.pairing.kind}" for x in self.differences)
+        runs = ", ".join(f"{x.label} {x.run}" for x in self.designs)
         return f"{runs}; {', '.join(kinds)}"
 
-    def of(self, one: Difference) -> tuple[Design, Design]:
+    def designs_of(self, difference: Difference) -> tuple[Design, Design]:
         """Return the first design, and that of a difference."""
-        second = next(each for each in self.designs if each.label == one.design)
+        second = next(x for x in self.designs if x.label == difference.design)
         return self.designs[0], second
-
-    document = comparison_document
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response of each design but the first."""
-        return [self._row(one, n) for one in self.differences for n in one.responses]
+        return [self._row(less, n) for less in self.differences for n in less.responses]
 
-    def _row(self, one: Difference, name: str) -> Row:
-        first, second = self.of(one)
+    def _row(self, difference: Difference, name: str) -> Row:
+        first, second = self.designs_of(difference)
         both = ("first: ", first), ("second: ", second)
-        scale, each = self.responses[name].scale, one.responses[name]
-        limit, less = each.limit or UNLIMITED, "second less first: "
+        scale, changed = self.responses[name].scale, difference.responses[name]
+        limit, less = changed.limit or UNLIMITED, "second less first: "
         row: dict[str, Number | str | int] = {
             "first": first.run,
             "second": second.run,
-            "pairing": one.pairing.kind,
+            "pairing": difference.pairing.kind,
             "response": name,
             "unit": scale.shown,
         }
         for words, design in both:
-            of = design.responses[name]
-            row[f"{words}nominal [unit]"] = Number(of.nominal, scale)
-            row |= number_cells(of, scale, words)
-        row[f"{less}mean [unit]"] = Number(each.mean, scale)
-        for q, found in each.quantiles.items():
-            row[f"{less}{share_words(q)} [unit]"] = Number(found, scale)
-        row["smaller in second [%]"] = Number(each.smaller, PER_CENT)
-        row["larger in second [%]"] = Number(each.larger, PER_CENT)
+            response = design.responses[name]
+            row[f"{words}nominal [unit]"] = Number(response.nominal, scale)
+            row |= number_cells(response, scale, words)
+        row[f"{less}mean [unit]"] = Number(changed.mean, scale)
+        for q, quantile in changed.quantiles.items():
+            row[f"{less}{share_words(q)} [unit]"] = Number(quantile, scale)
+        row["smaller in second [%]"] = Number(changed.smaller, PER_CENT)
+        row["larger in second [%]"] = Number(changed.larger, PER_CENT)
         out = "fraction out of limit [ppm]"
         for i, (words, _) in enumerate(both):
             row[f"{words}limit"] = limit.limits[i]

@@ -1,12 +1,11 @@
 """Figures of a response in two designs: distributions, differences, trial by trial."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tolstat.answers.compare.comparison import Design
+from tolstat.answers.compare.pairing import Pairing
 from tolstat.answers.report.response_figures import (
     PROBABILITY,
     STRAIGHT,
@@ -17,63 +16,48 @@ from tolstat.answers.report.response_figures import (
 )
 from tolstat.document.blocks import Figure
 from tolstat.document.plot import Line, PlotAxis, Rule, Stairs
-
-if TYPE_CHECKING:
-    from tolstat.answers.compare.comparison import Comparison, Difference
+from tolstat.units.scale import Scale
 
 
-def figures_of(found: Comparison, one: Difference, name: str) -> Iterator[Figure]:
-    """Draw a response in focus."""
-    yield _distributions(found, one, name)
-    if one.pairing.paired:
-        yield _differences(found, one, name)
-        yield _scatter(found, one, name)
-
-
-def _distributions(found: Comparison, one: Difference, name: str) -> Figure:
-    """Draw both distribution functions on a probability scale."""
-    scale, (first, second) = found.responses[name].scale, one.pairing.done(name)
-    a, b = (design.responses[name] for design in found.of(one))
-    whose = f"All trials done: {len(first)} of A, {len(second)} of {one.design}."
-    if one.pairing.paired:
-        failed = f"{one.pairing.failed} failed in either"
+def figures_of(
+    pairing: Pairing, designs: tuple[Design, Design], name: str, scale: Scale
+) -> Iterator[Figure]:
+    """Draw a response in focus: its distributions and, if paired, differences."""
+    a, b = (design.responses[name] for design in designs)
+    label, times = designs[1].label, scale.factor
+    first, second = pairing.done(name)
+    whose = f"All trials done: {len(first)} of A, {len(second)} of {label}."
+    if pairing.paired:
+        failed = f"{pairing.failed} failed in either"
         whose = f"The {len(first)} that are done in both; {failed}."
-    return figure_of(
-        f"Distributions of {name} in A and in {one.design}",
+    yield figure_of(
+        f"Distributions of {name} in A and in {label}",
         PlotAxis(scale.label(name)),
         PROBABILITY,
-        points_of(first, scale.factor, "first", "A"),
-        points_of(second, scale.factor, "second", one.design),
+        points_of(first, times, "first", "A"),
+        points_of(second, times, "second", label),
         *limit_rules(a if a.limited else b, scale),
-        said=f"Fraction below. {STRAIGHT} {whose}",
+        caption=f"Fraction below. {STRAIGHT} {whose}",
     )
-
-
-def _differences(found: Comparison, one: Difference, name: str) -> Figure:
-    """Draw how often each difference occurs."""
-    scale, (first, second) = found.responses[name].scale, one.pairing.done(name)
-    less = scale.factor * (second - first)
+    if not pairing.paired:
+        return
+    less = times * (second - first)
     counts, edges = np.histogram(less, edges_of(less))
-    return figure_of(
-        f"Histogram of the differences of {name}, {one.design} less A",
-        PlotAxis(scale.label(f"{one.design} - A of {name}")),
+    yield figure_of(
+        f"Histogram of the differences of {name}, {label} less A",
+        PlotAxis(scale.label(f"{label} - A of {name}")),
         PlotAxis("trials per bin", "symlog", (0.0, 1.5 * float(counts.max()))),
         Stairs(edges, counts.astype(float), "third"),
         Rule(0.0, True, "ink", "no difference", "-"),
-        said="Differences trial by trial, of those that are done in both.",
+        caption="Differences trial by trial, of those that are done in both.",
     )
-
-
-def _scatter(found: Comparison, one: Difference, name: str) -> Figure:
-    """Draw each trial: a design over the first."""
-    scale = found.responses[name].scale
-    first, second = (scale.factor * each for each in one.pairing.done(name))
-    ends = np.array([min(first.min(), second.min()), max(first.max(), second.max())])
-    return figure_of(
-        f"{name} of each trial in {one.design} over the same trial in A",
+    x, y = times * first, times * second
+    ends = np.array([min(x.min(), y.min()), max(x.max(), y.max())])
+    yield figure_of(
+        f"{name} of each trial in {label} over the same trial in A",
         PlotAxis(scale.label(f"A: {name}")),
-        PlotAxis(scale.label(f"{one.design}: {name}")),
-        Line(first, second, look="faint"),
+        PlotAxis(scale.label(f"{label}: {name}")),
+        Line(x, y, look="faint"),
         Line(ends, ends, "ink", "no difference"),
-        said=f"Each trial that is done in both: in {one.design} over A.",
+        caption=f"Each trial that is done in both: in {label} over A.",
     )

@@ -34,8 +34,8 @@ class LimitDifference(NamedTuple):
     @property
     def significant(self) -> int:
         """1 for significantly more trials out of limit in the second, -1 for fewer."""
-        found = self.fraction_out_of_limit_difference
-        return int(found.lower > 0) - int(found.upper < 0)
+        difference = self.fraction_out_of_limit_difference
+        return int(difference.lower > 0) - int(difference.upper < 0)
 
 
 def limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
@@ -44,23 +44,22 @@ def limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
     Paired runs are compared by the trials that ran in both. None where neither study
     limits the response.
     """
-    own = [drawn.run.limits.get(name) for drawn in (pair.first, pair.second)]
-    known = [limit for limit in own if limit is not None]
-    if not known:
+    a, b = (drawn.run.limits.get(name) for drawn in (pair.first, pair.second))
+    if (limit := a or b) is None:
         return None
-    limits = own[0] or known[0], own[1] or known[0]
+    limits = a or limit, b or limit
     sample = pair.sample
     samples = (sample, sample) if sample else (pair.first.sample, pair.second.sample)
     out = [
-        ~(within(values, limit.permitted) & of.done)
-        for values, limit, of in zip(pair.values(name), limits, samples, strict=True)
+        ~(within(values, limit.permitted) & ran.done)
+        for values, limit, ran in zip(pair.values(name), limits, samples, strict=True)
     ]
-    a, b = (
-        of.share(flags, of.ran, proportion)
-        for flags, of in zip(out, samples, strict=True)
+    before, after = (
+        ran.share(flags, ran.ran, proportion)
+        for flags, ran in zip(out, samples, strict=True)
     )
-    ppks = by_share(a, limits[0]), by_share(b, limits[1])
-    more, together, worse, better = difference(a, b), 0.0, None, None
+    ppks = by_share(before, limits[0]), by_share(after, limits[1])
+    more, together, worse, better = difference(before, after), 0.0, None, None
     if sample:
         first, second = (~flags[sample.ran] for flags in out)
         worse, better, more = exchange(first, second)
@@ -70,10 +69,10 @@ def limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
             more = mean_of_replicates(less, sample.replicate[sample.ran], ends)
     moments = difference_of_ppk(*pair.done(name), limits)
     ppk_more = difference(*ppks, together)
-    if any(of.replicates for of in samples):
+    if any(ran.replicates for ran in samples):
         moments = without_interval(moments)
         ppk_more = without_interval(ppk_more) if sample else ppk_more
     return LimitDifference(
-        (limits[0].words, limits[1].words), (a, b), worse, better, more, ppks,
+        (limits[0].words, limits[1].words), (before, after), worse, better, more, ppks,
         ppk_more, moments,
     )  # fmt: skip

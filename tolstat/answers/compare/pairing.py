@@ -18,7 +18,7 @@ TRIALS, NUMBERS, UNPAIRED = "same trials", "common random numbers", "unpaired"
 NOT_PAIRED = Estimate(math.nan, reason=UNPAIRED)
 ROUNDING = 1e-9  # of the range of a part: smaller changes of order are ignored
 NAMED = 6  # contributors in a sentence
-OWN = {"json": False}
+NOT_IN_JSON = {"json": False}
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,13 @@ class Pairing:
     failed: int  # in either
     failures: Estimate  # fraction that failed
     promise: str  # what the intervals hold for
-    first: Drawn = field(metadata=OWN)
-    second: Drawn = field(metadata=OWN)
+    first: Drawn = field(metadata=NOT_IN_JSON)
+    second: Drawn = field(metadata=NOT_IN_JSON)
     # the first trials, as many as both have, done where they are in both; or None
-    sample: Sample | None = field(metadata=OWN)
-    responses: tuple[str, ...] = field(metadata=OWN)  # of both, as the first has them
+    sample: Sample | None = field(metadata=NOT_IN_JSON)
+    responses: tuple[str, ...] = field(
+        metadata=NOT_IN_JSON
+    )  # of both, as the first has them
 
     @property
     def paired(self) -> bool:
@@ -80,18 +82,18 @@ def pair_of(first: Run, second: Run) -> Pairing:
     if A is None or B is None:
         raise no_sample(second if A else first)
     names = tuple(
-        each.name
-        for each in first.responses
-        if second.units.get(each.name) == each.unit
+        response.name
+        for response in first.responses
+        if second.units.get(response.name) == response.unit
     )
     if not names:
         raise PictureError(f"{where} have no response in common")
     common = min(len(A.trials), len(B.trials))
     kind, words = _together(A, B, common)
     if kind == UNPAIRED:
-        for each in (A, B):
-            if not each.sample.done.any():
-                raise PictureError(f"{each.run.path}: no trial is done")
+        for drawn in (A, B):
+            if not drawn.sample.done.any():
+                raise PictureError(f"{drawn.run.path}: no trial is done")
         sample, counts, failures = None, (0, 0, 0), NOT_PAIRED
     else:
         sample = _in_both(A.sample.first(common), B.sample.first(common))
@@ -123,18 +125,18 @@ def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
     ):
         if a != b:
             return UNPAIRED, f"{what} {a} and {b}"
-    known = [[part.name for part in each.run.contributors] for each in (A, B)]
+    parts = [[part.name for part in drawn.run.contributors] for drawn in (A, B)]
     columns = {
         name: [
             drawn.values(name)[:common] if name in names else np.zeros(common)
-            for drawn, names in zip((A, B), known, strict=True)
+            for drawn, names in zip((A, B), parts, strict=True)
         ]
-        for name in dict.fromkeys(known[0] + known[1])
+        for name in dict.fromkeys(parts[0] + parts[1])
     }
     other = [n for n, (a, b) in columns.items() if np.any(a != b)]
     if not other:
         return TRIALS, "every deviation is the same in both, to the last bit"
-    varying = [n for n, each in columns.items() if all(np.ptp(x) > 0 for x in each)]
+    varying = [n for n, both in columns.items() if all(np.ptp(x) > 0 for x in both)]
     if not varying:
         return UNPAIRED, "no part deviates in both"
     reordered = [n for n in varying if not _same_order(*columns[n])]
@@ -155,7 +157,7 @@ def _same_order(a: Array, b: Array) -> bool:
 
 def _correlated(a: Array, b: Array) -> bool:
     """Tell whether ranks are correlated by more than chance."""
-    ranks = [np.argsort(np.argsort(each)) for each in (a, b)]
+    ranks = [np.argsort(np.argsort(values)) for values in (a, b)]
     r = float(np.asarray(np.corrcoef(ranks))[0, 1])
     return abs(r) > CHANCE / math.sqrt(len(a))
 

@@ -11,18 +11,18 @@ from scipy.special import ndtr
 
 from tolstat.answers import run_answer
 from tolstat.answers.cells import limit_cells
-from tolstat.answers.rare import rare_document
 from tolstat.answers.rare.failure_points import FailurePoint, failure_points
-from tolstat.answers.report.jumping_responses import jumping
+from tolstat.answers.report.chosen_steps import finer_run
+from tolstat.answers.report.findings import Findings, LimitFinding
 from tolstat.answers.report.report_warnings import (
     ReportWarning,
     jump_warnings,
+    jumping,
     warnings_of_run,
 )
 from tolstat.answers.sampled_trials import audited_of, changes_of, ends_of
 from tolstat.arrays import Truths
 from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE, WEIGHT
-from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.errors import PictureError
 from tolstat.render.serialize import Row
@@ -37,9 +37,11 @@ from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.capability import by_share
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import (
+    INTEGRATION_ERROR,
     JUMP,
     MET,
     UNDECIDED,
+    Doubt,
     judged_with,
     worded,
 )
@@ -94,6 +96,7 @@ class RareSummary(run_answer.RunAnswer):
     failure_points: tuple[FailurePoint, ...]  # that were met, the most probable first
     precise: int  # trials evaluated again more precisely
     changed: int  # those of them that change sides of the limit
+    findings: Findings  # of its limit
     answers = "rare"
 
     @property
@@ -105,10 +108,6 @@ class RareSummary(run_answer.RunAnswer):
     def _short(self) -> str:
         value = PPM.interval(*self.fraction_out_of_limit[:3])[0]
         return f"{self.run}, {self.response} {self.words}, {value} ppm"
-
-    def document(self) -> Document:
-        """Return verdict, failure points, stages, assumptions."""
-        return rare_document.rare_document(self)
 
     def rows(self) -> Sequence[Row]:
         """Return the one response in a row."""
@@ -137,7 +136,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         If no trial has run, or another response is requested.
     """
     name, limit = run.aim, run.limits[run.aim]
-    sentences = {each.name: each.sentence for each in run.responses}
+    sentences = {response.name: response.sentence for response in run.responses}
     for other in run_answer.responses_in_focus(run, chosen or name):
         if other != name:
             raise PictureError(
@@ -155,19 +154,19 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         failures = failures._replace(upper=min(failures.upper, share.upper))
     unseen = unmet(weights[last]) if last.any() else math.nan
     points, changes = failure_points(run, out), changes_of(run, name)
-    judged, reason = judged_with(
+    verdict, reason = judged_with(
         (ends_of(run, name), audited_of(run, name)), limit.permitted, limit.demanded,
         run.status == Status.DONE, ran & ~out,
         lambda good: rare_share(~good[last], weights[last]).complement,
     )  # fmt: skip
-    if judged == MET and share.upper + unseen > 1 - limit.demanded:
-        reason = "if no kind of failure was missed"
+    if verdict == MET and share.upper + unseen > 1 - limit.demanded:
+        reason = Doubt.MISSED_KIND
     # the median of all deviations lies on a step of symmetric parts, to no side of it
-    beside = (run.status == Status.DONE) & (run.column(DISTANCE) > 0)
-    clusters = jumping(run, np.flatnonzero(beside), [name])
+    off_median = (run.status == Status.DONE) & (run.column(DISTANCE) > 0)
+    clusters = jumping(run, np.flatnonzero(off_median), [name])
     plain = plain_trials(share)
     if name in clusters and clusters[name].turn:  # no trials decide
-        judged, reason, plain = UNDECIDED, JUMP, math.nan
+        verdict, reason, plain = UNDECIDED, JUMP, math.nan
     few, failing = _too_few(weights[last & out]), _failing(run, failures)
     assert run.sampled
     trials = run_answer.TrialCounts(
@@ -188,7 +187,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         demanded_ppk=limit.ppk,
         fraction_out_of_limit=share,
         within=share.complement,
-        verdict=judged,
+        verdict=verdict,
         reason=reason,
         equivalent_ppk=by_share(share, limit),
         plain_trials=plain,
@@ -197,7 +196,14 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         failure_points=points,
         precise=len(changes),
         changed=int(np.count_nonzero(changes)),
+        findings=_findings(run, LimitFinding(verdict, reason)),
     )
+
+
+def _findings(run: Run, limit: LimitFinding) -> Findings:
+    rough = [run.aim] if limit.reason == INTEGRATION_ERROR else []
+    finer = finer_run(run, rough)
+    return Findings({run.aim: limit}, {}, (finer,) if finer else ())
 
 
 def _too_few(weights: NDArray[np.float64]) -> list[str]:
@@ -218,10 +224,11 @@ def _failing(run: Run, share: Estimate) -> str:
     words = ", ".join(f"{count} {word}" for word, count in run.failures.items())
     if share.sure:
         value, *ends = PPM.interval(*share[:3])
-        said = f"{value} ppm ({ends[0]} to {ends[1]}) fail, and count as out of limit"
+        fraction = f"{value} ppm ({ends[0]} to {ends[1]}) fail"
+        note = f"{fraction}, and count as out of limit"
     else:
-        said = f"the fraction that fails is not known: {share.reason}"
-    return f"{said}; of the trials sampled near the limit: {words}"
+        note = f"the fraction that fails is not known: {share.reason}"
+    return f"{note}; of the trials sampled near the limit: {words}"
 
 
 def _stages(

@@ -1,15 +1,13 @@
 """The document about a rare run."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from tolstat.answers.cells import ppm
 from tolstat.answers.next_steps import to_replay
-from tolstat.answers.report.finer_run import settle
-from tolstat.answers.report.first_page import INTERVAL, PICTURE, limit_row
+from tolstat.answers.rare.failure_points import FailurePoint
+from tolstat.answers.rare.rare_answer import RareSummary
+from tolstat.answers.report.finding_words import in_words, step_words
+from tolstat.answers.report.first_page import PICTURE
+from tolstat.answers.report.limits_table import INTERVAL, limit_row
 from tolstat.answers.report.report_document import assumptions_section, sheet
-from tolstat.answers.report.report_warnings import in_words
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
@@ -23,12 +21,8 @@ from tolstat.document.inline import (
     say,
     text,
 )
-from tolstat.statistics.limits.yields import INTEGRATION_ERROR, MET
+from tolstat.statistics.limits.yields import MET
 from tolstat.units.scale import PART, PER_CENT, PPM
-
-if TYPE_CHECKING:
-    from tolstat.answers.rare.failure_points import FailurePoint
-    from tolstat.answers.rare.rare_answer import RareSummary
 
 STAGES = (
     "The first stage has a greater spread, to find out-of-limit trials of any kind. "
@@ -44,85 +38,86 @@ FIRST_ORDER = (
 )
 
 
-def rare_document(found: RareSummary) -> blocks.Document:
+def rare_document(summary: RareSummary) -> blocks.Document:
     """Return verdict, failure points, stages, assumptions, provenance."""
-    trials = found.trials
+    trials = summary.trials
     sampling = (
         f"Sampling: rare; {trials.promise}. A fraction of 1 ppm depends on the "
         "tails of the distributions as much as on the model."
     )
-    given = found.assumptions
-    said = [text(sampling), *map(text, given.of_the_model)]
+    assumptions = summary.assumptions
+    notes = [text(sampling), *map(text, assumptions.of_the_model)]
     return sheet(
         f"Rare events, {trials.ran} of {trials.requested} trials have run",
-        found,
-        _verdict(found),
-        _failure_points(found),
-        _stages(found),
-        assumptions_section(given, said),
+        summary,
+        _verdict(summary),
+        _failure_points(summary),
+        _stages(summary),
+        assumptions_section(assumptions, notes),
     )
 
 
-def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
+def _verdict(summary: RareSummary) -> tuple[blocks.Block, ...]:
     row = limit_row(
-        Cell((Name(found.response),), text(found.sentence)), found.limit,
-        Cell((Word(found.verdict, found.verdict),),
-             text(f"({found.reason})" if found.reason else None)),
-        Cell((ppm(found.fraction_out_of_limit),)),
-        found.equivalent_ppk,
+        Cell((Name(summary.response),), text(summary.sentence)), summary.limit,
+        Cell((Word(summary.verdict, summary.verdict),),
+             text(f"({summary.reason})" if summary.reason else None)),
+        Cell((ppm(summary.fraction_out_of_limit),)),
+        summary.equivalent_ppk,
     )  # fmt: skip
-    said = [_yield(found), _most_probable(found)]
-    if found.trials.counted:
-        said.insert(0, unmet_kinds(found))
-    if found.reason == INTEGRATION_ERROR:
-        said.insert(0, settle(found.stored_run, [found.response]))
-    if found.plain_trials == found.plain_trials:
-        needed = Number(found.plain_trials)
+    sentences = [
+        step_words(summary.stored_run, step) for step in summary.findings.steps
+    ]
+    if summary.trials.counted:
+        sentences.append(unmet_kinds(summary))
+    sentences += [_yield(summary), _most_probable(summary)]
+    if summary.plain_trials == summary.plain_trials:
+        needed = Number(summary.plain_trials)
         plain = "A plain run would need about {} trials for as narrow an interval."
-        said.append(say(plain, needed))
-    trials = found.trials
+        sentences.append(say(plain, needed))
+    trials = summary.trials
     notes = [
         say(
             f"{INTERVAL}. The last stage gives the fraction: {{}} "
-            f"({found.trials_out_of_limit} out of limit), each weighted by the ratio "
+            f"({summary.trials_out_of_limit} out of limit), each weighted by the ratio "
             "of densities. Failed trials count as out of limit.",
             counted(trials.counted, "independent trial"),
         ),
         *map(text, trials.notes),
     ]  # fmt: skip
-    if others := [n for n in found.stored_run.limits if n != found.response]:
+    if others := [n for n in summary.stored_run.limits if n != summary.response]:
         words = f"Not judged: {', '.join(others)}. Each needs a separate run."
         notes.append(text(words))
-    share, permitted = found.fraction_out_of_limit, 1 - found.limit.demanded
+    share, permitted = summary.fraction_out_of_limit, 1 - summary.limit.demanded
     lead = say("The limit is {}. Out of limit: {}.",
-               Word(found.verdict, found.verdict), ppm(share))  # fmt: skip
-    drawn = blocks.Range(found.response, share, permitted, found.verdict)
-    words = f"Fraction out of limit of {found.response} in ppm"
-    ranges = blocks.Ranges(words, (drawn,), PPM, "permitted")
+               Word(summary.verdict, summary.verdict), ppm(share))  # fmt: skip
+    against = blocks.Range(summary.response, share, permitted, summary.verdict)
+    words = f"Fraction out of limit of {summary.response} in ppm"
+    ranges = blocks.Ranges(words, (against,), PPM, "permitted")
     return blocks.shown(
-        in_words(found.warnings),
+        in_words(summary.warnings),
         blocks.Paragraph(lead, "lead"),
         blocks.table_of([row], look="verdicts"),
         blocks.Section(PICTURE, (ranges,), level=3, page_only=True),
-        *map(blocks.paragraph, said),
+        *map(blocks.paragraph, sentences),
         *map(blocks.note, notes),
     )
 
 
-def unmet_kinds(found: RareSummary) -> Parts:
+def unmet_kinds(summary: RareSummary) -> Parts:
     """Say what interval and verdict hold for, and what they leave out."""
     return say(
         "Interval and verdict hold for the kinds of out-of-limit trials that the last "
         "stage met. A kind that it never met may make up to {}{}.",
-        Number(found.trials.unseen, PPM, "at_most"),
+        Number(summary.trials.unseen, PPM, "at_most"),
         ", more than the limit permits: another seed or a plain run can find it"
-        if found.reason and found.verdict == MET else None,
+        if summary.reason and summary.verdict == MET else None,
     )  # fmt: skip
 
 
-def _yield(found: RareSummary) -> Parts:
+def _yield(summary: RareSummary) -> Parts:
     """Return the yield, if its digits are below 100 %."""
-    share = found.within
+    share = summary.within
     if not share.sure:
         return ()
     lower, upper = (float(x) for x in PER_CENT.interval(*share[:3])[1:])
@@ -131,11 +126,11 @@ def _yield(found: RareSummary) -> Parts:
     return ()
 
 
-def _most_probable(found: RareSummary) -> Parts:
+def _most_probable(summary: RareSummary) -> Parts:
     """Return a sentence on the most probable failure point."""
-    if not found.failure_points or not (point := found.failure_points[0]).leading:
+    if not summary.failure_points or not (point := summary.failure_points[0]).leading:
         return ()
-    scales = found.stored_run.scales
+    scales = summary.stored_run.scales
     parts = [
         say("{} {} ({})", Name(name), Number(point.deviations[name], scales[name]),
             _how_far(point, name))
@@ -158,31 +153,32 @@ def _how_far(point: FailurePoint, name: str) -> Parts:
     return say("{} of such parts lie farther out", Number(point.farther[name], PART))
 
 
-def _failure_points(found: RareSummary) -> blocks.Section | None:
-    if not found.failure_points:
+def _failure_points(summary: RareSummary) -> blocks.Section | None:
+    if not summary.failure_points:
         return None
-    again, scale, run = "to see it again", found.scale, found.stored_run
+    again, scale, run = "to see it again", summary.scale, summary.stored_run
     rows: list[dict[str, blocks.Given]] = []
-    for each in found.failure_points:
-        value = Number(each.value, scale) if each.value == each.value else "failed"
+    for point in summary.failure_points:
+        failed = point.value != point.value
         rows.append({
-            "trial": Number(each.trial),
-            scale.label(found.response): value,
-            "sigmas off": Number(each.distance),
+            "trial": Number(point.trial),
+            scale.label(summary.response): "failed" if failed
+            else Number(point.value, scale),
+            "sigmas off": Number(point.distance),
             **{
                 run.scales[name].label(name): Number(deviation, run.scales[name])
-                for name, deviation in each.deviations.items()
+                for name, deviation in point.deviations.items()
             },
-            again: Typed(to_replay(run.path, each.trial, run.machine)),
+            again: Typed(to_replay(run.path, point.trial, run.machine)),
         })  # fmt: skip
-    said = blocks.note(say(FIRST_ORDER, Number(found.first_order, PPM)))
+    note = blocks.note(say(FIRST_ORDER, Number(summary.first_order, PPM)))
     table = blocks.table_of(rows, words=[again], look="dense")
-    return blocks.Section("Most probable failure points", (table, said), page_only=True)
+    return blocks.Section("Most probable failure points", (table, note), page_only=True)
 
 
-def _stages(found: RareSummary) -> blocks.Section:
+def _stages(summary: RareSummary) -> blocks.Section:
     rows: list[dict[str, blocks.Given]] = []
-    for stage in found.stages:
+    for stage in summary.stages:
         numbers = f"{stage.first} to {stage.last}"
         upto = (" to ", Number(stage.largest)) if stage.least != stage.largest else None
         rows.append({
@@ -194,7 +190,7 @@ def _stages(found: RareSummary) -> blocks.Section:
             "of these failed": Number(stage.failed),
         })  # fmt: skip
     changed = blocks.note(
-        f"Of {found.precise} trials evaluated again more precisely {found.changed} "
+        f"Of {summary.precise} trials evaluated again more precisely {summary.changed} "
         "change sides of the limit."
     )
     return blocks.Section(
@@ -202,6 +198,6 @@ def _stages(found: RareSummary) -> blocks.Section:
         blocks.shown(
             blocks.table_of(rows),
             blocks.note(STAGES),
-            changed if found.precise else None,
+            changed if summary.precise else None,
         ),
     )

@@ -9,17 +9,27 @@ import numpy as np
 
 from tolstat.answers import run_answer
 from tolstat.answers.rare.rare_answer import RareSummary, rare_summary
-from tolstat.answers.report import report_answer
+from tolstat.answers.report.chosen_steps import findings_of
+from tolstat.answers.report.findings import NoCause
 from tolstat.answers.report.integration import (
     integration_of,
     integration_warnings,
     unseen_errors,
 )
-from tolstat.answers.report.jumping_responses import jumping, turning
 from tolstat.answers.report.main_causes import main_causes
-from tolstat.answers.report.off_centre import OFF_CENTRE, off_centre
-from tolstat.answers.report.report_answer import Report, RunSummary
-from tolstat.answers.report.report_warnings import JUMPS, warnings_of
+from tolstat.answers.report.off_centre import OffCentre, off_centre
+from tolstat.answers.report.report_answer import (
+    AllLimits,
+    NumberOfStudy,
+    Report,
+    RunSummary,
+)
+from tolstat.answers.report.report_warnings import jumping, turning, warnings_of
+from tolstat.answers.report.response_summary import (
+    ReportedResponse,
+    ResponseSummary,
+    WorstTrial,
+)
 from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.answers.sweep.extremes import Extremes, extremes_of
@@ -30,12 +40,12 @@ from tolstat.statistics.intervals.replicates import never_met
 from tolstat.statistics.limits.yields import INTEGRATION_ERROR, joint_yield
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sensitivity import linear
-from tolstat.statistics.summary import Summary, summarize
+from tolstat.statistics.summary import Limited, Summary, summarize
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
-NAMED = 3  # contributors of a worst trial
+MOST_DEVIATIONS = 3  # of a worst trial
 FEWEST_WITHIN = 0.1  # of the trials, of which those out of limit differ
 
 
@@ -134,20 +144,22 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
     A limited response that jumps as an angle has no verdict.
     """
     limits = drawn.run.limits
-    found = {
-        each.name: summarize(
-            drawn.values(each.name),
+    summaries = {
+        response.name: summarize(
+            drawn.values(response.name),
             drawn.sample,
-            limits.get(each.name),
-            each.range,
-            drawn.ends(each.name),
-            drawn.audited(each.name),
+            limits.get(response.name),
+            response.range,
+            drawn.ends(response.name),
+            drawn.audited(response.name),
         )
-        for each in drawn.run.responses
+        for response in drawn.run.responses
     }
-    return found | {
-        name: _turned(found[name]) for name in turning(drawn.run, drawn.trials_done)
-    }
+    for name in turning(drawn.run, drawn.trials_done):
+        if limited := summaries[name].limited:
+            limited = limited._replace(yields=limited.yields.jumping)
+            summaries[name] = replace(summaries[name], limited=limited)
+    return summaries
 
 
 def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
@@ -167,67 +179,65 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         sample.failures, outside, run.sampling, drawn.sampled.promise,
         tuple(run_answer.notes_of(replace(run, warnings=()), sample)),
     )  # fmt: skip
-    rough = {
-        name
-        for name in run.limits
-        if (judged := summaries[name].limited)
-        and judged.yields.reason == INTEGRATION_ERROR
-    }
-    for name in rough:  # what is wrong has no cause among the parts
-        causes[name] = causes[name]._replace(reason=INTEGRATION_ERROR, named=())
-    limited = dict.fromkeys([*run.limits, *focus])
-    clusters = jumping(run, drawn.trials_done, limited)
-    for name in run.limits.keys() & clusters.keys():
-        causes[name] = causes[name]._replace(reason=JUMPS, needed=0, named=())
-    steady = run.limits.keys() - clusters.keys() - rough
-    centres = {
-        name: off_centre(drawn, name, summaries[name])
-        for name in run.limits
-        if name in steady
-    }
-    for name, off in centres.items():
-        judged = summaries[name].limited
-        few = judged and judged.yields.within.value < FEWEST_WITHIN
-        if off and (off.tolerances or few):  # trials out of limit show no cause
-            none = causes[name]._replace(reason=OFF_CENTRE, named=())
-            causes[name] = none
+    clusters = jumping(run, drawn.trials_done, dict.fromkeys([*run.limits, *focus]))
+    centres, rough = dict[str, OffCentre | None](), False
+    for name in run.limits:
+        limited = summaries[name].limited
+        wrong = limited and limited.yields.reason == INTEGRATION_ERROR
+        rough |= bool(wrong)
+        if not (wrong or name in clusters):
+            centres[name] = off_centre(drawn, name, summaries[name])
+        if none := _no_cause(limited, centres.get(name), jumps=name in clusters):
+            causes[name] = causes[name]._replace(reason=none, named=())
+        if name in clusters:
+            causes[name] = causes[name]._replace(needed=0)
     responses = {
-        each.name: report_answer.ResponseSummary(
-            **vars(summaries[each.name]),
-            nominal=run.nominal_values[each.name],
-            sentence=each.sentence,
-            scale=run.scales[each.name],
-            causes=causes.get(each.name),
-            contributions=contributions.get(each.name),
-            members=members if each.name in focus else {},
-            off_centre=centres.get(each.name),
+        response.name: ResponseSummary(
+            **vars(summaries[response.name]),
+            nominal=run.nominal_values[response.name],
+            sentence=response.sentence,
+            scale=run.scales[response.name],
+            causes=causes.get(response.name),
+            contributions=contributions.get(response.name),
+            members=members if response.name in focus else {},
+            off_centre=centres.get(response.name),
         )
-        for each in run.responses
+        for response in run.responses
     }
-    numbers = {
-        each.name: report_answer.NumberOfStudy(
-            each.value, run.scale_of(each), each.sentence, each.caveat
-        )
-        for each in run.numbers
-    }
+    warnings = (
+        *integration_warnings(drawn, summaries),
+        *warnings_of(drawn, clusters, unsettled=rough),
+    )
     return RunSummary(
         **run_answer.fields_of(run, trials),
-        warnings=(
-            *integration_warnings(drawn, summaries),
-            *warnings_of(drawn, clusters, unsettled=bool(rough)),
-        ),
+        warnings=warnings,
         unseen_errors=unseen_errors(drawn, summaries),
         all_limits=all_limits(drawn),
         responses=responses,
-        numbers=numbers,
+        numbers={
+            number.name: NumberOfStudy(
+                number.value, run.scale_of(number), number.sentence, number.caveat
+            )
+            for number in run.numbers
+        },
+        findings=findings_of(run, responses, warnings),
     )
 
 
-def _turned(found: Summary) -> Summary:
-    """Return the summary of a response that jumps as an angle: undecided."""
-    if (limited := found.limited) is None:
-        return found
-    return replace(found, limited=limited._replace(yields=limited.yields.jumping))
+def _no_cause(
+    limited: Limited | None, off: OffCentre | None, *, jumps: bool
+) -> NoCause | None:
+    """Return why no contributor may be named as a cause; None if one may.
+
+    What is wrong has no cause among the parts, and of a response off centre the trials
+    out of limit show none.
+    """
+    if jumps:
+        return NoCause.JUMPS
+    if limited and limited.yields.reason == INTEGRATION_ERROR:
+        return NoCause.INTEGRATION_ERROR
+    few = limited and limited.yields.within.value < FEWEST_WITHIN
+    return NoCause.OFF_CENTRE if off and (off.tolerances or few) else None
 
 
 def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
@@ -241,27 +251,29 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
     responses = {}
     for response in run.responses:
         name = response.name
-        each, slopes = summary.responses[name], diagnostics.slopes.get(name, {})
-        shown = name in focus and not each.still
-        by_slopes = scatter and linear.root_sum_square(each.nominal, slopes, scatter)
+        summarized, slopes = summary.responses[name], diagnostics.slopes.get(name, {})
+        analysed = name in focus and not summarized.still
+        by_slopes = scatter and linear.root_sum_square(
+            summarized.nominal, slopes, scatter
+        )
         unanalysed: dict[str, Any] = {"contributions": None, "members": {}}
-        found = report_answer.ReportedResponse(
-            **vars(each) | ({} if shown else unanalysed),
+        reported = ReportedResponse(
+            **vars(summarized) | ({} if analysed else unanalysed),
             symbol=response.symbol,
             source=response.source,
-            integration_errors=integration_of(drawn, name, each),
+            integration_errors=integration_of(drawn, name, summarized),
             slopes=slopes,
             root_sum_square=by_slopes,
-            departures=tuple(linear.departures(by_slopes, each.quantiles))
+            departures=tuple(linear.departures(by_slopes, summarized.quantiles))
             if by_slopes
             else (),
             worst_cases=run.worst_cases(name),
             worst_trials=(),
-            point_mass=point_mass_of(drawn.done(name), replicate) if shown else None,
-            indices=indices_of(drawn, name) if shown and drawn.grouped else None,
+            point_mass=point_mass_of(drawn.done(name), replicate) if analysed else None,
+            indices=indices_of(drawn, name) if analysed and drawn.grouped else None,
         )
-        worst = _worst_trials(run, name, found.leading[:NAMED])
-        responses[name] = replace(found, worst_trials=worst)
+        worst = _worst_trials(run, name, reported.leading[:MOST_DEVIATIONS])
+        responses[name] = replace(reported, worst_trials=worst)
     return Report(**{**vars(summary), "responses": responses}, focus=tuple(focus))
 
 
@@ -276,38 +288,39 @@ def _scatter(drawn: Drawn) -> linear.Scatter | None:
         return None
     varying = tuple(next(iter(slopes.values())))
     assumed = [run.assumed[name] for name in varying]
-    sigmas = np.array([each.sigma for each in assumed])
+    sigmas = np.array([part.sigma for part in assumed])
     if np.isfinite(sigmas).all() and run.independent:
-        means = np.array([each.mean for each in assumed])
+        means = np.array([part.mean for part in assumed])
         return linear.Scatter(varying, means, np.diag(sigmas**2))
     return linear.scatter_of({name: drawn.values(name) for name in varying})
 
 
 def _worst_trials(
-    run: Run, response: str, named: Sequence[str]
-) -> tuple[report_answer.WorstTrial, ...]:
+    run: Run, response: str, contributors: Sequence[str]
+) -> tuple[WorstTrial, ...]:
     """Return the worst trials with some of their deviations."""
     if response not in run.limits:
         return ()
 
-    def at(name: str, trial: int) -> float:
+    def value(name: str, trial: int) -> float:
         return float(run.column(name)[trial])
 
-    again = run.audited
-    found = again and zip(again.trials.tolist(), again.responses[response], strict=True)
-    precise = dict(found or ())
+    precise = dict[int, float]()
+    if again := run.audited:
+        pairs = zip(again.trials.tolist(), again.responses[response], strict=True)
+        precise = dict(pairs)
     return tuple(
-        report_answer.WorstTrial(
+        WorstTrial(
             trial,
-            at(response, trial),
+            value(response, trial),
             float(precise.get(trial, np.nan)),
-            {name: at(name, trial) for name in named},
+            {name: value(name, trial) for name in contributors},
         )
         for trial in run.worst_trials(response)
     )
 
 
-def all_limits(drawn: Drawn) -> report_answer.AllLimits | None:
+def all_limits(drawn: Drawn) -> AllLimits | None:
     """Return the yield of all limits at once; None without any."""
     limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
     if not limits or not drawn.sample.ran.any():
@@ -315,4 +328,4 @@ def all_limits(drawn: Drawn) -> report_answer.AllLimits | None:
     values = {name: drawn.values(name) for name in limits}
     within = joint_yield(values, drawn.sample, limits)
     n = len(limits)
-    return report_answer.AllLimits(n, within, min(n * (1 - CONFIDENCE) / 2, 1.0))
+    return AllLimits(n, within, min(n * (1 - CONFIDENCE) / 2, 1.0))

@@ -6,11 +6,15 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.answers.report.report_answer import Effect, IntegrationErrors, LargestError
 from tolstat.answers.report.report_warnings import (
     NumbersWarning,
     VerdictWarning,
     WrongNumber,
+)
+from tolstat.answers.report.response_summary import (
+    Effect,
+    IntegrationErrors,
+    LargestError,
 )
 from tolstat.answers.sampled_trials import Drawn, changes_of
 from tolstat.arrays import Array
@@ -21,8 +25,8 @@ from tolstat.statistics.integration_error import (
     share_above_largest,
 )
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.intervals.statistic import quantiles_at
 from tolstat.statistics.limits.yields import INTEGRATION_ERROR, UNDECIDED, yield_of
+from tolstat.statistics.sample import quantiles_at
 from tolstat.statistics.summary import Summary
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Reason
@@ -30,7 +34,9 @@ from tolstat.store.stored_run import Run
 from tolstat.units.scale import PER_CENT, share_words
 
 
-def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | None:
+def integration_of(
+    drawn: Drawn, name: str, summary: Summary
+) -> IntegrationErrors | None:
     """Return the integration errors of a response, and their effect on its numbers.
 
     None where nothing was evaluated again.
@@ -41,21 +47,27 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | 
     random, reasons = audited.at_random, _reasons(audited, name)
     error = _errors(run, audited, name)
 
-    def largest(some: NDArray[np.bool_]) -> LargestError:
-        own = error.of(audited.trials[some])
-        return LargestError(len(own.trials), own.largest)
+    def largest(chosen: NDArray[np.bool_]) -> LargestError:
+        errors = error.of(audited.trials[chosen])
+        return LargestError(len(errors.trials), errors.largest)
 
     # statements about production need independent trials
     at_random = largest(random & np.isin(audited.trials, drawn.trials))
-    chosen = {str(r.name).lower(): (reasons & r) > 0 for r in Reason}
+    flags = {str(r.name).lower(): (reasons & r) > 0 for r in Reason}
     above = share_above_largest(at_random.trials)
     return IntegrationErrors(
-        len(audited.trials), error.failed, audited.settings, error.largest, at_random,
-        math.nan if drawn.sample.replicates else above,
-        {reason: largest(some) for reason, some in chosen.items() if some.any()},
-        _effect(drawn, error, name, of) if len(error.trials) else None,
-        int(np.count_nonzero(changes_of(run, name))) if of.limited else None,
-    )  # fmt: skip
+        len(audited.trials),
+        error.failed,
+        audited.settings,
+        error.largest,
+        at_random,
+        above=math.nan if drawn.sample.replicates else above,
+        chosen={why: largest(trials) for why, trials in flags.items() if trials.any()},
+        effect=_effect(drawn, error, name, summary) if len(error.trials) else None,
+        changed=int(np.count_nonzero(changes_of(run, name)))
+        if summary.limited
+        else None,
+    )
 
 
 def integration_warnings(
@@ -109,7 +121,7 @@ def unseen_errors(drawn: Drawn, summaries: Mapping[str, Summary]) -> str:
         for name, summary in summaries.items()
         if summary.limited and summary.limited.yields.verdict != UNDECIDED
     ]
-    moved = [each.moved[each.at_random] for each in audited if each]
+    moved = [response.moved[response.at_random] for response in audited if response]
     if not moved or not (number := len(moved[0])):
         return ""
     count = int(np.count_nonzero(np.any(moved, axis=0)))
@@ -129,28 +141,30 @@ def _errors(run: Run, audited: Audited, name: str) -> IntegrationError:
     ran = (audited.status == Status.DONE) & (run.status[audited.trials] == Status.DONE)
     precise = np.where(ran, audited.responses[name], np.nan)
     if third := audited.third:  # of these the best is known
-        known = third.status == Status.DONE
-        where = np.searchsorted(audited.trials, third.trials[known])
+        done = third.status == Status.DONE
+        where = np.searchsorted(audited.trials, third.trials[done])
         precise[where] = np.where(
-            ran[where], third.responses[name][known], precise[where]
+            ran[where], third.responses[name][done], precise[where]
         )
     alike = audited.at_random | (_reasons(audited, name) > 0)
     return integration_error(run.column(name), audited.trials, precise, alike)
 
 
-def _effect(drawn: Drawn, error: IntegrationError, name: str, of: Summary) -> Effect:
+def _effect(
+    drawn: Drawn, error: IntegrationError, name: str, summary: Summary
+) -> Effect:
     better: Array = error.removed(drawn.run.column(name))[drawn.trials]
-    sample, limited = drawn.sample, of.limited
+    sample, limited = drawn.sample, summary.limited
     done, moved = better[sample.done], None
     sigma = float(done.std(ddof=1)) if len(done) > 1 else math.nan
     limit = limited.limit.permitted if limited else None
-    quantiles = quantiles_at(better, sample, [*of.quantiles], limit)
+    quantiles = quantiles_at(better, sample, [*summary.quantiles], limit)
     if limited:
         again = yield_of(better, sample, limited.limit.permitted).fraction_out_of_limit
         moved = limited.yields.fraction_out_of_limit.value - again.value
     return Effect(
-        of.mean.value - float(done.mean()),
-        of.sigma.value - sigma,
-        {share: of.quantiles[share].value - q.value for share, q in quantiles.items()},
+        summary.mean.value - float(done.mean()),
+        summary.sigma.value - sigma,
+        {q: summary.quantiles[q].value - x.value for q, x in quantiles.items()},
         moved,
     )

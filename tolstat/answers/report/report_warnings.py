@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+import numpy as np
+
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.document import blocks
-from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
-from tolstat.statistics.clusters import Clusters
+from tolstat.arrays import Array, Integers
+from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.audited_response import Movement
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
-JUMPS = "the response jumps"  # why there is neither cause nor advice
-TURNS = {0.5: "half a", 1.0: "a whole"}
-# an angle never jumps by a turn, while a machine with play or a stop may well jump
-MEND_TURN = ", so no tolerance explains it. Mend the formula of the response"
-MEND_STEP = ". If the machine does not jump so, mend the formula of the response"
+# by SI unit of a response: its steps that are turns, and the fewest trials a turn away
+# that are named; atan and the axis of a body jump by half a turn, and a plain number
+# may be an angle
+TURNS = {
+    "rad": ({2 * math.pi: 1.0, math.pi: 0.5}, 1),
+    "1": ({2 * math.pi: 1.0, 360.0: 1.0}, 5),
+}
 
 
 class StudyWarning(NamedTuple):
@@ -89,6 +93,34 @@ ReportWarning = (
 )
 
 
+def jumping(
+    run: Run, trials: Integers, responses: Iterable[str]
+) -> dict[str, Clusters]:
+    """Return the clusters of responses that jump, by response.
+
+    `trials` are done; of a rare run those of any stage.
+    """
+    names = list(run.assumed)
+
+    def rows(chosen: Integers) -> Array:
+        parts = [run.column(name)[trials[chosen]] for name in names]
+        return np.stack(parts, axis=1) if parts else np.empty((len(chosen), 0))
+
+    clusters = {
+        name: clusters_of(
+            run.column(name)[trials], rows, *TURNS.get(run.units[name], (NO_TURNS,))
+        )
+        for name in responses
+    }
+    return {name: parted for name, parted in clusters.items() if parted}
+
+
+def turning(run: Run, trials: Integers) -> list[str]:
+    """Return the limited responses that jump as an angle: they have no verdict."""
+    clusters = jumping(run, trials, run.limits)
+    return [name for name, parted in clusters.items() if parted.turn]
+
+
 def warnings_of(
     drawn: Drawn, clusters: Mapping[str, Clusters], *, unsettled: bool = False
 ) -> tuple[ReportWarning, ...]:
@@ -138,86 +170,10 @@ def _unchanged(drawn: Drawn, name: str) -> bool:
     if len(done) < 2 or done.min() < done.max():
         return False
     value = float(done[0])
-    worst = [each.value for each in diagnostics.worst_cases.get(name, {}).values()]
+    worst_cases = diagnostics.worst_cases.get(name, {}).values()
     slopes = diagnostics.slopes.get(name, {})
-    if any(slopes.values()) or any(each != value for each in worst):
+    if any(slopes.values()) or any(case.value != value for case in worst_cases):
         return False
     (response,) = (each for each in drawn.run.responses if each.name == name)
     at_an_end = value in (0.0, *(response.range or ()))
     return not at_an_end or {*slopes} <= {*diagnostics.idle}
-
-
-def in_words(warnings: Iterable[ReportWarning]) -> blocks.Bullets:
-    """Return warnings as a list, in front of all else."""
-    return blocks.Bullets(tuple(text("Warning: ", s) for s in sentences(warnings)))
-
-
-def sentences(warnings: Iterable[ReportWarning]) -> tuple[Parts, ...]:
-    """Return warnings as sentences."""
-    return tuple(map(_sentence, warnings))
-
-
-def _sentence(warning: ReportWarning) -> Parts:
-    match warning:
-        case StudyWarning(sentence):
-            return text(sentence)
-        case IdleContributors(names):
-            return say(
-                "No response depends on {}: its tolerance changes nothing. Check "
-                "the name and the model."
-                if len(names) == 1
-                else "No response depends on {}: their tolerances change nothing. "
-                "Check the names and the model.",
-                listed([*map(Name, names)]),
-            )
-        case UnchangedResponse(name, value, scale):
-            return say(
-                "No deviation changes {}: all trials have {}, and sigma is 0.",
-                Name(name), Number(value, scale),
-            )  # fmt: skip
-        case JumpWarning():
-            return _jump(warning)
-        case VerdictWarning():
-            return _verdict(warning)
-        case NumbersWarning():
-            return _numbers(warning)
-
-
-def _jump(warning: JumpWarning) -> Parts:
-    found, scale = warning.clusters, warning.scale
-    step = f" {TURNS[found.turn]} turn," if found.turn else ""
-    mend = MEND_TURN if found.turn else MEND_STEP
-    return say(
-        f"{{}} jumps by{step} {{}}: {{}} lie at {{}} or below, {{}} at {{}} or above. "
-        f"Parts that are nearly equal lie on both sides{mend}, then run the study "
-        "again.",
-        Name(warning.response), Number(found.step, scale),
-        counted(found.below, "trial"), Number(found.lower, scale),
-        Number(found.above), Number(found.upper, scale),
-    )  # fmt: skip
-
-
-def _verdict(warning: VerdictWarning) -> Parts:
-    seen = movement_words(warning.movement, warning.scale)
-    return say("{}: undecided (integration error: {})", Name(warning.response), seen)
-
-
-def movement_words(seen: Movement, scale: Scale) -> Parts:
-    """Say how many trials moved when they were evaluated again, and how far."""
-    exact = scale._replace(least=0.0)
-    largest = Number(seen.largest, exact)
-    said = say("errors of up to {} may change the verdict", largest)
-    if seen.moved:
-        moved = f"{seen.moved} of {seen.trials} trials evaluated again moved, by up to "
-        said = text(moved, largest)
-    third = f"; evaluated a third time, {seen.moved_third} of {seen.third} moved"
-    return text(said, third if seen.moved_third else None)
-
-
-def _numbers(warning: NumbersWarning) -> Parts:
-    exact = warning.scale._replace(least=0.0)
-    (name, wrong), *others = warning.numbers.items()
-    more = f", and {len(others)} more" if others else None
-    return say(f"{{}}: {name} {{}}, integration error {{}}{{}}",
-               Name(warning.response), Number(wrong.number, exact),
-               Number(wrong.error, exact), more)  # fmt: skip

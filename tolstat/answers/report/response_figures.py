@@ -1,22 +1,18 @@
 """Figures of a response: histogram, distribution, contributions, scatter."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tolstat.answers.report.first_page import CENTRAL
+from tolstat.answers.report.limits_table import CENTRAL
+from tolstat.answers.report.report_answer import Report
+from tolstat.answers.report.response_summary import ReportedResponse
 from tolstat.answers.sampled_trials import Drawn, drawn_trials
 from tolstat.arrays import Array
 from tolstat.document import blocks, plot
 from tolstat.document.inline import text
 from tolstat.statistics.summary import Summary
 from tolstat.units.scale import Scale
-
-if TYPE_CHECKING:
-    from tolstat.answers.report.report_answer import Report, ReportedResponse
 
 BINS = 60
 MARKED = (0.5, 0.95, 0.99865)  # quantiles above a histogram
@@ -28,85 +24,87 @@ PROBABILITY = plot.PlotAxis("% of the trials below", "normal")
 STRAIGHT = "A normal distribution is a straight line."
 
 
-def figures_of(found: Report, name: str) -> tuple[blocks.Figure, ...]:
+def figures_of(report: Report, name: str) -> tuple[blocks.Figure, ...]:
     """Draw a response in focus."""
-    drawn, each = drawn_trials(found.stored_run), found.responses[name]
+    drawn, response = drawn_trials(report.stored_run), report.responses[name]
     assert drawn is not None  # there is no report otherwise
     figures = (
-        _histogram(drawn, name, each), _distribution(drawn, name, each),
-        _contributions(each), _scatter(drawn, name, each),
+        _histogram(drawn, name, response), _distribution(drawn, name, response),
+        _contributions(response), _scatter(drawn, name, response),
     )  # fmt: skip
     return tuple(figure for figure in figures if figure)
 
 
-def _histogram(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure:
+def _histogram(drawn: Drawn, name: str, response: ReportedResponse) -> blocks.Figure:
     """Draw how often each value occurs; out of limit in another colour."""
-    values, times, scale = drawn.done(name), each.scale.factor, each.scale
-    if each.point_mass:
-        values = each.point_mass.without(values)
+    values, times, scale = drawn.done(name), response.scale.factor, response.scale
+    if response.point_mass:
+        values = response.point_mass.without(values)
     layers: list[plot.Layer] = []
     if len(values):
         # an edge on each end of the limit, so that no bar lies on both sides
-        inside = [end for end in ends_of(each) if values.min() < end < values.max()]
+        inside = [end for end in ends_of(response) if values.min() < end < values.max()]
         edges = np.unique([*edges_of(values), *inside])
         heights = np.histogram(values, edges)[0] / np.diff(edges)
         heights *= (edges[-1] - edges[0]) / BINS
-        lower, upper = each.limited.limit.permitted if each.limited else OPEN
+        lower, upper = response.limited.limit.permitted if response.limited else OPEN
         out = (edges[1:] <= lower) | (edges[:-1] >= upper)
         layers += [
             plot.Stairs(times * edges, np.where(chosen, heights, 0.0), colour)
             for chosen, colour in ((~out, "first"), (out, "limit"))
             if chosen.any()
         ]
-    if not math.isnan(each.nominal):
-        label = f"nominal {scale.number(each.nominal)}"
-        layers.append(plot.Rule(times * each.nominal, True, "ink", label, "-."))
-    if not math.isnan(each.mean.value):
-        label = f"mean {scale.interval(*each.mean[:3])[0]}"
-        layers.append(plot.Rule(times * each.mean.value, True, "third", label, ":"))
-    layers += limit_rules(each, scale)
-    if sure := [each.quantiles[q] for q in MARKED if each.quantiles[q].sure]:
-        at, below, above = times * np.array([q[:3] for q in sure]).T
-        layers.append(plot.Spans(below, above, at, label="50, 95, 99.865 %"))
-    mass = ", without those that share one value" if each.point_mass else ""
+    if not math.isnan(response.nominal):
+        label = f"nominal {scale.number(response.nominal)}"
+        layers.append(plot.Rule(times * response.nominal, True, "ink", label, "-."))
+    if not math.isnan(response.mean.value):
+        label = f"mean {scale.interval(*response.mean[:3])[0]}"
+        layers.append(plot.Rule(times * response.mean.value, True, "third", label, ":"))
+    layers += limit_rules(response, scale)
+    if sure := [response.quantiles[q] for q in MARKED if response.quantiles[q].sure]:
+        value, below, above = times * np.array([q[:3] for q in sure]).T
+        layers.append(plot.Spans(below, above, value, label="50, 95, 99.865 %"))
+    mass = ", without those that share one value" if response.point_mass else ""
     return figure_of(
-        f"Histogram of {name}: {_said(each)}",
+        f"Histogram of {name}: {_most_important(response)}",
         plot.PlotAxis(scale.label(name)), plot.PlotAxis("trials per bin"), *layers,
-        said=f"{name}: {len(values)} trials{mass}. Red: out of limit. Orange: "
+        caption=f"{name}: {len(values)} trials{mass}. Red: out of limit. Orange: "
         "quantiles with 95 % intervals.",
     )  # fmt: skip
 
 
 def figure_of(
-    alt: str, x: plot.PlotAxis, y: plot.PlotAxis, *layers: plot.Layer, said: str
+    alt: str, x: plot.PlotAxis, y: plot.PlotAxis, *layers: plot.Layer, caption: str
 ) -> blocks.Figure:
     """Return a figure of one panel."""
-    return blocks.Figure(alt, plot.Plot((plot.PlotPanel(x, y, layers),)), text(said))
+    return blocks.Figure(alt, plot.Plot((plot.PlotPanel(x, y, layers),)), text(caption))
 
 
-def _distribution(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure:
+def _distribution(drawn: Drawn, name: str, response: ReportedResponse) -> blocks.Figure:
     """Draw the fraction below each value, on a probability scale."""
-    values, times = np.sort(drawn.done(name)), each.scale.factor
-    shown = [values[0], values[-1], *ends_of(each)]
-    margin = 0.05 * (max(shown) - min(shown)) or 1.0
-    ends = times * (min(shown) - margin), times * (max(shown) + margin)
+    values, times = np.sort(drawn.done(name)), response.scale.factor
+    seen = [values[0], values[-1], *ends_of(response)]
+    margin = 0.05 * (max(seen) - min(seen)) or 1.0
+    ends = times * (min(seen) - margin), times * (max(seen) + margin)
     return figure_of(
-        f"Distribution of {name} on a probability scale: {_said(each)}",
-        plot.PlotAxis(each.scale.label(name), ends=ends), PROBABILITY,
-        points_of(values, times), *limit_rules(each, each.scale),
-        said=f"Fraction below, of {len(values)} trials done. {STRAIGHT}",
+        f"Distribution of {name} on a probability scale: {_most_important(response)}",
+        plot.PlotAxis(response.scale.label(name), ends=ends), PROBABILITY,
+        points_of(values, times), *limit_rules(response, response.scale),
+        caption=f"Fraction below, of {len(values)} trials done. {STRAIGHT}",
     )  # fmt: skip
 
 
-def _contributions(each: ReportedResponse) -> blocks.Figure | None:
+def _contributions(response: ReportedResponse) -> blocks.Figure | None:
     """Draw the variance contributions, the largest first.
 
     None where few trials dominate the variance: bars would show noise. No bar is
     negative; intervals may be.
     """
-    if (found := each.contributions) is None or found.dominated_by_few:
+    contributions = response.contributions
+    if contributions is None or contributions.dominated_by_few:
         return None
-    shares = {n: x for n, x in found.first_order.items() if not math.isnan(x.value)}
+    first_order = contributions.first_order
+    shares = {n: x for n, x in first_order.items() if not math.isnan(x.value)}
     if not shares:
         return None
     leading = sorted(shares, key=lambda name: -shares[name].value)[:MOST_BARS]
@@ -115,7 +113,7 @@ def _contributions(each: ReportedResponse) -> blocks.Figure | None:
     bars = plot.Bars(
         tuple(leading), np.maximum(value, 0.0), np.array(ends) if sure else None
     )
-    axis = plot.PlotAxis(f"% of the variance{CENTRAL * found.clipped}")
+    axis = plot.PlotAxis(f"% of the variance{CENTRAL * contributions.clipped}")
     words = ", ".join(f"{n} {100 * shares[n].value:.0f} %" for n in leading[:3])
     panel = plot.PlotPanel(axis, plot.PlotAxis(""), (bars,))
     return blocks.Figure(
@@ -126,31 +124,33 @@ def _contributions(each: ReportedResponse) -> blocks.Figure | None:
     )  # fmt: skip
 
 
-def _scatter(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure | None:
+def _scatter(
+    drawn: Drawn, name: str, response: ReportedResponse
+) -> blocks.Figure | None:
     """Draw the response over its three leading contributors; None without any.
 
     Where few trials dominate its variance, over what differs significantly among
     out-of-limit trials.
     """
-    leading, which = each.leading, "matter most"
-    if each.contributions and each.contributions.dominated_by_few:
-        leading = each.causes.significant if each.causes else []
+    leading, which = response.leading, "matter most"
+    if response.contributions and response.contributions.dominated_by_few:
+        leading = response.causes.significant if response.causes else []
         which = "differ most among out-of-limit trials"
     if not (leading := leading[:SCATTERED]):
         return None
-    times, scales = each.scale.factor, drawn.run.scales
-    response = times * drawn.done(name)
-    rules = [plot.Rule(times * end, False, "limit") for end in ends_of(each)]
+    times, scales = response.scale.factor, drawn.run.scales
+    values = times * drawn.done(name)
+    rules = [plot.Rule(times * end, False, "limit") for end in ends_of(response)]
     panels = []
     for part in leading:
-        at, axis = scales[part].factor * drawn.done(part), scales[part].label(part)
-        layers: tuple[plot.Layer, ...] = (plot.Line(at, response, look="faint"), *rules)
-        label = each.scale.label(name)
+        x, axis = scales[part].factor * drawn.done(part), scales[part].label(part)
+        layers: tuple[plot.Layer, ...] = (plot.Line(x, values, look="faint"), *rules)
+        label = response.scale.label(name)
         panels.append(plot.PlotPanel(plot.PlotAxis(axis), plot.PlotAxis(label), layers))
     return blocks.Figure(
         f"{name} over its leading contributors: {', '.join(leading)}",
         plot.Plot(tuple(panels), side_by_side=True, width=7.05, height=2.4),
-        text(f"Each of the {len(response)} trials done over the contributors that "
+        text(f"Each of the {len(values)} trials done over the contributors that "
              f"{which}."),
         wide=True,
     )  # fmt: skip
@@ -166,21 +166,21 @@ def points_of(
     if n > MOST_DRAWN:
         tail = np.unique(np.geomspace(1, n // 2, MOST_DRAWN // 2).astype(np.int64))
         chosen = np.unique(np.concatenate([tail - 1, n - tail]))
-    shown = times * np.sort(values)[chosen]
-    return plot.Line(shown, share[chosen], colour, label, "dots")
+    points = times * np.sort(values)[chosen]
+    return plot.Line(points, share[chosen], colour, label, "dots")
 
 
-def ends_of(found: Summary) -> list[float]:
+def ends_of(summary: Summary) -> list[float]:
     """Return the ends of the limit that there are."""
-    return found.limited.limit.finite if found.limited else []
+    return summary.limited.limit.finite if summary.limited else []
 
 
-def limit_rules(found: Summary, scale: Scale) -> list[plot.Rule]:
+def limit_rules(summary: Summary, scale: Scale) -> list[plot.Rule]:
     """Mark the ends of the limit, with its words in the legend."""
-    words = f"limit {found.limited.limit.words}" if found.limited else ""
+    words = f"limit {summary.limited.limit.words}" if summary.limited else ""
     return [
         plot.Rule(scale.factor * end, True, "limit", words if i == 0 else "")
-        for i, end in enumerate(ends_of(found))
+        for i, end in enumerate(ends_of(summary))
     ]
 
 
@@ -193,13 +193,13 @@ def edges_of(values: Array) -> Array:
     return edges
 
 
-def _said(each: ReportedResponse) -> str:
+def _most_important(response: ReportedResponse) -> str:
     """Say the most important numbers, for those who do not see the picture."""
     numbers = {
-        "nominal": each.nominal, "median": each.quantiles[0.5].value,
-        "95 %": each.quantiles[0.95].value, "largest": each.largest,
+        "nominal": response.nominal, "median": response.quantiles[0.5].value,
+        "95 %": response.quantiles[0.95].value, "largest": response.largest,
     }  # fmt: skip
-    words = [f"{n} {each.scale.words(x)}" for n, x in numbers.items() if x == x]
-    if each.limited:
-        words.append(f"limit {each.limited.limit.words}")
+    words = [f"{n} {response.scale.words(x)}" for n, x in numbers.items() if x == x]
+    if response.limited:
+        words.append(f"limit {response.limited.limit.words}")
     return ", ".join(words)

@@ -1,22 +1,25 @@
 """The section of a report on one response in focus."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Mapping
 
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_replay, typed_setting
-from tolstat.answers.report.first_page import (
+from tolstat.answers.report.finding_words import centring_words
+from tolstat.answers.report.limits_table import (
     CENTRAL,
     at_least,
     explained,
     no_cause,
     rests_on,
 )
-from tolstat.answers.report.off_centre import finding
+from tolstat.answers.report.report_answer import Report
 from tolstat.answers.report.response_figures import figures_of
+from tolstat.answers.report.response_summary import (
+    Cause,
+    Causes,
+    NamedCause,
+)
 from tolstat.answers.report.summary_document import AS_SAMPLED, for_any
 from tolstat.document import blocks
 from tolstat.document.blocks import Block, Cell, Given, Section, Table
@@ -33,17 +36,8 @@ from tolstat.document.inline import (
     with_unit,
 )
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM, Ratio, Scale, share_words
-
-if TYPE_CHECKING:
-    from tolstat.answers.report.report_answer import (
-        Cause,
-        Causes,
-        NamedCause,
-        Report,
-        ReportedResponse,
-    )
-    from tolstat.statistics.sensitivity.contributions import Contributions
 
 Row = dict[str, Given]
 Values = Mapping[str, Estimate] | Mapping[str, float]
@@ -81,6 +75,7 @@ FEW = (
     "Few trials dominate the variance. The trials show the least joint contribution of "
     "parts, and not the contribution of each alone."
 )
+NEAREST = "Estimate: each trial has the error of the audited one of nearest response."
 LINEAR = "Shares come from a linear regression, which explains nearly all. "
 NEIGHBOURS = (
     "Shares come from nearest neighbours, which understate joint effects of parts. "
@@ -93,147 +88,338 @@ RARER = "They hold for trials like those seen. A rarer kind would change them."
 OVERLAP = " Deviations are correlated: shares overlap and need not add up to 100 %."
 
 
-def response_section(found: Report, name: str) -> Section:
+def response_section(report: Report, name: str) -> Section:
     """Return figures, performance, main causes, contributions, errors, worst trials."""
-    each = found.responses[name]
-    nothing = text(Word("No trial is done"), ": there is no value to draw.")
-    if each.still:
-        ends = Number(each.least, each.scale), Number(each.largest, each.scale)
-        nothing = say(STILL, *ends)
-    drawn = found.trials.done and not each.still
-    analysed = (
-        _part("Main causes of out-of-limit trials", *_causes(found, each)),
-        _part("Variance contributions", *_contributions(found, each)),
-        _part("Classical answers", _classical(found, name, each)),
-    )
-    shown = blocks.shown(
-        blocks.note(_declared(each)),
-        blocks.paragraph(_point_mass(each, found.trials.done)),
-        blocks.Gallery(figures_of(found, name)) if drawn else blocks.paragraph(nothing),
-        blocks.paragraph(finding(found.stored_run, name, each)),
-        _part("Performance", *_performance(found, each)),
-        _part("Mean and sigma", *_kinds_of_interval(found, each)),
-        *(() if each.still else analysed),
-        _part("Integration error", *_integration(found, each)),
-        _part("Worst trials", _worst_trials(found, name, each)),
-    )
-    return Section(name, shown, name)
+    return _ResponseSection(report, name).section()
 
 
-def _part(title: str, *given: Block | None) -> Section:
-    return Section(title, blocks.shown(*given), level=3)
+class _ResponseSection:
+    """The parts of the section on a response."""
 
+    def __init__(self, report: Report, name: str) -> None:
+        self.report, self.name, self.run = report, name, report.stored_run
+        self.response = report.responses[name]
+        self.scale, self.contributions = self.response.scale, None
+        if (shares := self.response.contributions) and shares.first_order:
+            self.contributions: Contributions | None = shares
+        self.correlated = bool(report.assumptions.correlation)
 
-def _declared(each: ReportedResponse) -> Parts:
-    source = f"equation {each.source}" if each.source else ""
-    said = ", ".join(filter(None, (each.sentence, each.symbol, source)))
-    return text(f"{said}." if said else None)
+    def section(self) -> Section:
+        """Return all its parts that are not empty."""
+        report, response = self.report, self.response
+        values: Block = blocks.paragraph(
+            Word("No trial is done"), ": there is no value to draw."
+        )
+        if response.still:
+            ends = self._number(response.least), self._number(response.largest)
+            values = blocks.paragraph(say(STILL, *ends))
+        elif report.trials.done:
+            values = blocks.Gallery(figures_of(report, self.name))
+        centring = report.findings.centring.get(self.name)
+        parts = (
+            ("Performance", self._performance()),
+            ("Mean and sigma", self._kinds_of_interval()),
+            ("Main causes of out-of-limit trials", self._causes()),
+            ("Variance contributions", self._contributions()),
+            ("Classical answers", (self._classical(),)),
+            ("Integration error", self._integration()),
+            ("Worst trials", (self._worst_trials(),)),
+        )
+        shown = blocks.shown(
+            blocks.note(self._declared()),
+            blocks.paragraph(self._point_mass()),
+            values,
+            blocks.paragraph(centring_words(self.run, response, centring)),
+            *(Section(title, blocks.shown(*part), level=3) for title, part in parts),
+        )
+        return Section(self.name, shown, self.name)
 
+    def _number(self, value: Estimate | float) -> Number:
+        return Number(value, self.scale)
 
-def _point_mass(each: ReportedResponse, done: int) -> Parts:
-    """Return a sentence on the value that many trials share."""
-    if (mass := each.point_mass) is None:
-        return ()
-    ends = Number(mass.least, each.scale), Number(mass.largest, each.scale)
-    return say(
-        "{} of production shares one value, {}{}. The histogram shows the others.",
-        Number(mass.share, PER_CENT, of=done), Number(mass.value, each.scale),
-        say(" (from {} to {})", *ends) if mass.least != mass.largest else None,
-    )  # fmt: skip
+    def _table(self, rows: Iterable[Row], look: str = "", **words: list[str]) -> Table:
+        return blocks.table_of(rows, caption=rests_on(self.report), look=look, **words)
 
+    def _declared(self) -> Parts:
+        response = self.response
+        source = f"equation {response.source}" if response.source else ""
+        facts = ", ".join(filter(None, (response.sentence, response.symbol, source)))
+        return text(f"{facts}." if facts else None)
 
-def _indices(each: ReportedResponse) -> Parts:
-    """Return the trials behind Sobol' indices, or why there are none."""
-    if (found := each.indices) is None:
-        return ()
-    why = f"No Sobol' indices: {found.reason}; there are" if found.reason else None
-    left_out = f"({found.broken} left out: not all of their trials are done)."
-    groups = counted(found.groups, "group")
-    return text(why or "Sobol' indices of", " ", groups, f" of trials {left_out}")
+    def _point_mass(self) -> Parts:
+        """Return a sentence on the value that many trials share."""
+        if (mass := self.response.point_mass) is None:
+            return ()
+        ends = self._number(mass.least), self._number(mass.largest)
+        return say(
+            "{} of production shares one value, {}{}. The histogram shows the others.",
+            Number(mass.share, PER_CENT, of=self.report.trials.done),
+            self._number(mass.value),
+            say(" (from {} to {})", *ends) if mass.least != mass.largest else None,
+        )  # fmt: skip
 
+    def _performance(self) -> tuple[Block, ...]:
+        if (limited := self.response.limited) is None:
+            return ()
+        head = f"against {limited.limit.words}"
+        equivalent = None, Number(limited.equivalent_ppk)
+        methods: dict[str, Iterable[Given]] = {
+            "equivalent, of the fraction out of limit": equivalent,
+            "by percentiles (ISO 22514-2)": map(ppk_cell, limited.percentiles),
+            "by moments, as for normal responses": map(ppk_cell, limited.moments),
+        }
+        rows = ({head: n, "Pp": pp, "Ppk": ppk} for n, (pp, ppk) in methods.items())
+        return self._table(rows), blocks.note(PERFORMANCE)
 
-def _performance(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
-    if (limited := each.limited) is None:
-        return ()
-    head = f"against {limited.limit.words}"
-    found_by: dict[str, Iterable[Given]] = {
-        "equivalent, of the fraction out of limit": (
-            None,
-            Number(limited.equivalent_ppk),
-        ),
-        "by percentiles (ISO 22514-2)": map(ppk_cell, limited.percentiles),
-        "by moments, as for normal responses": map(ppk_cell, limited.moments),
-    }
-    rows: list[Row] = [
-        {head: method, "Pp": pp, "Ppk": ppk} for method, (pp, ppk) in found_by.items()
-    ]
-    return blocks.table_of(rows, caption=rests_on(found)), blocks.note(PERFORMANCE)
+    def _kinds_of_interval(self) -> tuple[Block, ...]:
+        """Return mean and sigma with either kind of interval."""
+        response, wide = self.response, for_any(self.response)
+        rows: list[Row] = [
+            {
+                "interval": "as sampled",
+                "mean": None if "mean" in wide else self._number(response.mean),
+                "sigma": None if "sigma" in wide else self._number(response.sigma),
+            },
+            {
+                "interval": "for any distribution",
+                "mean": self._number(response.mean_for_any_distribution),
+                "sigma": self._number(response.sigma_for_any_distribution),
+            },
+        ]
+        return self._table(rows), blocks.note(f"{AS_SAMPLED} {REACH}")
 
+    def _causes(self) -> tuple[Block | None, ...]:
+        if (causes := self.response.causes) is None or self.response.still:
+            return ()
+        out, tested = causes.trials_out_of_limit, len(causes.contributors)
+        failed = ", failed ones among them" if self.report.trials.failed else None
+        finding = self.report.findings.limits[self.name]
+        none = None if causes.named else f": {no_cause(finding)}"
+        return (
+            blocks.paragraph(counted(out, "trial"), " out of limit", failed, none, "."),
+            self._causes_table(causes) if out else None,
+            blocks.note(say(LEVELS, str(tested))) if out and tested else None,
+            blocks.note(CORRELATED) if self.correlated and tested else None,
+        )
 
-def _kinds_of_interval(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
-    """Return mean and sigma with either kind of interval."""
-    wide, own = for_any(each), each.scale
-    rows: list[Row] = [
-        {
-            "interval": "as sampled",
-            "mean": None if "mean" in wide else Number(each.mean, own),
-            "sigma": None if "sigma" in wide else Number(each.sigma, own),
-        },
-        {
-            "interval": "for any distribution",
-            "mean": Number(each.mean_for_any_distribution, own),
-            "sigma": Number(each.sigma_for_any_distribution, own),
-        },
-    ]
-    table = blocks.table_of(rows, caption=rests_on(found))
-    return table, blocks.note(f"{AS_SAMPLED} {REACH}")
+    def _causes_table(self, causes: Causes) -> Table:
+        """Return a row for what is named together, each kind of part, contributor."""
+        rows: list[Row] = []
+        for named in causes.named:
+            if named.words in causes.contributors:
+                continue
+            below: Parts = ()
+            if together := named.together:
+                alone = Number(together.alone, PER_CENT, "at_most")
+                below = say("{}; any of them alone in at most {}",
+                            explained(together, causes), alone)  # fmt: skip
+            rows.append(_cause(Cell((Word(named.words),), below), named))
+        for name, cause in sorted(causes.by_name.items(), key=_clearest_first):
+            single = cause.shift == cause.shift
+            part = Word(name) if cause.significant else Name(name)
+            rows.append({
+                **_cause(Cell((part,)), cause),
+                "mean, sigmas": Number(cause.shift) if single else None,
+                "distance, sigmas": Number(cause.width) if single else None,
+            })  # fmt: skip
+        return self._table(rows, words=["contributor"])
 
+    def _contributions(self) -> tuple[Block | None, ...]:
+        response, shares = self.response, self.contributions
+        names = [*response.leading, *response.slopes]  # what matters first
+        for case in response.worst_cases.values():
+            names += [name for name, off in case.deviations.items() if off]
+        names += response.indices.first if response.indices else ()
+        if response.still or not names:
+            return ()
+        kinds = self._kinds(shares) if shares else []
+        rows = self._contributors(dict.fromkeys(names))
+        return (
+            blocks.paragraph(FEW) if shares and shares.dominated_by_few else None,
+            blocks.paragraph(self._indices()),
+            self._table([*kinds, *rows], "dense"),
+            blocks.note(self._remarks(shares)) if shares else None,
+        )
 
-def _causes(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
-    if (causes := each.causes) is None:
-        return ()
-    out, known = causes.trials_out_of_limit, causes.contributors
-    failed = ", failed ones among them" if found.trials.failed else None
-    none = None if causes.named else f": {no_cause(each)}"
-    correlated = found.assumptions.correlation and known
-    return (
-        blocks.paragraph(counted(out, "trial"), " out of limit", failed, none, "."),
-        _causes_table(found, causes) if out else None,
-        blocks.note(say(LEVELS, str(len(known)))) if out and known else None,
-        blocks.note(CORRELATED) if correlated else None,
-    )
+    def _indices(self) -> Parts:
+        """Return the trials behind Sobol' indices, or why there are none."""
+        if (indices := self.response.indices) is None:
+            return ()
+        why = "Sobol' indices of"
+        if indices.reason:
+            why = f"No Sobol' indices: {indices.reason}; there are"
+        broken = f"({indices.broken} left out: not all of their trials are done)."
+        groups = counted(indices.groups, "group")
+        return text(why, " ", groups, f" of trials {broken}")
 
+    def _kinds(self, shares: Contributions) -> list[Row]:
+        """Return a row for each kind of part, the largest share first."""
+        rows: list[Row] = []
+        size = {n: x.value for n, x in self.response.shares_of_kinds.items()}
+        for kind in sorted(size, key=lambda n: -size[n] if size[n] == size[n] else 0.0):
+            together, members = shares.together[kind], self.response.members[kind]
+            share: Given = Number(together, PART)
+            alone: Given = Cell((Number(shares.groups[kind], PART),),
+                                text("sum of first orders"))  # fmt: skip
+            if shares.dominated_by_few:
+                reason = Cell((), text(f"{together.reason}"))
+                share, alone = at_least(together) if together.sure else reason, None
+            rows.append({
+                "contributor": Cell((Name(kind),), text(", ".join(members))),
+                ALONE + CENTRAL * shares.clipped: alone,
+                TOGETHER + CENTRAL * shares.clipped: share,
+            })  # fmt: skip
+        return rows
 
-def _causes_table(found: Report, causes: Causes) -> Table:
-    """Return a row for what is named together, each kind of part and contributor."""
-    rows: list[Row] = []
-    for named in causes.named:
-        if named.words in causes.contributors:
-            continue
-        below: Parts = ()
-        if named.together:
-            below = say(
-                "{}; any of them alone in at most {}",
-                explained(named.together, causes),
-                Number(named.together.alone, PER_CENT, "at_most"),
+    def _contributors(self, names: Iterable[str]) -> Iterator[Row]:
+        """Yield a row for each contributor."""
+        response, shares = self.response, dict[str, tuple[Values, Scale | Ratio]]()
+        if known := self.contributions:
+            alone = {} if known.dominated_by_few else known.first_order
+            shares[ALONE + CENTRAL * known.clipped] = alone, PART
+            shares["rank regression coefficient"] = known.rank_regression, AS_IS
+        if (indices := response.indices) and not indices.reason:
+            central = CENTRAL * indices.clipped
+            shares[f"Sobol' first-order index, %{central}"] = indices.first, PART
+            shares[f"Sobol' total index, %{central}"] = indices.total, PART
+        if linear := response.root_sum_square:
+            shares["root sum square, % of the variance"] = linear.shares, PART
+        worst = {
+            f"worst case, {side}": case.deviations
+            for side, case in response.worst_cases.items()
+        }
+        for part in names:
+            scale = self.run.scales.get(part, AS_IS)  # a batch has none
+            row: Row = {"contributor": Name(part)}
+            for head, (values, unit) in shares.items():
+                if part in values:
+                    row[head] = Number(values[part], unit)
+            if part in response.slopes:
+                slope = Number(response.slopes[part], Ratio(self.scale, scale))
+                row["slope at the nominal trial"] = with_unit(slope)
+            for head, deviations in worst.items():
+                if part in deviations:
+                    row[head] = with_unit(Number(deviations[part], scale))
+            yield row
+
+    def _remarks(self, shares: Contributions) -> Parts:
+        rest = "interaction" if shares.linear else "interaction, correlation or chance"
+        nan = math.isnan(shares.unexplained.value)
+        estimated = not shares.dominated_by_few and not nan
+        alone = say(f"Not explained by contributors alone: {{}} ({rest}). ",
+                    Number(shares.unexplained, PART))  # fmt: skip
+        ranks = say("Ranks explain {}. ", Number(shares.explained, PART))
+        chance = estimated and not shares.linear
+        return text(
+            alone if estimated else None,
+            None if math.isnan(shares.explained.value) else ranks,
+            CLIPPED if shares.clipped else None,
+            LINEAR if shares.linear else NEIGHBOURS,
+            "Estimates below 0 are chance. " if chance else None,
+            RARER,
+            OVERLAP if self.correlated else None,
+        )
+
+    def _classical(self) -> Table | None:
+        response, rows = self.response, dict[str, tuple[Given, Said]]()
+        if response.still:
+            return None
+        for side, case in response.worst_cases.items():
+            note = "no probability: the worst within the tolerances, by the model"
+            if case.tried:
+                note = f"no probability: the worst of {case.tried} trials within them"
+            if case.failed:
+                note += f"; {case.failed} of these failed, and count as out of limit"
+            rows[f"worst case, {side}"] = self._number(case.value), note
+        if linear := response.root_sum_square:
+            sigma = say("sigma {}", self._number(linear.sigma))
+            mean = Cell((self._number(linear.mean),), sigma)
+            basis = "slopes at the nominal trial, normal response"
+            rows["root sum square"] = mean, basis
+        for departure in response.departures:
+            wrong = "little" if departure.relative > 0 else "much"
+            fails = Word("root sum square fails"), f" (it promises too {wrong}): "
+            simulated = self._number(response.quantiles[departure.share])
+            rows[f"{share_words(departure.share)}: root sum square"] = (
+                self._number(departure.linear),
+                (fails if departure.fails else None, "simulated ", simulated),
             )
-        rows.append(_cause(Cell((Word(named.words),), below), named.level, named))
-    for name, each in sorted(causes.every.items(), key=_clearest_first):
-        known = each.shift == each.shift
-        part = Word(name) if each.significant else Name(name)
-        rows.append({
-            **_cause(Cell((part,)), each.level, each),
-            "mean, sigmas": Number(each.shift) if known else None,
-            "distance, sigmas": Number(each.width) if known else None,
-        })  # fmt: skip
-    return blocks.table_of(rows, words=["contributor"], caption=rests_on(found))
+        head = self.scale.label(self.name)
+        return self._table(
+            ({"answer": answer, head: value, "": text(note)}
+             for answer, (value, note) in rows.items()), words=[""],
+        )  # fmt: skip
+
+    def _integration(self) -> tuple[Block | None, ...]:
+        """Return the size of integration errors, and their effect."""
+        if (errors := self.response.integration_errors) is None:
+            return ()
+        exact, effect = self.scale._replace(least=0.0), errors.effect
+        settings = errors.settings.items()
+        typed = (f"{n} {typed_setting(self.run, n, x)}" for n, x in settings)
+        tightened = ", ".join(typed).replace('"', "")
+        above = text("Trials depend on each other: how many err more is not known.")
+        if errors.above == errors.above:
+            above = say(
+                "At most {} of production err more (95 %) than the largest at random.",
+                Number(errors.above, PER_CENT, "at_most"),
+            )
+        sizes: list[Row] = [
+            {"chosen": CHOSEN[why], "trials": Number(largest.trials),
+             exact.label("largest error"): Number(largest.largest, exact)}
+            for why, largest in {"random": errors.at_random, **errors.chosen}.items()
+            if largest.trials
+        ]  # fmt: skip
+        moved: Row = {}
+        if effect:
+            by = {"mean": effect.mean, "sigma": effect.sigma}
+            by |= {share_words(share): x for share, x in effect.quantiles.items()}
+            moved = {"unit": exact.mark, **{n: Number(x, exact) for n, x in by.items()}}
+            if effect.fraction_out_of_limit is not None:
+                moved["out of limit, ppm"] = Number(effect.fraction_out_of_limit, PPM)
+        sides: Parts = ()
+        if errors.changed is not None:
+            changed = Number(errors.changed)
+            sides = text("Trials that change sides of the limit: ", changed, ".")
+        return (
+            blocks.paragraph(say(
+                f"{{}} evaluated again with {tightened} ({errors.failed} failed one of "
+                "the two times). The largest error is no bound for others. {}",
+                counted(errors.trials, "trial"),
+                above if errors.at_random.trials else None,
+            )),
+            self._table(sizes),
+            self._table([moved]) if moved else None,
+            blocks.note(NEAREST) if moved else None,
+            blocks.paragraph(sides),
+        )  # fmt: skip
+
+    def _worst_trials(self) -> Table:
+        again, run, trials = "to see it again", self.run, self.report.trials
+        rows: list[Row] = []
+        for worst in self.response.worst_trials:
+            deviations = worst.deviations.items()
+            precise = worst.precise
+            rows.append({
+                "trial": Number(worst.trial),
+                self.scale.label(self.name): self._number(worst.value),
+                "evaluated again": None if math.isnan(precise)
+                else self._number(precise),
+                **{n: with_unit(Number(x, run.scales[n])) for n, x in deviations},
+                again: Typed(to_replay(run.path, worst.trial, run.machine)),
+            })  # fmt: skip
+        caption = rests_on(self.report)
+        if trials.counted < trials.ran:  # these are the worst of all
+            done = Number(trials.by_status["done"])
+            caption = say("of all {} trials done", done)
+        return blocks.table_of(rows, words=[again], caption=caption)
 
 
-def _cause(part: Cell, level: float, cause: Cause | NamedCause) -> Row:
+def _cause(part: Cell, cause: Cause | NamedCause) -> Row:
     size = cause.effective_sample_size
     return {
         "contributor": part,
-        "level, %": Number(level, PART),
+        "level, %": Number(cause.level, PART),
         "out of limit with its tolerance halved, ppm": ppm(cause.halved),
         "effective sample size": Number(size) if size else None,
     }
@@ -241,195 +427,5 @@ def _cause(part: Cell, level: float, cause: Cause | NamedCause) -> Row:
 
 def _clearest_first(named: tuple[str, Cause]) -> tuple[float, float]:
     """Sort by how clearly it differs, then by what halving leaves out of limit."""
-    cause, left = named[1], named[1].halved.value
-    return cause.level, math.inf if math.isnan(left) else left
-
-
-def _contributions(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
-    known = each.contributions
-    if known and not known.first_order:
-        known = None
-    every = [*each.leading, *each.slopes]  # what matters first
-    for case in each.worst_cases.values():
-        every += [name for name, off in case.deviations.items() if off]
-    every += each.indices.first if each.indices else ()
-    if not every:
-        return ()
-    kinds = _kinds(each, known) if known else []
-    rows = _contributors(found, each, known, list(dict.fromkeys(every)))
-    return (
-        blocks.paragraph(FEW) if known and known.dominated_by_few else None,
-        blocks.paragraph(_indices(each)),
-        blocks.table_of([*kinds, *rows], caption=rests_on(found), look="dense"),
-        blocks.note(_remarks(found, known)) if known else None,
-    )
-
-
-def _kinds(each: ReportedResponse, known: Contributions) -> list[Row]:
-    """Return a row for each kind of part, the largest share first."""
-    rows: list[Row] = []
-    size = {kind: share.value for kind, share in each.shares_of_kinds.items()}
-    for kind in sorted(size, key=lambda n: -size[n] if size[n] == size[n] else 0.0):
-        together = known.together[kind]
-        share: Given = Number(together, PART)
-        if known.dominated_by_few:
-            reason = Cell((), text(together.reason))
-            share = at_least(together) if together.sure else reason
-        alone: Given = None
-        if not known.dominated_by_few:
-            summed = Number(known.groups[kind], PART)
-            alone = Cell((summed,), text("sum of first orders"))
-        rows.append({
-            "contributor": Cell((Name(kind),), text(", ".join(each.members[kind]))),
-            ALONE + CENTRAL * known.clipped: alone,
-            TOGETHER + CENTRAL * known.clipped: share,
-        })  # fmt: skip
-    return rows
-
-
-def _contributors(
-    found: Report, each: ReportedResponse, known: Contributions | None, every: list[str]
-) -> list[Row]:
-    """Return a row for each contributor."""
-    shares: dict[str, tuple[Values, Scale | Ratio]] = {}
-    if known:
-        alone = {} if known.dominated_by_few else known.first_order
-        shares[ALONE + CENTRAL * known.clipped] = alone, PART
-        shares["rank regression coefficient"] = known.rank_regression, AS_IS
-    if (indices := each.indices) and not indices.reason:
-        central = CENTRAL * indices.clipped
-        shares[f"Sobol' first-order index, %{central}"] = indices.first, PART
-        shares[f"Sobol' total index, %{central}"] = indices.total, PART
-    if each.root_sum_square:
-        shares["root sum square, % of the variance"] = (
-            each.root_sum_square.shares,
-            PART,
-        )
-    rows: list[Row] = []
-    for part in every:
-        shown = found.stored_run.scales.get(part, AS_IS)  # a batch has none
-        own: dict[str, tuple[Values, Scale | Ratio]] = {
-            "slope at the nominal trial": (each.slopes, Ratio(each.scale, shown))
-        }
-        for side, case in each.worst_cases.items():
-            if not case.deviations:
-                continue
-            own[f"worst case, {side}"] = case.deviations, shown
-        row: Row = {"contributor": Name(part)}
-        for head, (of, scale) in (shares | own).items():
-            if part in of:
-                number = Number(of[part], scale)
-                row[head] = with_unit(number) if head in own else number
-        rows.append(row)
-    return rows
-
-
-def _remarks(found: Report, known: Contributions) -> Parts:
-    rest = "interaction" if known.linear else "interaction, correlation or chance"
-    estimated = not known.dominated_by_few and not math.isnan(known.unexplained.value)
-    alone = say(f"Not explained by contributors alone: {{}} ({rest}). ",
-                Number(known.unexplained, PART))  # fmt: skip
-    ranks = say("Ranks explain {}. ", Number(known.explained, PART))
-    return text(
-        alone if estimated else None,
-        None if math.isnan(known.explained.value) else ranks,
-        CLIPPED if known.clipped else None,
-        LINEAR if known.linear else NEIGHBOURS,
-        "Estimates below 0 are chance. " if estimated and not known.linear else None,
-        RARER,
-        OVERLAP if found.assumptions.correlation else None,
-    )
-
-
-def _classical(found: Report, name: str, each: ReportedResponse) -> Table:
-    scale, rows = each.scale, dict[str, tuple[Given, Said]]()
-    for side, case in each.worst_cases.items():
-        said = "no probability: the worst within the tolerances, by the model"
-        if case.tried:
-            said = f"no probability: the worst of {case.tried} trials within them"
-        if case.failed:
-            said += f"; {case.failed} of these failed, and count as out of limit"
-        rows[f"worst case, {side}"] = Number(case.value, scale), said
-    if linear := each.root_sum_square:
-        sigma = say("sigma {}", Number(linear.sigma, scale))
-        mean = Cell((Number(linear.mean, scale),), sigma)
-        rows["root sum square"] = mean, "slopes at the nominal trial, normal response"
-    for departure in each.departures:
-        wrong = "little" if departure.relative > 0 else "much"
-        fails = (Word("root sum square fails"), f" (it promises too {wrong}): ")
-        simulated = Number(each.quantiles[departure.share], scale)
-        rows[f"{share_words(departure.share)}: root sum square"] = (
-            Number(departure.linear, scale),
-            (fails if departure.fails else None, "simulated ", simulated),
-        )
-    return blocks.table_of(
-        [{"answer": answer, scale.label(name): value, "": text(said)}
-         for answer, (value, said) in rows.items()],
-        words=[""], caption=rests_on(found),
-    )  # fmt: skip
-
-
-def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
-    """Return the size of integration errors, and their effect."""
-    if (errors := each.integration_errors) is None:
-        return ()
-    exact, effect = each.scale._replace(least=0.0), errors.effect
-    run, given = found.stored_run, errors.settings
-    typed = (f"{n} {typed_setting(run, n, x)}" for n, x in given.items())
-    tightened = ", ".join(typed).replace('"', "")
-    above = text("Trials depend on each other: how many err more is not known.")
-    if errors.above == errors.above:
-        most = Number(errors.above, PER_CENT, "at_most")
-        above = say(
-            "At most {} of production err more (95 %) than the largest at random.", most
-        )
-    seen: list[Row] = [
-        {"chosen": CHOSEN[why], "trials": Number(of.trials),
-         exact.label("largest error"): Number(of.largest, exact)}
-        for why, of in {"random": errors.at_random, **errors.chosen}.items()
-        if of.trials
-    ]  # fmt: skip
-    moved: Row = {}
-    if effect:
-        by = {"mean": effect.mean, "sigma": effect.sigma}
-        by |= {share_words(share): x for share, x in effect.quantiles.items()}
-        moved = {"unit": exact.mark, **{n: Number(x, exact) for n, x in by.items()}}
-        if effect.fraction_out_of_limit is not None:
-            moved["out of limit, ppm"] = Number(effect.fraction_out_of_limit, PPM)
-    sides = None
-    if errors.changed is not None:
-        sides = blocks.paragraph(
-            "Trials that change sides of the limit: ", Number(errors.changed), "."
-        )
-    nearest = (
-        "Estimate: each trial has the error of the audited one of nearest response."
-    )
-    return (
-        blocks.paragraph(say(
-            f"{{}} evaluated again with {tightened} ({errors.failed} failed one of the "
-            "two times). The largest error is no bound for others. {}",
-            counted(errors.trials, "trial"), above if errors.at_random.trials else None,
-        )),
-        blocks.table_of(seen, caption=rests_on(found)),
-        blocks.table_of([moved], caption=rests_on(found)) if moved else None,
-        blocks.note(nearest) if moved else None,
-        sides,
-    )  # fmt: skip
-
-
-def _worst_trials(found: Report, name: str, each: ReportedResponse) -> Table:
-    again, scales, run = "to see it again", found.stored_run.scales, found.stored_run
-    rows: list[Row] = []
-    for worst in each.worst_trials:
-        rows.append({
-            "trial": Number(worst.trial),
-            each.scale.label(name): Number(worst.value, each.scale),
-            "evaluated again": None if math.isnan(worst.precise)
-            else Number(worst.precise, each.scale),
-            **{n: with_unit(Number(x, scales[n])) for n, x in worst.deviations.items()},
-            again: Typed(to_replay(run.path, worst.trial, run.machine)),
-        })  # fmt: skip
-    of = rests_on(found)
-    if found.trials.counted < found.trials.ran:  # these are the worst of all
-        of = say("of all {} trials done", Number(found.trials.by_status["done"]))
-    return blocks.table_of(rows, words=[again], caption=of)
+    cause, after = named[1], named[1].halved.value
+    return cause.level, math.inf if math.isnan(after) else after

@@ -1,9 +1,10 @@
 """Variance contributions, from any trials or from those sampled for indices."""
 
 from collections.abc import Callable, Sequence
+from itertools import chain
 from typing import Any
 
-from tolstat.answers.report.report_answer import SobolIndices
+from tolstat.answers.report.response_summary import SobolIndices
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.execution.diagnostics.halved_tolerances import effects_of
 from tolstat.model.description import kinds_of_part
@@ -31,22 +32,23 @@ def contributions_of(
     run = drawn.run
     groups = kinds_of_part(list(deviations), run.contributors)
     effects = effects_of(focus, run.assumed, run.diagnostics.slopes, run.contributors)
-    for known in effects.values() if run.independent else ():
-        for equal in equal_parts({n: known[n] for n in deviations if n in known}):
-            moves = any(known[name].size for name in equal)
-            if moves and not {*equal} & {n for each in groups.values() for n in each}:
+    for sizes in effects.values() if run.independent else ():
+        for equal in equal_parts({n: sizes[n] for n in deviations if n in sizes}):
+            moves = any(sizes[name].size for name in equal)
+            if moves and not {*equal} & {*chain.from_iterable(groups.values())}:
                 groups[", ".join(equal)] = list(equal)
     responses = {name: drawn.done(name) for name in focus}
-    independent = run.independent
-    found = contributions(deviations, responses, groups, independent=independent)
-    for name, each in found.items():
-        shares = _of_each(at_most_all, each)  # overlapping ones may sum to more
-        own = shares.groups if independent else each.groups
-        shares = shares._replace(rank_regression=each.rank_regression, groups=own)
+    independent, by_response = run.independent, dict[str, Contributions]()
+    for name, raw in contributions(
+        deviations, responses, groups, independent=independent
+    ).items():
+        shares = _changed(raw, at_most_all)  # overlapping ones may sum to more
+        groups_of = shares.groups if independent else raw.groups
+        shares = shares._replace(rank_regression=raw.rank_regression, groups=groups_of)
         if drawn.sample.replicates:
-            shares = _of_each(without_interval, shares)
-        found[name] = shares
-    return found, {name: tuple(members) for name, members in groups.items()}
+            shares = _changed(shares, without_interval)
+        by_response[name] = shares
+    return by_response, {kind: tuple(members) for kind, members in groups.items()}
 
 
 def at_most_all(share: Estimate) -> Estimate:
@@ -57,17 +59,17 @@ def at_most_all(share: Estimate) -> Estimate:
     return Estimate(value, lower, upper, share.reason)
 
 
-def _of_each(
-    change: Callable[[Estimate], Estimate], found: Contributions
+def _changed(
+    contributions: Contributions, change: Callable[[Estimate], Estimate]
 ) -> Contributions:
     """Change all estimates of contributions."""
 
-    def changed(given: object) -> Any:
-        if isinstance(given, dict):
-            return {name: change(each) for name, each in given.items()}
-        return change(given) if isinstance(given, Estimate) else given
+    def changed(value: object) -> Any:
+        if isinstance(value, dict):
+            return {name: change(share) for name, share in value.items()}
+        return change(value) if isinstance(value, Estimate) else value
 
-    return Contributions(*map(changed, found))
+    return Contributions(*map(changed, contributions))
 
 
 def indices_of(drawn: Drawn, name: str) -> SobolIndices:
@@ -76,12 +78,12 @@ def indices_of(drawn: Drawn, name: str) -> SobolIndices:
     Groups with a failed trial are left out and counted.
     """
     groups, broken = drawn.groups(name)
-    found = sobol_indices(groups, list(drawn.sampled.factors))
+    indices = sobol_indices(groups, list(drawn.sampled.factors))
     return SobolIndices(
         len(groups),
         broken,
-        {factor: at_most_all(each.first) for factor, each in found.items()},
-        {factor: at_most_all(each.total) for factor, each in found.items()},
-        any(each.first.reason == HEAVY for each in found.values()),
+        {factor: at_most_all(index.first) for factor, index in indices.items()},
+        {factor: at_most_all(index.total) for factor, index in indices.items()},
+        any(index.first.reason == HEAVY for index in indices.values()),
         bool(len(groups)) and not clipped(groups, groups[:, :2]).light,
     )

@@ -2,21 +2,19 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.answers.answer import Answer
 from tolstat.answers.report.report_warnings import ReportWarning, warnings_of_run
 from tolstat.answers.run_answer import (
-    TitleBlock,
+    AboutRun,
     identity_of,
     notes_of,
     responses_in_focus,
 )
 from tolstat.answers.sweep.curves import point_words
-from tolstat.answers.sweep.extremes_document import extremes_document
 from tolstat.document.inline import Number
 from tolstat.render.serialize import Row
 from tolstat.statistics.limits.limit import Limit, margins
@@ -58,13 +56,9 @@ class Point(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class Extremes(Answer):
+class Extremes(AboutRun):
     """Extremes of a grid or a table, whose trials are no sample of production."""
 
-    title: str
-    run: str
-    model: str
-    title_block: TitleBlock
     sampling: str
     trials: int
     ran: int
@@ -73,19 +67,15 @@ class Extremes(Answer):
     meet_all: int  # trials within all limits
     best: Point | None  # None without a limit, and where no trial is done
     worst: Point | None
-    provenance: Mapping[str, object]  # versions, times, processor, text of the study
     focus: tuple[str, ...]  # responses that the page draws
     # what a reader has to know before all numbers
     warnings: tuple[ReportWarning, ...]
     notes: tuple[str, ...]  # for readers of the numbers
-    stored_run: Run = field(metadata={"json": False})
     answers = "extremes"
 
     @property
     def _short(self) -> str:
         return f"{self.run}, {self.ran} trials of a {self.sampling}"
-
-    document = extremes_document
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response."""

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tolstat.answers.next_steps import command, to_replay, to_resume
-from tolstat.answers.report.first_page import what_next
+from tolstat.answers.report.finding_words import in_words, what_next
 from tolstat.answers.report.report_document import sheet
-from tolstat.answers.report.report_warnings import in_words
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sweep.curves import (
     TAKEN,

@@ -1,0 +1,255 @@
+"""What is found out about a response of a run, as types. SI."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.answers.report.off_centre import OffCentre
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.yields import WORST_FIRST
+from tolstat.statistics.point_mass import PointMass
+from tolstat.statistics.sensitivity.contributions import Contributions
+from tolstat.statistics.sensitivity.linear import Departure, Linear
+from tolstat.statistics.sensitivity.out_of_limit import CLEAR
+from tolstat.statistics.sensitivity.pairs import Together
+from tolstat.statistics.summary import Limited, Summary
+from tolstat.store.run_records import WorstCase
+from tolstat.units.scale import Scale
+
+MOST_OF_VARIANCE = 0.9
+NEGLIGIBLE = 1e-3  # of the distance to the limit: a smaller range is not analysed
+
+
+class Cause(NamedTuple):
+    """One contributor, or kind of part, as a cause of out-of-limit trials."""
+
+    shift: float  # how it differs among them, see `Difference`; NaN for a kind of part
+    width: float
+    # how often chance would make it differ so much, corrected for all tests of a limit;
+    # of a kind of part that of its least clear member, unless it is named as a whole
+    level: float
+    halved: Estimate  # fraction out of limit with its tolerance, or all of it, halved
+    effective_sample_size: int  # that this rests on; 0 without any
+
+    @property
+    def significant(self) -> bool:
+        """Whether it differs by more than chance."""
+        return self.level < CLEAR
+
+
+class NamedCause(NamedTuple):
+    """A named cause: a contributor, equivalent parts, or several only together."""
+
+    words: str  # what is named
+    members: tuple[str, ...]  # contributors
+    level: float  # p-value, corrected for all tests of a limit
+    halved: Estimate  # fraction out of limit with all these tolerances halved
+    effective_sample_size: int  # that this rests on; 0 without any
+    together: Together | None  # what several explain only together; None otherwise
+
+
+class Causes(NamedTuple):
+    """Main causes of out-of-limit trials."""
+
+    trials_out_of_limit: int  # trials, failed ones among them
+    reason: str  # why no cause is named; empty if one is
+    needed: int  # trials in all that would tell, if these are too few; otherwise 0
+    # the main cause first: the least change that meets the limit, if one is known to;
+    # otherwise what explains most
+    named: tuple[NamedCause, ...]
+    contributors: Mapping[str, Cause]
+    kinds: Mapping[str, Cause]
+
+    @property
+    def by_name(self) -> dict[str, Cause]:
+        """Kinds of part and contributors by name."""
+        return {**self.contributors, **self.kinds}
+
+    @property
+    def main(self) -> NamedCause | None:
+        """The main cause; None if there is none."""
+        return next(iter(self.named), None)
+
+    @property
+    def significant(self) -> list[str]:
+        """Contributors that differ significantly, the clearest first."""
+        clear = {n: x for n, x in self.contributors.items() if x.significant}
+        return sorted(clear, key=lambda name: clear[name].level)
+
+
+class Effect(NamedTuple):
+    """How far integration errors move the numbers of a response; NaN: not known."""
+
+    mean: float
+    sigma: float
+    quantiles: Mapping[float, float]
+    fraction_out_of_limit: float | None
+
+
+class LargestError(NamedTuple):
+    """Trials evaluated again for one reason, done both times; their largest error."""
+
+    trials: int
+    largest: float
+
+
+class IntegrationErrors(NamedTuple):
+    """The integration errors of a response, from the audit of the run."""
+
+    trials: int  # evaluated again
+    failed: int  # of these, one of the two times
+    settings: Mapping[str, float]  # what was tightened, and to what
+    largest: float  # error seen; no bound on that of any other trial
+    at_random: LargestError  # of trials chosen at random
+    # fraction whose error is above the largest of these, at most, with 95 % certainty;
+    # NaN where trials depend on each other
+    above: float
+    # of trials chosen for this response: "near" its limit, the "worst", and "spread"
+    chosen: Mapping[str, LargestError]
+    effect: Effect | None  # None where it is unknown
+    changed: int | None  # trials that change sides of the limit; None without one
+
+
+class SobolIndices(NamedTuple):
+    """Sobol' indices of a run made for them, from its whole groups of trials."""
+
+    groups: int
+    broken: int
+    first: Mapping[str, Estimate]
+    total: Mapping[str, Estimate]
+    dominated_by_few: bool
+    clipped: bool  # of the response clipped to the central 99 % of its trials
+
+    @property
+    def reason(self) -> str:
+        """Why they are not shown; empty if they are."""
+        if self.dominated_by_few:
+            return "few trials dominate the variance"
+        if any(share.value == share.value for share in self.first.values()):
+            return ""
+        return next((x.reason for x in self.total.values()), "nothing deviates")
+
+
+class WorstTrial(NamedTuple):
+    """One of the worst trials, with its most important deviations."""
+
+    trial: int
+    value: float
+    precise: float
+    deviations: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class ResponseSummary(Summary):
+    """A response at the end of a run."""
+
+    nominal: float  # of the nominal trial; NaN if that failed
+    sentence: str
+    scale: Scale
+    causes: Causes | None  # None without a limit
+    off_centre: OffCentre | None  # None if the limit is met, or its centre is right
+    # of a response in focus, as the next; None where nothing deviates
+    contributions: Contributions | None
+    members: Mapping[str, tuple[str, ...]]  # of each kind of part
+
+    @property
+    def nothing(self) -> bool:
+        """Whether it has no limit and is zero in every trial, the nominal one too."""
+        return not self.limited and self.nominal == self.least == self.largest == 0
+
+    @property
+    def still(self) -> bool:
+        """Whether no trial is out of limit, and the range nothing beside the limit."""
+        if not self.limited or self.limited.yields.fraction_out_of_limit.value:
+            return False
+        lower, upper = self.limited.limit.permitted
+        room = min(upper - self.largest, self.least - lower)
+        return self.largest - self.least < NEGLIGIBLE * room
+
+    @property
+    def largest_share(self) -> tuple[str, Estimate] | None:
+        """The largest variance contribution; None where few trials dominate."""
+        contributions = self.contributions
+        if contributions is None or contributions.dominated_by_few:
+            return None
+        grouped = {member for members in self.members.values() for member in members}
+        alone = {n: x for n, x in contributions.first_order.items() if n not in grouped}
+        shares = {**self.shares_of_kinds, **alone}
+        clear = {n: x for n, x in shares.items() if x.value > 0 and not x.lower <= 0}
+        name = max(clear, key=lambda name: clear[name].value, default="")
+        return (name, clear[name]) if name else None
+
+    @property
+    def most_of_variance(self) -> list[str]:
+        """The fewest contributors that make nine tenths of the variance."""
+        shares = self.contributions.first_order if self.contributions else {}
+        values = {n: x.value for n, x in shares.items() if x.value > 0}
+        names = sorted(values, key=lambda name: -values[name])
+        sums = np.cumsum([values[name] for name in names])
+        return names[: int(np.searchsorted(sums, MOST_OF_VARIANCE)) + 1]
+
+    @property
+    def shares_of_kinds(self) -> dict[str, Estimate]:
+        """The share of each kind of part: with interactions, where that is known."""
+        if (shares := self.contributions) is None:
+            return {}
+        return {
+            kind: together
+            if together.value > 0 or not (alone := shares.groups[kind]).sure
+            else alone._replace(upper=1.0)  # a sum of first orders: at least that much
+            for kind, together in shares.together.items()
+        }
+
+
+def by_what_decides(responses: Mapping[str, ResponseSummary]) -> dict[str, Limited]:
+    """Return the limited responses by what decides.
+
+    Not met first, then most out of limit, then nearest to the limit (least Ppk by
+    percentiles).
+    """
+
+    def rank(item: tuple[str, Limited]) -> tuple[int, float, float]:
+        yields, ppk = item[1].yields, item[1].percentiles.ppk.value
+        near = math.inf if math.isnan(ppk) else ppk
+        verdict = WORST_FIRST.index(yields.verdict)
+        return verdict, -yields.fraction_out_of_limit.value, near
+
+    limits = {name: each.limited for name, each in responses.items()}
+    return dict(sorted(((n, x) for n, x in limits.items() if x), key=rank))
+
+
+@dataclass(frozen=True)
+class ReportedResponse(ResponseSummary):
+    """A response in a report."""
+
+    symbol: str
+    source: str
+    integration_errors: IntegrationErrors | None  # None: nothing was evaluated again
+    slopes: Mapping[str, float]  # at the nominal trial, by contributor that deviates
+    root_sum_square: Linear | None  # root sum square; None without slopes
+    departures: tuple[Departure, ...]  # how far that is off
+    worst_cases: Mapping[str, WorstCase]  # by side, of a limited response
+    worst_trials: tuple[WorstTrial, ...]  # the worst first, of a limited response
+    # of a response in focus, as the next: the value that many trials share
+    point_mass: PointMass | None
+    indices: SobolIndices | None
+
+    @property
+    def leading(self) -> list[str]:
+        """The contributors that matter to it, the most important first.
+
+        If few trials dominate the variance, contributions are noise. Contributors that
+        differ significantly among out-of-limit trials then come first, and ranks order
+        the rest.
+        """
+        if (contributions := self.contributions) is None:
+            return []
+        few = contributions.dominated_by_few
+        shares = contributions.rank_regression if few else contributions.first_order
+        values = {n: x.value for n, x in shares.items() if x.value == x.value}
+        first = self.causes.significant if few and self.causes else []
+        rest = sorted(values, key=lambda n: -(abs(values[n]) if few else values[n]))
+        return [name for name in dict.fromkeys([*first, *rest]) if name in values]
