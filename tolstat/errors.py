@@ -94,8 +94,6 @@ class QuestionError(TolstatError):
     """A question that a run cannot answer, or a picture that cannot show it."""
 
 
-
-
 class RunFileError(TolstatError):
     """A run file that exists already, is missing, or cannot be read."""
 

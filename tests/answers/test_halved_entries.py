@@ -21,7 +21,6 @@ from tolstat.answers.report.finding_words import next_steps
 from tolstat.answers.report.findings import StepKind
 from tolstat.answers.report.limits_table import remedy_cell
 from tolstat.cli.main import main
-from tolstat.errors import StudyError
 from tolstat.render.screen import as_text
 from tolstat.study.study import load
 
@@ -225,9 +224,10 @@ def test_a_class_of_gears_halves_as_its_zone_and_a_full_turn_stays(tmp_path):
     assert name == "what-if" and "runout_phase" not in command
     assert f"tooth_position_1=+-{zone / 2:g} um" in entries
     (runout,) = (each for each in entries if each.startswith("runout_7"))
-    assert tomllib.loads(runout)["runout_7"]["shape"] == 2
     typed(command)
-    assert (tmp_path / "grades-halved.toml").is_file()
+    written = tomllib.loads((tmp_path / "grades-halved.toml").read_text())
+    entry = {"tolerance": runout.partition("=")[2], "distribution": "weibull"}
+    assert written["deviations"]["runout_7"] == {**entry, "shape": 2}
     both, _ = to_halve(run, ["tooth_position_1", "tooth_position_2"])
     assert "'tooth_position=+-" in both
 
@@ -240,25 +240,6 @@ def test_the_next_step_says_why_a_cause_cannot_be_halved(tmp_path):
     assert StepKind.NOT_HALVED in [step.kind for step in found.findings.steps]
     said = [as_text(each) for each in next_steps(found)]
     assert "a cannot be halved: it has no tolerance." in said
-
-
-@pytest.mark.parametrize("kind", [k for k, (e, *_) in ENTRIES.items() if len(e) > 1])
-def test_a_range_alone_proposes_an_entry_that_is_accepted_when_typed(tmp_path, kind):
-    """A plateau of 0.15 mm does not fit +-0.1 mm: it changes with the tolerance."""
-    entry, half, limit = ENTRIES[kind]
-    run = chain(tmp_path, entry, limit)
-    zone = half["tolerance"]
-    try:
-        said = "\n".join(tolstat.what_if(run, {"a": zone}).notes)
-    except StudyError as error:
-        said = str(error)
-    proposed = re.findall(r"a range alone is normal: (\{.*\}) keeps it", said)
-    assert bool(proposed) == ("distribution" in entry)
-    for each in proposed:
-        again = tomllib.loads(f"a = {each}")
-        assert again["a"] == half
-        fresh = tomllib.loads(tolstat.fresh_study(run, again))
-        assert fresh["links"]["a"] == {"nominal": "50 mm", **half}
 
 
 KEYED = {
@@ -279,11 +260,16 @@ def test_a_price_that_is_proposed_fits_the_other_keys(tmp_path, key):
     assert priced.cost(priced.specified_choice) == pytest.approx(1)
 
 
-def test_no_price_is_proposed_where_a_key_allows_no_narrower_tolerance(tmp_path):
-    """A mean near the end of its tolerance; a plateau moves with the zone."""
+def test_a_price_is_proposed_though_the_mean_lies_near_an_end(tmp_path):
+    """The shift of the mean moves with the tolerance, as a plateau does."""
     entry = {"tolerance": "+-0.2 mm", "shift": "0.195 mm"}
     run = chain(tmp_path, entry, "<= 0.1 mm")
-    assert to_allocate(run, ["a"]) == ()
+    write, _ = to_allocate(run, ["a"])
+    typed(write)
+    (priced,) = load(tmp_path / "chain-priced.toml").deviating.priced
+    tightest, _ = priced.ends
+    (narrow,) = priced.distributions(tightest).values()
+    assert narrow.shift == pytest.approx(0.195e-3 / 4)
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,6 @@ from tests.benchmarks.what_if import CASES, compared
 from tests.conftest import TOY_STUDY, Toy
 from tests.store.tampering import resealed
 from tolstat.cli.main import main
-from tolstat.cli.what_if import value_in
 from tolstat.deviations.names import expand
 from tolstat.errors import QuestionError, RunFileError, StudyError
 
@@ -209,7 +208,7 @@ def test_a_refusal_of_a_valid_scenario_names_the_command_to_run(tmp_path):
     own = tolstat.open(path.with_suffix(".h5"))
     assert own.trials == 2000 and own.sampled.seed == 9 and run.path.exists()
     assert {name: each.words for name, each in own.assumed.items()} == {
-        "H": "normal, +-0.4 mm, cp 1",
+        "H": "uniform, +-0.4 mm",
         "A": run.assumed["A"].words,
         "d_1": "normal, +-0.3 mm, cp 1.1",
         "d_2": "normal, +-0.3 mm, cp 1.1",
@@ -342,7 +341,10 @@ def test_the_written_study_is_right_for_any_notation(toy, tmp_path, style, asked
     known = [each.name for each in run.contributors]
     new = {each: line for name, line in asked.items() for each in expand(name, known)}
     for name, before in run.assumed.items():
-        words = f"normal, {new[name]}, cp 1" if name in new else before.words
+        words = before.words
+        if name in new:
+            kind = "uniform, {}" if name == "angle" else "normal, {}, cp 1"
+            words = kind.format(new[name])
         assert own.assumed[name].words == words
 
 
@@ -387,7 +389,7 @@ def test_the_fresh_study_is_that_of_the_run(tmp_path):
     for _ in range(2):
         made = tomllib.loads(tolstat.fresh_study(run, {"H": "+-0.4 mm"}))
         before = tomllib.loads(text)
-        before["links"]["H"] = {"nominal": "20 mm", "tolerance": "+-0.4 mm"}
+        before["links"]["H"]["tolerance"] = "+-0.4 mm"
         before["seed"] += 1
         assert made == before
         study.unlink(missing_ok=True)
@@ -530,32 +532,19 @@ def test_the_command_line_prints_and_writes(stack):
     assert again["responses"]["gap"]["limited"]["limit"]["words"] == ">= 0 mm"
 
 
-def test_a_range_that_changes_the_distribution_names_the_alternative(tmp_path):
-    """The entry that it shows is one that works."""
+def test_a_tolerance_alone_keeps_the_distribution(tmp_path):
+    """A table is the entry as a whole."""
     run = chain_of(tmp_path)
-
-    def ask(*asked):
-        return CliRunner().invoke(main, ["what-if", str(run.path), *asked])
-
-    for name, kind in (("H", "uniform"), ("A", "triangular")):
-        shown = ask(f"{name}=+-0.1 mm")
-        said = f"{name} was sampled {kind}; a range alone is normal: "
-        assert shown.exit_code == 0
-        assert said in " ".join(shown.stdout.split())
-        kept = next(
-            note.removeprefix(said).split(" keeps it")[0]
-            for note in tolstat.what_if(run, {name: "+-0.1 mm"}).notes
-            if note.startswith(said)
-        )
-        again = ask(f"{name}={kept}")
-        assert again.exit_code == 0 and "was sampled" not in again.stdout, again.output
-        words = f"{kind}, +-0.1 mm{', mode 0 mm' * (name == 'A')}"
-        found = tolstat.what_if(run, {name: value_in(kept, kept)})
-        assert found.changes[name].scenario == words
-    asked = {"H": {"tolerance": "+-0.1 mm", "distribution": "normal"}}
-    assert not any("was sampled" in n for n in tolstat.what_if(run, asked).notes)
-    words = refusal(run, {"H": "+-0.2 mm", "d": "+-0.3 mm"})
-    assert words.count("a range alone is normal") == 1
+    for name, words in (("H", "uniform, {}"), ("A", "triangular, {}, mode 0 mm")):
+        found = tolstat.what_if(run, {name: "+-0.1 mm"})
+        assert found.changes[name].scenario == words.format("+-0.1 mm")
+        shown = CliRunner().invoke(main, ["what-if", str(run.path), f"{name}=+-0.1 mm"])
+        assert shown.exit_code == 0 and words.format("+-0.1 mm") in shown.stdout
+        entry = {"tolerance": "+-0.1 mm"}
+        whole = tolstat.what_if(run, {name: entry}).changes[name]
+        assert whole.scenario == "normal, +-0.1 mm, cp 1"
+        fresh = tomllib.loads(tolstat.fresh_study(run, {name: entry}))
+        assert fresh["links"][name] == {"nominal": "20 mm", **entry}
 
 
 def test_the_page_of_the_command_line(stack, tmp_path):

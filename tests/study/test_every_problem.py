@@ -3,7 +3,7 @@
 import pytest
 
 from tolstat.errors import StudyError
-from tolstat.study.mixed_text import separated
+from tolstat.study.slips import separated
 from tolstat.study.study import load
 
 CHAIN = {"model": "dimension_chain", "trials": 8, "seed": 1}

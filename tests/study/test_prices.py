@@ -10,7 +10,6 @@ import pytest
 
 from tolstat.deviations.spread import half_of
 from tolstat.errors import StudyError
-from tolstat.study.cost_entry import with_tolerances
 from tolstat.study.study import load
 
 STUDY = {"model": "stand", "trials": 8, "seed": 1}
@@ -105,17 +104,18 @@ def test_an_unchanged_entry_keeps_its_text():
 def test_a_study_with_other_tolerances_is_the_same_except_for_them():
     given = study_of({"IT10": 4, "+-1.2 mm": 1}, tolerance="IT10", size="2 m", cp=1.33)
     study = load(given)
-    text = with_tolerances(study.text, {"rod_length": "+-1.2 mm"})
-    line = tomllib.loads(text)["deviations"]["rod_length"]
+    editor = study.editor()
+    editor.change("rod_length", "+-1.2 mm")
+    line = tomllib.loads(editor.text)["deviations"]["rod_length"]
     assert line == {
         "tolerance": "+-1.2 mm",
         "cp": 1.33,
         "cost": {"IT10": 4, "+-1.2 mm": 1},
     }
-    (found,) = load(tomllib.loads(text)).deviating.priced
+    (found,) = load(tomllib.loads(editor.text)).deviating.priced
     assert found.specified_choice == 0.0
-    back = with_tolerances(text, {"rod_length": "IT10"})
-    assert "size" not in tomllib.loads(back)["deviations"]["rod_length"]
+    editor.change("rod_length", "IT10")
+    assert "size" not in tomllib.loads(editor.text)["deviations"]["rod_length"]
 
 
 def test_a_cost_does_not_change_a_run():

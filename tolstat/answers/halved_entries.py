@@ -1,28 +1,31 @@
-"""Entries of a study with half their tolerance."""
+"""Entries of the study of a run, and the same with half their tolerance."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from tolstat.deviations.distributions import Distribution, Tolerance
-from tolstat.deviations.names import expand
-from tolstat.deviations.spread import (
-    PLACES,
-    fixed_point,
-    in_zone,
-    unshifted,
-    zone_of,
-)
+from tolstat.deviations.distributions import Tolerance
+from tolstat.deviations.spread import fixed_point, unshifted, zone_of
 from tolstat.execution.diagnostics.halved_tolerances import is_turn
 from tolstat.model.description import Contributor
 from tolstat.store.stored_run import Run
-from tolstat.study.distribution_entry import read_distribution
+from tolstat.study.distribution_entry import KEYS
+from tolstat.study.editor import StudyEditor, together
+from tolstat.study.entry_change import (
+    MOVED as MOVED,  # for those who ask what else changes
+)
+from tolstat.study.entry_change import (
+    distribution_of,
+    has_tolerance,
+    shortest,
+    typed,
+    with_tolerance,
+)
 from tolstat.study.nominal_size import DeviationReader
-from tolstat.study.typed_zone import typed, typed_places
-from tolstat.units.scale import Scale
 
-MOVED = (*PLACES, "shift")  # keys that change with the zone
-NO_DISTRIBUTION = ("nominal", "common", "cost")  # keys that say nothing of it
-NOT_KEPT = ("tolerance", "size", "iso1328", "module", *NO_DISTRIBUTION)
+
+def editor_of(run: Run) -> StudyEditor:
+    """Return the editor of the study of a run."""
+    return StudyEditor(run.study.table, run.contributors)
 
 
 def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
@@ -32,40 +35,34 @@ def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
     entry that halve stand together. A full turn stays. Empty if one of the parts has
     no tolerance, as measured ones.
     """
-    readers = {each.name: DeviationReader(each) for each in run.contributors}
-    found = dict[str, Any]()
-    for name, entry, own in entries_of(run):
-        members = [n for n in own if n in parts]
-        zones = {n: Tolerance(*run.assumed[n].tolerance) for n in members}
-        halve = [n for n in members if not is_turn(run.units[n], zones[n])]
-        if not halve:
-            continue
-        if "tolerance" not in entry and "iso1328" not in entry:
-            return {}
-        every = entry.get("common") or set(members) == {*own}
-        new = {n: _halved(entry, readers[n], run.scales[n]) for n in halve}
-        one = next(iter(new.values()))
-        same = every and all(each == one for each in new.values())
-        found |= {name: one} if same else new
-    return found
+    editor, entries = editor_of(run), dict[str, Any]()
+    for entry in editor.entries():
+        members = [name for name in entry.members if name in parts]
+        halved = dict[str, Any]()
+        for name in members:
+            if is_turn(run.units[name], Tolerance(*run.assumed[name].tolerance)):
+                continue
+            if not has_tolerance(entry.keys):
+                return {}
+            part = editor.parts[name]
+            keys = with_tolerance(entry.keys, _half(run, entry.keys, part), part)
+            halved[name] = shortest({k: x for k, x in keys.items() if k in KEYS})
+        if halved and (entry.splits(members) or {*members} == {*entry.members}):
+            halved = together(entry.name, halved)
+        entries |= halved
+    return entries
 
 
 def entries_of(run: Run) -> Iterator[tuple[str, dict[str, Any], Sequence[str]]]:
     """Yield the entries of [links] and [deviations]: name, keys, contributors."""
-    table, every = run.study.table, [each.name for each in run.contributors]
-    links = {  # a text alone is the nominal value of a link that may deviate elsewhere
-        name: link for name, link in table.get("links", {}).items()
-        if isinstance(link, Mapping) and {*link} != {"nominal"}
-    }  # fmt: skip
-    for name, given in (links | table.get("deviations", {})).items():
-        keys = {"tolerance": given} if isinstance(given, str) else dict(given)
-        yield name, keys, expand(name, every)
+    for entry in editor_of(run).entries():
+        yield entry.name, entry.keys, entry.members
 
 
 def nominal_shift(entry: Mapping[str, Any], part: Contributor) -> float:
     """Return the `nominal_shift` of an entry of [deviations] or [links], SI."""
-    found = entry.get("nominal_shift")
-    return DeviationReader(part).deviation(str(found)) if found else 0.0
+    shift = entry.get("nominal_shift")
+    return DeviationReader(part).deviation(str(shift)) if shift else 0.0
 
 
 def fixed_points(run: Run) -> dict[str, float]:
@@ -73,45 +70,26 @@ def fixed_points(run: Run) -> dict[str, float]:
 
     That of measured parts, which have no tolerance, is not in it.
     """
-    readers = {each.name: DeviationReader(each) for each in run.contributors}
+    parts = {part.name: part for part in run.contributors}
     return {
-        name: fixed_point(
-            _distribution(entry, readers[name]), sized=readers[name].is_sized(entry)
-        )
-        for _, entry, members in entries_of(run)
-        if "tolerance" in entry or "iso1328" in entry
+        name: _fixed_point(keys, parts[name])
+        for _, keys, members in entries_of(run)
+        if has_tolerance(keys)
         for name in members
         if name in run.assumed  # not a link that has a size alone
     }
 
 
-def _halved(entry: Mapping[str, Any], reader: DeviationReader, scale: Scale) -> Any:
-    """Return an entry with half its tolerance, and what depends on that."""
-    old = unshifted(_distribution(entry, reader))
-    zone = zone_of(old)
+def _fixed_point(keys: Mapping[str, Any], part: Contributor) -> float:
+    sized = DeviationReader(part).is_sized(keys)
+    return fixed_point(distribution_of(keys, part), sized=sized)
+
+
+def _half(run: Run, keys: Mapping[str, Any], part: Contributor) -> str:
+    """Return half the tolerance of an entry as typed, beside its shift."""
+    distribution, reader = unshifted(distribution_of(keys, part)), DeviationReader(part)
+    zone = zone_of(distribution)
     assert zone is not None  # the entry has a tolerance
-    fixed = fixed_point(old, sized=reader.is_sized(entry))
-    half = Tolerance(*(fixed + 0.5 * (end - fixed) for end in zone))
-    kept = {k: v for k, v in entry.items() if k not in NOT_KEPT}
-    new = {"tolerance": typed(half, scale), **moved(kept, old, half, scale)}
-    return new if len(new) > 1 else new["tolerance"]
-
-
-def _distribution(entry: Mapping[str, Any], reader: DeviationReader) -> Distribution:
-    """Return the distribution of a contributor with an entry of the study of a run."""
-    keys = {k: v for k, v in entry.items() if k not in NO_DISTRIBUTION}
-    return read_distribution(keys, reader)
-
-
-def moved(
-    entry: Mapping[str, Any], old: Distribution, zone: Tolerance, scale: Scale
-) -> dict[str, Any]:
-    """Return keys of an entry, of a given distribution, in another zone.
-
-    Places move as in `tolstat.deviations.spread.in_zone`. Other keys stay.
-    """
-    new = in_zone(old, zone)
-    places = typed_places(new, scale)
-    if (shift := getattr(new, "shift", None)) is not None:
-        places["shift"] = typed([shift], scale)
-    return {**entry, **{k: places[k] for k in entry.keys() & places.keys()}}
+    fixed = fixed_point(distribution, sized=reader.is_sized(keys))
+    ends = [fixed + 0.5 * (end - fixed) for end in zone]
+    return typed(ends, run.scales[part.name], reader)

@@ -2,7 +2,7 @@
 
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import groupby
+from itertools import chain, groupby, zip_longest
 from typing import Any
 
 import numpy as np
@@ -13,14 +13,7 @@ from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, impossible
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor, Response
-from tolstat.model.setting_kinds import (
-    Boolean,
-    Kind,
-    Number,
-    Numbers,
-    Rows,
-    as_typed,
-)
+from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows, as_typed
 from tolstat.study.links_section import NOMINAL, SETTING
 
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
@@ -59,42 +52,41 @@ def new_study(model: str | Model) -> str:
     >>> print(tolstat.new_study("dimension_chain"))
     # a dimension chain: ...
     """
-    found = catalogue.find(model)
-    settings = model_settings.make(found)
-    contributors, responses = described(found, settings)
+    model = catalogue.find(model)
+    settings = model_settings.make(model)
+    contributors, responses = described(model, settings)
     sections = (
-        _section("[settings]", _settings(found)),
-        _section("[links]", _links(found)),
+        _section("[settings]", _settings(model)),
+        _section("[links]", _links(model)),
         _section(
             "[deviations]  # +- is three sigma at Cp = 1",
-            _parts(found, settings, contributors),
+            _parts(model, settings, contributors),
         ),
         _section(
             "[limits]  # 99.73 % within, unless said otherwise", _limits(responses)
         ),
     )
-    title = " ".join((found.title or found.name).split())
-    head = HEAD.format(title=title, name=as_typed(found.name, quoted=True))
-    return "\n".join([head, *(part for each in sections for part in each)])
+    title = " ".join((model.title or model.name).split())
+    head = HEAD.format(title=title, name=as_typed(model.name, quoted=True))
+    return "\n".join([head, *chain.from_iterable(sections)])
 
 
 def _section(head: str, lines: Iterator[str]) -> Iterator[str]:
-    found = list(lines)
-    if found:
-        yield "\n".join([head, *found, ""])
+    if entries := [*lines]:
+        yield "\n".join([head, *entries, ""])
 
 
 def _settings(model: Model) -> Iterator[str]:
     group = ""
-    for each in model_settings.settings_of(model).values():
-        if each.name == SETTING and _has_links(model):
+    for setting in model_settings.settings_of(model).values():
+        if setting.name == SETTING and _has_links(model):
             continue
-        if each.group != group:
-            yield f"# {each.group}"
-        kind, group = each.kind, each.group
-        allowed = "" if isinstance(kind, Boolean | Rows) else kind.allowed
-        words = f"{each.sentence}; allowed: {allowed}" if allowed else each.sentence
-        yield _entry(f"{each.name} = {_toml(kind, each.default)}", words)
+        if setting.group != group:
+            yield f"# {setting.group}"
+        kind, group, words = setting.kind, setting.group, setting.sentence
+        if not isinstance(kind, Boolean | Rows) and kind.allowed:
+            words = f"{words}; allowed: {kind.allowed}"
+        yield _entry(f"{setting.name} = {_toml(kind, setting.default)}", words)
 
 
 def _has_links(model: Model) -> bool:
@@ -114,34 +106,34 @@ def _links(model: Model) -> Iterator[str]:
 def _parts(model: Model, settings: Any, parts: Sequence[Contributor]) -> Iterator[str]:
     if _has_links(model):
         return
-    names = dict.fromkeys(general(each.name) for each in parts)
+    names = dict.fromkeys(general(part.name) for part in parts)
     same = {name: [p for p in parts if general(p.name) == name] for name in names}
-    for kind, those in groupby(same.items(), lambda each: each[1][0].part):
+    for kind, families in groupby(same.items(), lambda family: family[1][0].part):
         if kind:
             yield f"# {kind}"
-        for name, every in those:
-            unit = every[0].unit
+        for name, family in families:
+            unit = family[0].unit
             example = EXAMPLES.get(unit, "1 %" if unit == "1" else f"1 {unit}")
-            members = ", ".join(each.name for each in every) if len(every) > 1 else ""
-            words = "; ".join(filter(None, [every[0].sentence, members]))
-            negative = -SMALL * np.array([[each in every for each in parts]])
+            members = ", ".join(p.name for p in family) if len(family) > 1 else ""
+            words = "; ".join(filter(None, [family[0].sentence, members]))
+            negative = -SMALL * np.array([[part in family for part in parts]])
             one_sided = impossible(model, negative, settings).any()
             zone = f"0..{example}" if one_sided else f"+-{example}"
             yield _entry(f'# {name} = "{zone}"', words)
 
 
 def _limits(responses: Sequence[Response]) -> Iterator[str]:
-    for each in responses:
-        unit = each.shown or each.unit
+    for response in responses:
+        unit = response.shown or response.unit
         bare = unit in ("1", "count")
-        example = ("1" if each.shown else "1 %") if bare else f"1 {unit}"
-        yield _entry(f'# {each.name} = "<= {example}"', each.sentence)
+        example = ("1" if response.shown else "1 %") if bare else f"1 {unit}"
+        yield _entry(f'# {response.name} = "<= {example}"', response.sentence)
 
 
 def _toml(kind: Kind, value: Any) -> str:
     """Return a setting as in a study, with quotes around all but numbers."""
     if isinstance(kind, Numbers):
-        return "[" + ", ".join(_toml(kind.each, each) for each in value) + "]"
+        return "[" + ", ".join(_toml(kind.each, number) for number in value) + "]"
     if isinstance(kind, Rows):
         return _rows(kind, value)
     words = kind.words(value)
@@ -164,15 +156,13 @@ def _cells(kind: Rows, row: Mapping[str, Any]) -> str:
 
 def _entry(line: str, words: str) -> str:
     """Return an entry with its comment behind it, or above it where both are long."""
-    place = max(BEGIN, len(line) + 2)
-    if place + 24 > WIDTH:
-        comment = textwrap.wrap(words, WIDTH - 2, break_on_hyphens=False)
-        return "\n".join([*(f"# {each}" for each in comment), line])
-    first, *others = textwrap.wrap(
-        words, WIDTH - place - 2, break_on_hyphens=False
-    ) or [""]
-    lines = [
-        f"{line:<{place}}# {first}",
-        *(f"{'':<{place}}# {each}" for each in others),
-    ]
-    return "\n".join(each.rstrip() for each in lines)
+    column = max(BEGIN, len(line) + 2)
+    above = column + 24 > WIDTH
+    width = WIDTH - 2 - (0 if above else column)
+    comment = textwrap.wrap(words, width, break_on_hyphens=False)
+    if above:
+        return "\n".join([*(f"# {text}" for text in comment), line])
+    return "\n".join(
+        f"{start:<{column}}# {text}".rstrip()
+        for start, text in zip_longest([line], comment or [""], fillvalue="")
+    )

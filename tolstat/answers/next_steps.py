@@ -5,27 +5,23 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tolstat.answers.halved_entries import (
-    entries_of,
-    halved_entries,
-    nominal_shift,
-)
+from tolstat.answers.halved_entries import editor_of, halved_entries, nominal_shift
 from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, Remedy, TolstatError
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import free_name
+from tolstat.study.distribution_entry import KEYS
+from tolstat.study.editor import together
+from tolstat.study.entry_change import Entry, keys_of, typed
+from tolstat.study.links_section import NOMINAL
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import toml_of
 from tolstat.units.grammar import quantity
 from tolstat.units.scale import KNOWN, figures
 
 MOST = 100_000  # trials of a run that is suggested
-# of a tolerance: the least price by default, and room above what its keys allow
-DEFAULT_TIGHTEST, ROOM = 0.25, 1.05
-# keys that a shifted zone replaces, and those of cost and batch
-OF_THE_ZONE = ("tolerance", "size", "iso1328", "module", "cost", "common")
 WORDS = {
     Remedy.CUSTOM_MODEL: "name a custom model by --machine FILE.py:NAME",
     Remedy.REPLACE: "--force replaces it, -o gives another name",
@@ -97,7 +93,7 @@ def to_halve(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
     None if one of the parts has no tolerance.
     """
     halves = {
-        name: entry if isinstance(entry, str) else toml_of(entry)
+        name: str(keys_of(entry)["tolerance"])
         for name, entry in halved_entries(run, parts).items()
     }
     study = run.path.with_name(f"{run.path.stem}-halved.toml")
@@ -109,35 +105,28 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
 
     Of a study without costs, parts with a tolerance get a price first: 1 over it.
     """
-    study, entries, written = run.study_file, dict[str, str](), [*entries_of(run)]
-    readers = {each.name: DeviationReader(each) for each in run.contributors}
-    if any("cost" in keys for _, keys, _ in written):
-        parts = ()
+    study, priced = run.study_file, dict[str, str]()
+    entries = [*editor_of(run).entries()]
+    if any("cost" in entry.keys for entry in entries):
         if study and study.is_file():
-            found = as_typed(free_name(study, "allocated"))
-            return (command("allocate", as_typed(study), "-o", found),)
-    for name, keys, members in written:
-        if own := [n for n in members if n in parts]:
-            scale, zone = run.scales[own[0]], Tolerance(*run.assumed[own[0]].tolerance)
-            at = f"+-{figures(scale.factor * zone.half, KNOWN)} {scale.mark}".strip()
-            keys["cost"] = {"law": "reciprocal", "at": at, "price": 1}
-            # the mean stays where it is in a tolerance that a search narrows
-            shift = keys.get("shift")
-            off = readers[own[0]].difference(str(shift)) if shift else 0.0
-            least = ROOM * abs(off) / zone.half
-            if least >= 1:
-                continue
-            if least > DEFAULT_TIGHTEST:
-                half = figures(scale.factor * zone.half * least, KNOWN)
-                keys["cost"]["tightest"] = f"+-{half} {scale.mark}".strip()
-            kept = {k: x for k, x in keys.items() if k not in ("nominal", "common")}
-            entries[name] = toml_of(kept)
-    if not entries:
+            path = as_typed(free_name(study, "allocated"))
+            return (command("allocate", as_typed(study), "-o", path),)
         return ()
-    place = run.path.with_name(f"{run.path.stem}-priced.toml")
-    write, _ = _to_write(run, entries, place)
-    found = run.path.with_name(f"{run.path.stem}-allocated.toml")
-    return write, command("allocate", place, "-o", found, machine=run.machine)
+    for entry in entries:
+        if members := [name for name in entry.members if name in parts]:
+            scale, assumed = run.scales[members[0]], run.assumed[members[0]]
+            half = figures(scale.factor * Tolerance(*assumed.tolerance).half, KNOWN)
+            keys = {k: x for k, x in entry.keys.items() if k in KEYS}
+            keys["cost"] = {
+                "law": "reciprocal", "at": f"+-{half} {scale.mark}".strip(), "price": 1,
+            }  # fmt: skip
+            priced[entry.name] = toml_of(keys)
+    if not priced:
+        return ()
+    costly = run.path.with_name(f"{run.path.stem}-priced.toml")
+    write, _ = _to_write(run, priced, costly)
+    path = run.path.with_name(f"{run.path.stem}-allocated.toml")
+    return write, command("allocate", costly, "-o", path, machine=run.machine)
 
 
 def to_shift(
@@ -146,36 +135,28 @@ def to_shift(
     """Return the commands that write and run a study with shifted nominal values.
 
     A link gets another nominal, a contributor with `nominal_shift` another one of that;
-    the zone of any other tolerance moves. None for measured parts, some parts of a
-    batch, and zones with a place for a key of its own.
+    the zone of any other tolerance moves. None for measured parts, and for some parts
+    of a batch.
     """
-    parts = {each.name: each for each in run.contributors}
-    every, entries = list(parts), dict[str, str]()
-    links, deviations = (run.study.table.get(n, {}) for n in ("links", "deviations"))
+    editor, entries = editor_of(run), dict[str, str]()
+    links = run.study.table.get("links", {})
     for member in members:
-        name = next((n for n in deviations if member in expand(n, every)), member)
-        given, scale = links.get(member) or deviations[name], run.scales[member]
-        keys = {"tolerance": given} if isinstance(given, str) else dict(given)
-        part = "common" in keys and not {*expand(name, every)} <= {*members}
-        key, replaced = "tolerance", {*OF_THE_ZONE}
-        if member in links:
-            key, replaced = "nominal", {*keys}
-        elif "nominal_shift" in keys:
-            key, replaced = "nominal_shift", {"nominal_shift", "cost", "common"}
-        own = {"mode", "median", "plateau"} if key == "tolerance" else set()
-        if part or keys.keys() & {"data", *own}:
+        entry = editor.entry_of(member, nominal=member in links)
+        if entry.splits(members) or "data" in entry.keys:
             return ()
-        zone, kept = run.assumed[member].tolerance, keys.keys() - replaced
-        old: Sequence[float] = zone
-        if key == "nominal":
-            old = [quantity(str(keys[key]), scale.unit)]
-        elif key == "nominal_shift":
-            old = [nominal_shift(keys, parts[member])]
-        ends = (f"{scale.factor * (end + shift):.10g}" for end in old)
-        moved = f"{'..'.join(ends)} {scale.mark}".strip()
-        entries[member] = toml_of(
-            {key: moved} | {k: keys[k] for k in keys if k in kept}
-        )
+        scale, reader = run.scales[member], DeviationReader(editor.parts[member])
+        if member in links:
+            nominal = quantity(str(entry.keys[NOMINAL]), scale.unit)
+            size = f"{scale.factor * (nominal + shift):.10g} {scale.mark}".strip()
+            entries[member] = toml_of({NOMINAL: size})
+        elif "nominal_shift" in entry.keys:
+            old = nominal_shift(entry.keys, editor.parts[member])
+            keys = {k: x for k, x in entry.keys.items() if k in KEYS}
+            keys["nominal_shift"] = typed(old + shift, scale, reader)
+            entries[member] = toml_of(keys)
+        else:
+            zone = [end + shift for end in run.assumed[member].tolerance]
+            entries[member] = typed(zone, scale, reader)
     study = run.study_file or run.path.with_suffix(".toml")
     study = as_typed(free_name(study, f"{response}-centred"))
     more = ["--trials", trials] if run.trials < trials <= MOST and not run.rules else []
@@ -186,12 +167,12 @@ def _to_write(
     run: Run, entries: Mapping[str, str], study: Path, *options: object
 ) -> tuple[str, str]:
     """Return the commands that write a study with other entries, and run it."""
-    every = [each.name for each in run.contributors]
-    stem, words = general(next(iter(entries))), {*entries.values()}
-    if stem not in every and {*expand(stem, every)} == {*entries} and len(words) == 1:
-        entries = {stem: words.pop()}  # all parts of one name
-    typed = (f"{name}={entry}" for name, entry in entries.items())
-    write = command("what-if", run.path, *typed, "--write", study, machine=run.machine)
+    names = [part.name for part in run.contributors]
+    stem, shortest = general(next(iter(entries))), dict[str, Entry](entries)
+    if stem not in names and {*expand(stem, names)} == {*entries}:
+        shortest = together(stem, shortest)
+    words = (f"{name}={entry}" for name, entry in shortest.items())
+    write = command("what-if", run.path, *words, "--write", study, machine=run.machine)
     return write, command("run", study, *options, machine=run.machine)
 
 

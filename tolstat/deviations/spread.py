@@ -194,19 +194,13 @@ def in_zone(distribution: Distribution, zone: Tolerance) -> Distribution:
 def resized(distribution: Distribution, half: float, *, sized: bool) -> Distribution:
     """Return a distribution with another half width, SI, about its `fixed_point`.
 
-    Mode, median and plateau move with the zone; the shift of a mean and Cp stay.
-
-    Raises `DistributionError` if the shift does not fit that tolerance.
+    All that depends on the zone follows it as in `in_zone`.
     """
+    zone = zone_of(distribution)
+    assert zone is not None  # checked when the study was loaded
     if isinstance(distribution, Shifted):
         inner = resized(distribution.distribution, half, sized=sized)
         return Shifted(inner, distribution.by)
-    zone = zone_of(distribution)
-    assert zone is not None  # checked when the study was loaded
     fixed, ratio = fixed_point(distribution, sized=sized), half / zone.half
-    new = in_zone(
-        distribution, Tolerance(*(fixed + ratio * (end - fixed) for end in zone))
-    )
-    if (shift := getattr(distribution, "shift", None)) is None:
-        return new
-    return cast(Distribution, dataclasses.replace(cast(Any, new), shift=shift))
+    ends = (fixed + ratio * (end - fixed) for end in zone)
+    return in_zone(distribution, Tolerance(*ends))

@@ -41,8 +41,8 @@ class CsvTable(NamedTuple):
         cell shows that it is a number of its own.
         """
         where, rows = [*self.units].index(name), [cells for _, cells in self.lines]
-        for left in (where - 1, where):
-            pairs = [cells[left : left + 2] for cells in rows] if left >= 0 else []
+        for first in (where - 1, where):
+            pairs = [cells[first : first + 2] for cells in rows] if first >= 0 else []
             if not pairs or not all(
                 len(pair) == 2 and _WHOLE.fullmatch(pair[0]) and pair[1].isdigit()
                 for pair in pairs
@@ -58,16 +58,16 @@ class CsvTable(NamedTuple):
             allowed = allowed_names(name, self.units)
             raise DataError(f"{self.path} has no column '{name}'; {allowed}")
         where = [*self.units].index(name)
-        found = []
+        numbers = []
         for line, cells in self.lines:
             try:
-                found.append(bare_number(cells[where]))
+                numbers.append(bare_number(cells[where]))
             except UnitError as error:
                 raise DataError(
                     f"{self.path}, line {line}, column {name}: '{cells[where]}' is not "
                     f"a number ({error})"
                 ) from None
-        return found
+        return numbers
 
     def values(self, name: str, unit: str) -> Array:
         """Return the numbers of a column, SI."""
@@ -85,8 +85,8 @@ def read_csv(folder: Path | None, name: str) -> CsvTable:
     A head may carry its unit: `rod_length_1 [mm]`. At least one row is required.
     """
     path = beside(folder, name)
-    found = content(path, MOST_MEGABYTES)
-    text = as_text(path, found).removeprefix("sep=,\n")  # as Excel begins a file
+    raw = content(path, MOST_MEGABYTES)
+    text = as_text(path, raw).removeprefix("sep=,\n")  # as Excel begins a file
     numbered = [
         (line, _cells(path, line, row))
         for line, row in enumerate(text.splitlines(), start=1)
@@ -111,11 +111,11 @@ def read_csv(folder: Path | None, name: str) -> CsvTable:
             raise DataError(
                 f"{path}, line {line}: {len(cells)} cells under {len(head)} heads{hint}"
             )
-    read = [each for cell in head if (each := _HEAD.fullmatch(cell))]
-    units = {each["name"]: (each["unit"] or "").strip() for each in read}
+    heads = filter(None, map(_HEAD.fullmatch, head))
+    units = {match["name"]: (match["unit"] or "").strip() for match in heads}
     if len(units) < len(head):
         raise DataError(f"{path}: every column needs a different name")
-    return CsvTable(path, hashlib.sha256(found).hexdigest(), units, lines)
+    return CsvTable(path, hashlib.sha256(raw).hexdigest(), units, lines)
 
 
 def _cells(path: Path, line: int, row: str) -> list[str]:

@@ -19,6 +19,7 @@ from tolstat.errors import DependenceError, ModelError
 from tolstat.model.description import Contributor
 from tolstat.study.cost_entry import Priced
 from tolstat.study.distribution_entry import DEFAULT, read_distribution, written_unit
+from tolstat.study.entry_change import keys_of
 from tolstat.study.measured_parts import read_parts
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
@@ -43,12 +44,15 @@ class Deviations(NamedTuple):
     distributions: dict[str, Distribution]  # by contributor, SI
     dependence: Dependence  # batches and correlations
     words: dict[str, str]  # the distribution of each, as the study writes it
-    shown: dict[str, str]  # the unit in which each is written
+    units: dict[str, str]  # the unit in which each is written
     notes: tuple[str, ...]  # for the summary of the run
     priced: tuple[Priced, ...] = ()  # by a cost: tolerances and shifts
     warnings: tuple[str, ...] = ()  # that stand before the verdicts
     # contributors with a nominal value: see `tolstat.deviations.spread.fixed_point`
     sized: frozenset[str] = frozenset()
+
+
+NOTHING = Deviations({}, Dependence({}, {}), {}, {}, ())
 
 
 def read_deviations(
@@ -63,65 +67,66 @@ def read_deviations(
 
     `linked` are those of the section [links].
     """
-    known = {each.name: each for each in contributors}
-    found: dict[str, Distribution] = {}
+    parts = {part.name: part for part in contributors}
+    distributions: dict[str, Distribution] = {}
     batches: dict[str, Batch] = {}
     words: dict[str, str] = {}
-    shown: dict[str, str] = {}
+    units: dict[str, str] = {}
     notes: list[str] = []
     warnings: dict[str, None] = {}
     priced: list[Priced] = []
     sized: set[str] = set()
-    for name, given in entries.items():
+    for name, entry in entries.items():
         section = "links" if name in linked else "deviations"
-        with problems.noting(f"[{section}] {name}", given):
-            keys = {"tolerance": given} if isinstance(given, str) else dict(given)
-            members = expand(name, list(known))
+        with problems.noting(f"[{section}] {name}", entry):
+            keys = keys_of(entry)
+            members = expand(name, [*parts])
             cost = keys.pop("cost", None)
             batch = _batch(name, keys.pop("common", None), members)
-            readers = {n: DeviationReader(known[n]) for n in members}
-            for member in members:
-                if member in found:
+            readers = {member: DeviationReader(parts[member]) for member in members}
+            for member, reader in readers.items():
+                if member in distributions:
                     raise ModelError(f"{member} is given twice")
-                reader, fitted = readers[member], ""
+                fit = ""
                 if "data" in keys:
-                    found[member], note, written, fitted = read_parts(
-                        keys, reader, folder
-                    )
-                    notes.append(f"{member}: {note}")
+                    measured = read_parts(keys, reader, folder)
+                    distributions[member] = measured.distribution
+                    notes.append(f"{member}: {measured.note}")
+                    unit, fit = measured.written, measured.fitted
                 else:
-                    found[member] = read_distribution(keys, reader)
-                    written = written_unit(keys, reader)
-                if written:
-                    shown[member] = written
+                    distributions[member] = read_distribution(keys, reader)
+                    unit = written_unit(keys, reader)
+                if unit:
+                    units[member] = unit
                 if batch:
                     batches[member] = batch
                 if reader.is_sized(keys):
                     sized.add(member)
-                words[member] = _in_words(keys, fitted, batch)
+                words[member] = _in_words(keys, fit, batch)
             if cost is not None:
-                priced += read_costs(name, cost, keys, readers, found)
+                priced += read_costs(name, cost, keys, readers, distributions)
             for reader in readers.values():
                 warnings |= dict.fromkeys(reader.warnings)
                 notes += reader.notes
-    typed = _pairs(correlations, list(known), found, batches, problems)
-    pairs = {pair: each.rank for pair, each in typed.items()}
-    notes += [_noted(pair, each, found) for pair, each in [*typed.items()][:MOST_NOTED]]
+    pairs = _pairs(correlations, [*parts], distributions, batches, problems)
+    noted = [*pairs.items()][:MOST_NOTED]
+    notes += [_noted(pair, typed, distributions) for pair, typed in noted]
+    ranks = {pair: typed.rank for pair, typed in pairs.items()}
     return Deviations(
-        found, Dependence(batches, pairs), words, shown, tuple(notes), tuple(priced),
-        tuple(warnings), frozenset(sized),
+        distributions, Dependence(batches, ranks), words, units, tuple(notes),
+        priced=tuple(priced), warnings=tuple(warnings), sized=frozenset(sized),
     )  # fmt: skip
 
 
 def _noted(
-    pair: tuple[str, str], typed: Typed, found: Mapping[str, Distribution]
+    pair: tuple[str, str], typed: Typed, distributions: Mapping[str, Distribution]
 ) -> str:
     """Return a correlation by both kinds, the one that was typed first."""
     a, b = pair
     rank, pearson = f"rank correlation {typed.rank:.4g}", "Pearson's correlation"
     if typed.pearson is not None:
         return f"{a} and {b}: {pearson} {typed.pearson:.4g}, {rank}"
-    linear = pearson_of_rank(typed.rank, found[a], found[b])
+    linear = pearson_of_rank(typed.rank, distributions[a], distributions[b])
     return f"{a} and {b}: {rank}, {pearson} {linear:.4g}"
 
 
@@ -163,23 +168,23 @@ def _batch(name: str, common: Any, members: list[str]) -> Batch | None:
 
 
 def _pairs(
-    given: Correlations,
-    known: list[str],
-    found: Mapping[str, Distribution],
+    correlations: Correlations,
+    names: list[str],
+    distributions: Mapping[str, Distribution],
     batches: Mapping[str, Batch],
     problems: Problems,
 ) -> dict[tuple[str, str], Typed]:
     """Read the section [correlation]."""
     pairs: dict[tuple[str, str], Typed] = {}
-    for name, partners in given.items():
+    for name, partners in correlations.items():
         with problems.noting(f"[correlation] {name}", partners):
-            firsts = expand(name, known)
+            firsts = expand(name, names)
             for other, correlation in partners.items():
-                seconds = expand(other, known)
+                seconds = expand(other, names)
                 for member in (*firsts, *seconds):
-                    _check_deviates(member, found, batches)
-                _add_pairs(pairs, firsts, seconds, correlation, found)
-    ranks = {pair: each.rank for pair, each in pairs.items()}
+                    _check_deviates(member, distributions, batches)
+                _add_pairs(pairs, firsts, seconds, correlation, distributions)
+    ranks = {pair: typed.rank for pair, typed in pairs.items()}
     for group in groups(ranks):
         with problems.noting("[correlation]", None):
             correlation_of_scores(group, Dependence({}, ranks))
@@ -191,7 +196,7 @@ def _add_pairs(
     firsts: list[str],
     seconds: list[str],
     correlation: float | Mapping[str, float],
-    found: Mapping[str, Distribution],
+    distributions: Mapping[str, Distribution],
 ) -> None:
     """Add the rank correlations of pairs; those of Pearson depend on distributions."""
     typed, linear = _kind_of(correlation)
@@ -202,14 +207,14 @@ def _add_pairs(
             "both excluded; for equal parts give common = true"
         )
     of_one_name = firsts == seconds and len(firsts) > 1
-    every = combinations(firsts, 2) if of_one_name else product(firsts, seconds)
-    for first, second in every:
+    for pair in combinations(firsts, 2) if of_one_name else product(firsts, seconds):
+        first, second = pair
         if first == second:
             raise DependenceError(f"{first} is correlated with itself")
-        if (first, second) in pairs or (second, first) in pairs:
+        if pair in pairs or (second, first) in pairs:
             raise DependenceError(f"{first} with {second} is given twice")
-        of_pair = (found[first], found[second])
-        pairs[first, second] = (
+        of_pair = (distributions[first], distributions[second])
+        pairs[pair] = (
             Typed(rank_of_pearson(typed, *of_pair), typed) if linear else Typed(typed)
         )
 
@@ -231,9 +236,9 @@ def _kind_of(correlation: float | Mapping[str, float]) -> tuple[float, bool]:
 
 
 def _check_deviates(
-    name: str, found: Mapping[str, Distribution], batches: Mapping[str, Batch]
+    name: str, distributions: Mapping[str, Distribution], batches: Mapping[str, Batch]
 ) -> None:
-    if name not in found or isinstance(found[name], Constant):
+    if isinstance(distributions.get(name), Constant | None):
         raise DependenceError(f"{name} does not deviate; add it to [deviations]")
     if name in batches:
         raise DependenceError(

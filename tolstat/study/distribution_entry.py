@@ -1,8 +1,8 @@
 """One entry of [deviations], read."""
 
 import dataclasses
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, cast
 
 import numpy as np
 
@@ -18,22 +18,33 @@ from tolstat.units.scale import scale_of
 DEFAULT = "normal"
 # the least and the largest possible unit sample, and the middle
 OUTERMOST = np.array([2.0**-53, 0.5, 1 - 2.0**-53])
+QUANTITIES: dict[str, Callable[[DeviationReader, str], Any]] = {
+    "quantity": DeviationReader.deviation,
+    "difference": DeviationReader.difference,
+    "tolerance": DeviationReader.zone,
+}
 OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module", "nominal_shift")
+_FIELDS = [
+    field.name
+    for kind in DISTRIBUTIONS.values()
+    for field in dataclasses.fields(cast(Any, kind))
+]
+# all keys of an entry that its distribution depends on
+KEYS = dict.fromkeys([*OF_THE_TOLERANCE, "distribution", *_FIELDS])
 
 
-def read_distribution(given: dict[str, Any], reader: DeviationReader) -> Distribution:
+def read_distribution(entry: dict[str, Any], reader: DeviationReader) -> Distribution:
     """Return the distribution of one contributor's deviation.
 
     From `tolerance` ("+-1.2 mm", "IT7" with or without `size`), or `iso1328` and
     `module`; `nominal_shift`; `distribution`, and the keys of that distribution. SI.
     """
-    keys = dict(given)
+    keys = dict(entry)
     shift = keys.pop("nominal_shift", None)
-    name, known = keys.pop("distribution", DEFAULT), list(DISTRIBUTIONS)
-    if name not in known:
-        raise DistributionError(
-            f"no distribution is called '{name}'; {allowed_names(str(name), known)}"
-        )
+    name = keys.pop("distribution", DEFAULT)
+    if name not in list(DISTRIBUTIONS):  # it may be no text
+        allowed = allowed_names(str(name), DISTRIBUTIONS)
+        raise DistributionError(f"no distribution is called '{name}'; {allowed}")
     kind: Any = DISTRIBUTIONS[name]
     fields = {field.name: field for field in dataclasses.fields(kind)}
     values: dict[str, Any] = {}
@@ -44,8 +55,8 @@ def read_distribution(given: dict[str, Any], reader: DeviationReader) -> Distrib
         values["tolerance"] = zone
     for key, value in keys.items():
         if key not in fields:
-            own = [f for f in fields if f != "tolerance"]
-            allowed = allowed_names(key, ["distribution", *OF_THE_TOLERANCE, *own])
+            others = [f for f in fields if f != "tolerance"]
+            allowed = allowed_names(key, ["distribution", *OF_THE_TOLERANCE, *others])
             raise DistributionError(
                 f"the {name} distribution has no key {key}; {allowed}"
             )
@@ -58,18 +69,18 @@ def read_distribution(given: dict[str, Any], reader: DeviationReader) -> Distrib
         words = field.metadata["choices"]
         hint = f": {' or '.join(words)}" if words else ""
         raise DistributionError(f"the {name} distribution needs the key {key}{hint}")
-    found: Distribution = kind(**values)
-    if not _computable(found):
-        words = ", ".join(f"{k} {v}" for k, v in given.items() if k != "distribution")
+    distribution: Distribution = kind(**values)
+    if not _computable(distribution):
+        words = ", ".join(f"{k} {v}" for k, v in entry.items() if k != "distribution")
         raise DistributionError(
             f"the {name} distribution with {words} cannot be computed: it is too wide "
             "or too skewed"
         )
     if shift is None:
-        return found
+        return distribution
     if zone is None:
         raise DistributionError("nominal_shift moves a tolerance; add one to the entry")
-    return Shifted(found, reader.deviation(str(shift)))
+    return Shifted(distribution, reader.deviation(str(shift)))
 
 
 def _computable(distribution: Distribution) -> bool:
@@ -82,21 +93,17 @@ def _computable(distribution: Distribution) -> bool:
     return bool(np.all(np.abs(ends) <= MOST))  # NaN is not
 
 
-def written_unit(given: Mapping[str, Any], reader: DeviationReader) -> str:
+def written_unit(keys: Mapping[str, Any], reader: DeviationReader) -> str:
     """Return the unit in which a deviation is written; empty for a grade."""
-    text = str(given.get("tolerance", given.get("value", "")))
+    text = str(keys.get("tolerance", keys.get("value", "")))
     graded = not text or iso286.looks_like_grade(text)
     return "" if graded else reader.shown_unit(unit_of(text))
 
 
 def _value(key: str, value: Any, declared: Any, reader: DeviationReader) -> Any:
     """Read the value of one key as its distribution declares it."""
-    if declared["reads"] == "quantity":
-        return reader.deviation(str(value))
-    if declared["reads"] == "difference":
-        return reader.difference(str(value))
-    if declared["reads"] == "tolerance":
-        return reader.zone(str(value))
+    if read := QUANTITIES.get(declared["reads"]):
+        return read(reader, str(value))
     if declared["reads"] == "word":
         if value not in declared["choices"]:
             allowed = allowed_names(str(value), declared["choices"])

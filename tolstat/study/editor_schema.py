@@ -1,7 +1,6 @@
 """A JSON Schema of study files, for editors that complete and check TOML."""
 
 from collections.abc import Iterable
-from dataclasses import fields
 from typing import Any
 
 from tolstat.deviations.distributions import DISTRIBUTIONS
@@ -11,7 +10,7 @@ from tolstat.model import settings as model_settings
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
 from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows, Word
-from tolstat.study.distribution_entry import OF_THE_TOLERANCE
+from tolstat.study.distribution_entry import KEYS
 from tolstat.study.sampling import GIVEN
 from tolstat.study.study_schema import Document, Exponential, LimitEntry, PartsEntry
 
@@ -24,10 +23,10 @@ def editor_schema(models: Iterable[Model]) -> Schema:
     Names of settings are those of the model. Names of contributors and responses are
     offered as they are with default settings; others are allowed.
     """
-    found = Document.model_json_schema(by_alias=True)
-    keys = found["properties"]
-    known = list(models)
-    keys["model"]["examples"] = [model.name for model in known]
+    schema = Document.model_json_schema(by_alias=True)
+    keys = schema["properties"]
+    models = list(models)
+    keys["model"]["examples"] = [model.name for model in models]
     keys["sampling"] = {
         "anyOf": [{"enum": [*SAMPLERS, *GIVEN]}, {"type": "object"}],
         "description": keys["sampling"]["description"],
@@ -36,20 +35,20 @@ def editor_schema(models: Iterable[Model]) -> Schema:
         keys[name]["additionalProperties"] = entry
     keys["limits"]["additionalProperties"] = _limit()
     chosen = [
-        {"if": {"properties": {"model": {"const": each.name}}}, "then": _of(each)}
-        for each in known
+        {"if": {"properties": {"model": {"const": model.name}}}, "then": _by(model)}
+        for model in models
     ]
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return {**head, **found, "title": "a study of tolstat", "allOf": chosen}
+    return {**head, **schema, "title": "a study of tolstat", "allOf": chosen}
 
 
-def _of(model: Model) -> Schema:
+def _by(model: Model) -> Schema:
     """Return the part of the schema that depends on a model."""
     contributors, responses = described(model, model_settings.make(model))
     declared = model_settings.settings_of(model)
     settings = {
-        name: _setting(each.kind) | {"description": each.sentence}
-        for name, each in declared.items()
+        name: _setting(setting.kind) | {"description": setting.sentence}
+        for name, setting in declared.items()
     }
     return {
         "properties": {
@@ -62,7 +61,7 @@ def _of(model: Model) -> Schema:
 
 def _offered(declared: Iterable[Any], entry: Schema) -> Schema:
     """Return entries by name, also without their numbers."""
-    words = {each.name: each.sentence for each in declared}
+    words = {column.name: column.sentence for column in declared}
     names = known_or_general(words)
     return {n: entry | {"description": words.get(n, f"all of {n}")} for n in names}
 
@@ -73,9 +72,9 @@ def _setting(kind: Kind) -> Schema:
             return {"enum": list(choices)}
         case Boolean():
             return {"type": "boolean"}
-        case Numbers(each):
-            one = _setting(each)
-            return {"anyOf": [one, {"type": "array", "items": one}]}
+        case Numbers(number):
+            item = _setting(number)
+            return {"anyOf": [item, {"type": "array", "items": item}]}
         case Number(unit="") as number if not number.presets:
             return {"type": "integer" if number.whole else "number"}
         case Number(unit=unit):
@@ -86,20 +85,15 @@ def _setting(kind: Kind) -> Schema:
 
 
 def _deviation() -> Schema:
-    keys: Schema = {
-        field.name: {}
-        for kind in DISTRIBUTIONS.values()
-        for field in fields(kind)  # type: ignore[arg-type]  # each is a dataclass
-    }
     of_parts = PartsEntry.model_json_schema(by_alias=True)["properties"]
-    every = {name: {} for name in (*OF_THE_TOLERANCE, "common")} | keys | of_parts
-    every["distribution"] = {"enum": list(DISTRIBUTIONS)}
+    keys: Schema = {name: {} for name in (*KEYS, "common")} | of_parts
+    keys["distribution"] = {"enum": list(DISTRIBUTIONS)}
     law = Exponential.model_json_schema()["properties"]
     offers = {"type": "number", "minimum": 0}
-    every["cost"] = {
+    keys["cost"] = {
         "type": "object", "properties": law, "additionalProperties": offers,
     }  # fmt: skip
-    table = {"type": "object", "properties": every}
+    table = {"type": "object", "properties": keys}
     return {"anyOf": [{"type": ["string", "number"]}, table]}
 
 

@@ -36,16 +36,16 @@ DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a
 
 
 def check_bounds(
-    table: Mapping[Any, Any], problems: Problems, place: tuple[Any, ...] = ()
+    table: Mapping[Any, Any], problems: Problems, outer: tuple[Any, ...] = ()
 ) -> None:
-    """Refuse values that no key of a study can hold; `place`: the keys of the table."""
+    """Refuse values that no key of a study can hold; `outer`: the keys of the table."""
     for key, value in table.items():
-        path = (*place, key)
+        path = (*outer, key)
         if wrong := _unusable(value, path):
             number = isinstance(value, int | float)
             problems.add(_key(path), value if number else None, wrong)
         if isinstance(value, list):
-            value = {f"value {i}": each for i, each in enumerate(value, start=1)}
+            value = {f"value {i}": item for i, item in enumerate(value, start=1)}
         if isinstance(value, Mapping) and len(path) <= DEEPEST:
             check_bounds(value, problems, path)
 
@@ -67,15 +67,15 @@ def _unusable(value: Any, path: tuple[Any, ...]) -> str:
     return ""
 
 
-def _unusable_text(text: str, what: str, longest: int) -> str:
+def _unusable_text(text: str, kind: str, longest: int) -> str:
     if len(text) > longest:
-        return f"a {what} has {len(text)} characters; at most {longest} are allowed"
+        return f"a {kind} has {len(text)} characters; at most {longest} are allowed"
     if "\0" in text:
-        return f"a {what} contains the character NUL; remove it"
+        return f"a {kind} contains the character NUL; remove it"
     try:
         text.encode()
     except UnicodeEncodeError:
-        return f"a {what} contains half a character; remove it"
+        return f"a {kind} contains half a character; remove it"
     return ""
 
 
@@ -117,43 +117,45 @@ def content(path: Path, megabytes: int) -> bytes:
     most = megabytes * MEGABYTE
     try:
         with path.open("rb") as file:
-            found = file.read(most + 1)
+            raw = file.read(most + 1)
     except FileNotFoundError:
-        near = [each.name for each in sorted(path.parent.glob(f"*{path.suffix}"))]
-        hint = f"in this folder: {', '.join(near)}" if near else "this folder has none"
-        if close := get_close_matches(path.name, near, n=1):
+        names = [file.name for file in sorted(path.parent.glob(f"*{path.suffix}"))]
+        hint = (
+            f"in this folder: {', '.join(names)}" if names else "this folder has none"
+        )
+        if close := get_close_matches(path.name, names, n=1):
             hint = f"did you mean '{close[0]}'?"
         raise DataError(f"{path}: no such file; {hint}") from None
     except OSError as error:
         raise DataError(f"{path} cannot be read: {error}") from None
-    if len(found) > most:
+    if len(raw) > most:
         raise DataError(f"{path} is larger than {megabytes} MB, the most allowed")
-    return found
+    return raw
 
 
-def as_text(path: Path, found: bytes) -> str:
+def as_text(path: Path, raw: bytes) -> str:
     """Return the text of a file; every line ends as in Python.
 
     UTF-8, or what its byte order mark says: UTF-8, UTF-16 or UTF-32, as editors of
     Windows write them. No other encoding is guessed.
     """
-    marks = (each for each in BYTE_ORDER_MARKS if found.startswith(each))
+    marks = (mark for mark in BYTE_ORDER_MARKS if raw.startswith(mark))
     encoding = BYTE_ORDER_MARKS.get(next(marks, b""), "utf-8")
-    if encoding == "utf-8" and b"\0" in found:
+    if encoding == "utf-8" and b"\0" in raw:
         raise DataError(
             f"{path} cannot be read: it contains NUL bytes, as UTF-16 without a byte "
             f"order mark does; {AS_UTF_8}"
         )
     try:
-        return io.TextIOWrapper(io.BytesIO(found), encoding).read()
+        return io.TextIOWrapper(io.BytesIO(raw), encoding).read()
     except UnicodeDecodeError as error:
         if not encoding.startswith("utf-8"):
             raise DataError(
                 f"{path} cannot be read: it begins as {encoding.upper()} and is cut "
                 f"off or damaged; {AS_UTF_8}"
             ) from None
-        line = len(re.findall(rb"\r\n|\r|\n", found[: error.start])) + 1
-        byte = found[error.start : error.start + 1]
+        line = len(re.findall(rb"\r\n|\r|\n", raw[: error.start])) + 1
+        byte = raw[error.start : error.start + 1]
         raise DataError(
             f"{path}, line {line}: byte 0x{byte.hex().upper()} is not UTF-8 (in "
             f"Windows-1252 it is '{byte.decode('cp1252', 'replace')}'); {AS_UTF_8}"
@@ -197,16 +199,16 @@ def _table(text: str, source: str) -> dict[str, Any]:
             hint = '; typographic quotes are none here: write straight ones, "'
         raise StudyError(f"{source} is not a TOML file: {error}{hint}") from None
     except RecursionError:
-        line = max(lines, key=lambda each: each.count("[") + each.count("{"))
+        line = max(lines, key=lambda line: line.count("[") + line.count("{"))
         why = TOO_DEEP
     except ValueError:
-        line = max(lines, key=lambda each: sum(map(str.isdigit, each)))
+        line = max(lines, key=lambda line: sum(map(str.isdigit, line)))
         why = TOO_LONG
     raise StudyError(f"{source} cannot be run:\n  {line[:40]}...: {why}")
 
 
 def _in_escape(lines: Sequence[str], error: str) -> bool:
     """Return whether an error of TOML lies behind a backslash in double quotes."""
-    place = re.search(r"line (\d+), column (\d+)", error)
-    line, column = map(int, place.groups()) if place else (1, 1)
+    position = re.search(r"line (\d+), column (\d+)", error)
+    line, column = map(int, position.groups()) if position else (1, 1)
     return "\\" in lines[line - 1][:column].rpartition('"')[2]

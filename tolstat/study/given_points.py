@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,7 +28,7 @@ from tolstat.model.settings import setting_of, settings_of
 from tolstat.study import study_schema as schema
 from tolstat.study.csv_table import read_csv
 from tolstat.study.memory_needed import too_large
-from tolstat.study.nominal_size import DeviationReader, Holds
+from tolstat.study.nominal_size import HOLDS, DeviationReader, Holds
 from tolstat.study.problems import Problems
 from tolstat.units.grammar import quantity, unit_of
 
@@ -60,12 +61,12 @@ class Case(NamedTuple):
 
 def cases_among(cases: Sequence[Case], chosen: NDArray[np.int64]) -> list[Case]:
     """Return the cases of chosen trials, ascending, numbered among these."""
-    found = []
+    among = []
     for case in cases:
         first, stop = np.searchsorted(chosen, (case.first, case.stop)).tolist()
         if first < stop:
-            found.append(Case(first, stop, case.settings))
-    return found
+            among.append(Case(first, stop, case.settings))
+    return among
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class Points:
 
     deviations: Array  # float64[trial, contributor], SI
     cases: tuple[Case, ...]  # their settings, in the order of the trials
-    shown: Mapping[str, str]  # the unit in which each contributor or setting is written
+    units: Mapping[str, str]  # in which each contributor or setting is written
     # the axes of a grid, the slowest first; none for a table
     swept: tuple[Swept, ...] = ()
     # by swept setting, a value for each trial: SI, or a word
@@ -137,27 +138,30 @@ def _product(
             deviations[:, names.index(member)] = column
         if not axis.members:
             columns[axis.name] = column
-    each, cases = trials // number, []
+    size, cases = trials // number, []
     for i, values in enumerate(product(*(axis.values for axis in chosen))):
-        moved = (setting_name(axis.name) for axis in chosen)
-        changes = dict(zip(moved, values, strict=True))
-        case = Case(i * each, (i + 1) * each, replace(settings, **changes))
+        swept = (setting_name(axis.name) for axis in chosen)
+        changes = dict(zip(swept, values, strict=True))
+        case = Case(i * size, (i + 1) * size, replace(settings, **changes))
         if _columns(described(model, case.settings)) != _columns(description):
             raise ModelError(
                 f"{', '.join(changes)}: these settings change which contributors or "
                 "responses the model has; write a study for each"
             )
         cases.append(case)
-    shown = {m: axis.shown for axis in axes for m in axis.members or (axis.name,)}
-    warnings = tuple(sentence for axis in axes for sentence in axis.warnings)
     return Points(
-        deviations, tuple(cases), shown, tuple(axes), columns, warnings=warnings
+        deviations,
+        tuple(cases),
+        units={m: axis.shown for axis in axes for m in axis.members or (axis.name,)},
+        swept=tuple(axes),
+        settings=columns,
+        warnings=tuple(sentence for axis in axes for sentence in axis.warnings),
     )
 
 
 def _columns(description: Description) -> list[tuple[str, str]]:
     """Return names and units: sizes and sentences may depend on settings."""
-    return [(each.name, each.unit) for some in description for each in some]
+    return [(column.name, column.unit) for columns in description for column in columns]
 
 
 def setting_name(column: str) -> str:
@@ -165,80 +169,84 @@ def setting_name(column: str) -> str:
     return column.removeprefix(TAKEN)
 
 
-def _axes(given: Mapping[str, Any]) -> Iterator[tuple[str, Any, bool]]:
+def _axes(grid: Mapping[str, Any]) -> Iterator[tuple[str, Any, bool]]:
     """Yield name and values of each axis, and whether it can only be a deviation."""
-    for name, values in given.items():
+    for name, values in grid.items():
         if name == DEVIATIONS and isinstance(values, dict) and "from" not in values:
-            for each, of_it in values.items():
-                yield each, of_it, True
+            yield from ((part, axis, True) for part, axis in values.items())
         else:
             yield name, values, False
 
 
 def _axis(
-    name: str, given: Any, deviation: bool, model: Model, description: Description
+    name: str, values: Any, deviation: bool, model: Model, description: Description
 ) -> Swept:
     """Return the axis of a setting or contributor; a setting has precedence."""
-    contributors = {each.name: each for each in description.contributors}
-    units, known = (
-        {n: each.unit for n, each in contributors.items()},
-        settings_of(model),
-    )
-    if name in known and not deviation:
-        return _setting_axis(name, given, model, taken=name in units)
+    parts = {part.name: part for part in description.contributors}
+    settings = settings_of(model)
+    if name in settings and not deviation:
+        return _setting_axis(name, values, model, taken=name in parts)
     try:
-        members = tuple(expand(name, list(units)))
+        members = tuple(expand(name, [*parts]))
     except ModelError:
-        names = [*units, *(() if deviation else known)]
+        names = [*parts, *(() if deviation else settings)]
         raise ModelError(
             f"neither a contributor nor a setting; {allowed_names(name, names)}"
         ) from None
-    unit, reader = units[members[0]], DeviationReader(contributors[members[0]])
-    if isinstance(given, dict):
-        values, first = _steps(given, reader.axis), _first(given)
+    reader = DeviationReader(parts[members[0]])
+    if isinstance(values, dict):
+        deviations, first = _steps(values, reader.axis), _first(values)
     else:
-        first = str(_listed(given)[0])
-        values = reader.axis([*map(str, given)]).tolist()
-    if reader.warnings and len({contributors[n].size for n in members}) > 1:
+        first = str(_listed(values)[0])
+        deviations = reader.axis([*map(str, values)]).tolist()
+    if reader.warnings and len({parts[member].size for member in members}) > 1:
         raise ModelError(f"{', '.join(members)} have different sizes; give deviations")
-    shown = reader.shown_unit(unit_of(first))
-    return Swept(name, members, values, None, unit, shown, tuple(reader.warnings))
+    return Swept(
+        name,
+        members,
+        deviations,
+        words=None,
+        unit=reader.contributor.unit,
+        shown=reader.shown_unit(unit_of(first)),
+        warnings=tuple(reader.warnings),
+    )
 
 
-def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
+def _setting_axis(name: str, values: Any, model: Model, *, taken: bool) -> Swept:
     """Read the values of one setting; its name may be that of a contributor."""
-    column, kind = TAKEN + name if taken else name, setting_of(model, name).kind
+    kind = setting_of(model, name).kind
     unit = (kind.unit if isinstance(kind, Number) else "") or "1"
-    if isinstance(given, dict):
+    swept = partial(Swept, TAKEN + name if taken else name, (), unit=unit)
+    if isinstance(values, dict):
         if not isinstance(kind, Number):
             raise ModelError(
                 f"this setting is no number; give a list of values, see {schema.AXIS}"
             )
-        steps = _steps(given, lambda ends: [quantity(end, unit) for end in ends])
-        values = [kind.checked(value) for value in steps]
-        return Swept(column, (), values, None, unit, unit_of(_first(given)))
-    values = [kind.read(value) for value in _listed(given)]
-    if isinstance(kind, Number) and not any(each in kind.presets for each in given):
-        shown = unit_of(given[0]) if isinstance(given[0], str) else ""
-        return Swept(column, (), values, None, unit, shown)
-    return Swept(column, (), values, [as_typed(value) for value in given], unit, "")
+        steps = _steps(values, lambda ends: [quantity(end, unit) for end in ends])
+        numbers = [kind.checked(step) for step in steps]
+        return swept(numbers, words=None, shown=unit_of(_first(values)))
+    read = [kind.read(value) for value in _listed(values)]
+    if isinstance(kind, Number) and not any(value in kind.presets for value in values):
+        typed = unit_of(values[0]) if isinstance(values[0], str) else ""
+        return swept(read, words=None, shown=typed)
+    return swept(read, words=[as_typed(value) for value in values], shown="")
 
 
-def _listed(given: Any) -> list[Any]:
-    if not isinstance(given, list) or not given:
+def _listed(values: Any) -> list[Any]:
+    if not isinstance(values, list) or not values:
         raise ModelError(f"values are expected, such as {schema.AXIS}")
-    return given
+    return values
 
 
-def _first(given: Mapping[str, Any]) -> str:
-    return str(given["from"])
+def _first(axis: Mapping[str, Any]) -> str:
+    return str(axis["from"])
 
 
 def _steps(
-    given: dict[str, Any], read: Callable[[Sequence[str]], Sequence[float] | Array]
+    axis: dict[str, Any], read: Callable[[Sequence[str]], Sequence[float] | Array]
 ) -> list[float]:
     """Return the steps of from, to and points; `read` reads both ends."""
-    entry = schema.read_entry(schema.AxisEntry, given, "there is")
+    entry = schema.read_entry(schema.AxisEntry, axis, "there is")
     first, last = read([str(entry.first), str(entry.last)])
     if first == last:
         raise ModelError("from and to are the same")
@@ -256,19 +264,19 @@ def read_table(
     """
     table = read_csv(folder, name)
     path = table.path
-    contributors = {each.name: each for each in description.contributors}
-    deviations = np.zeros((len(table.lines), len(contributors)))
-    names, shown, warnings = list(contributors), dict[str, str](), dict[str, None]()
+    parts = {part.name: part for part in description.contributors}
+    deviations = np.zeros((len(table.lines), len(parts)))
+    names, units, warnings = [*parts], dict[str, str](), dict[str, None]()
     for head, written in table.units.items():
-        called, holds = _called(head)
+        part, holds = _part_of_head(head)
         try:
-            members = expand(called, names)
+            members = expand(part, names)
         except ModelError as error:
             raise DataError(f"{path}, column {head}: {error}") from None
         for member in members:
-            if member in shown:
+            if member in units:
                 raise DataError(f"{path}: {member} is given twice")
-            reader = DeviationReader(contributors[member])
+            reader = DeviationReader(parts[member])
             try:
                 column, sizes = reader.column(
                     table.column(head), written, holds, table.places
@@ -276,26 +284,30 @@ def read_table(
             except (UnitError, DistributionError) as error:
                 raise DataError(f"{path}, column {head}: {error}") from None
             warnings |= dict.fromkeys(reader.warnings)
-            shown[member] = reader.shown_unit(written)
+            units[member] = reader.shown_unit(written)
             deviations[:, names.index(member)] = column
             if sizes and not holds:
                 warnings[f"{path.name}: column {head} is taken as sizes"] = None
-    note = f"{len(deviations)} trials of {path.name} (SHA-256 {table.digest[:12]})"
-    cases = (Case(0, len(deviations), settings),)
-    return Points(deviations, cases, shown, note=note, warnings=tuple(warnings))
+    return Points(
+        deviations,
+        (Case(0, len(deviations), settings),),
+        units,
+        note=f"{len(deviations)} trials of {path.name} (SHA-256 {table.digest[:12]})",
+        warnings=tuple(warnings),
+    )
 
 
-def _called(head: str) -> tuple[str, Holds]:
+def _part_of_head(head: str) -> tuple[str, Holds]:
     """Return the contributor of a column's head, and what it says that it holds."""
-    name, _, holds = head.rpartition(" ")
-    for word in ("sizes", "deviations"):
-        if holds == word:
-            return name.strip(), word
+    name, _, last = head.rpartition(" ")
+    for holds in HOLDS:
+        if last == holds:
+            return name.strip(), holds
     return head, ""
 
 
 def read_reference(
-    given: Mapping[str, Any],
+    keys: Mapping[str, Any],
     swept: Sequence[Swept],
     description: Description,
     folder: Path | None,
@@ -305,7 +317,7 @@ def read_reference(
     The first column is swept. The others are responses, or swept too if the grid has
     several axes. Each head has its unit.
     """
-    entry = schema.read_entry(schema.ReferenceEntry, given, "there is")
+    entry = schema.read_entry(schema.ReferenceEntry, keys, "there is")
     table = read_csv(folder, entry.data)
     units = {axis.name: axis.unit for axis in swept if axis.words is None}
     if (first := next(iter(table.units))) not in units:
@@ -313,9 +325,9 @@ def read_reference(
             f"{table.path}: the first column, '{first}', must be swept by [grid]; "
             f"{allowed_names(first, units)}"
         )
-    units |= {each.name: each.unit for each in description.responses}
+    units |= {response.name: response.unit for response in description.responses}
     if wrong := [head for head in table.units if head not in units]:
-        known = allowed_names(wrong[0], units)
-        raise DataError(f"{table.path}, column {wrong[0]}: {known}")
+        allowed = allowed_names(wrong[0], units)
+        raise DataError(f"{table.path}, column {wrong[0]}: {allowed}")
     columns = {head: table.values(head, units[head]) for head in table.units}
     return entry.label, columns

@@ -16,21 +16,25 @@ NOMINAL = "nominal"
 
 def settings_with_links(table: Mapping[str, Any], model: Model) -> dict[str, Any]:
     """Return the settings of a study, including its links."""
-    given = dict(table.get("settings", {}))
+    settings = dict(table.get("settings", {}))
     if links := table.get("links"):
-        columns = _columns(model)
-        given[SETTING] = {
-            name: {key: value for key, value in _keys(link).items() if key in columns}
+        columns = link_columns(model)
+        settings[SETTING] = {
+            name: {
+                key: value
+                for key, value in keys_of_link(link).items()
+                if key in columns
+            }
             for name, link in links.items()
         }
-    return given
+    return settings
 
 
 def read_links(document: Document, model: Model, problems: Problems) -> Document:
     """Return a study with each link as a setting and a deviation."""
     if not document.links:
         return document
-    columns = _columns(model)
+    columns = link_columns(model)
     with problems.noting("[links]", None):
         if NOMINAL not in columns:
             raise ModelError(f"model '{model.name}' has no links; use [deviations]")
@@ -41,7 +45,7 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
     deviations, sized = dict[str, Any](), dict[str, Any]()
     for name, link in document.links.items():
         with problems.noting(f"[links] {name}", link):
-            if NOMINAL not in _keys(link):
+            if NOMINAL not in keys_of_link(link):
                 example = 'such as nominal = "60 mm"'
                 raise ModelError(f"the key {NOMINAL} is missing, {example}")
             sized[name] = link
@@ -51,28 +55,27 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
                     "{ nominal = ..., tolerance = ... }"
                 )
             if deviates := {
-                key: value for key, value in _keys(link).items() if key not in columns
+                key: value
+                for key, value in keys_of_link(link).items()
+                if key not in columns
             }:
                 deviations[name] = deviates
-    given = {"settings": document.settings, "links": sized}
-    settings = settings_with_links(given, model)
+    table = {"settings": document.settings, "links": sized}
+    settings = settings_with_links(table, model)
     both = {**deviations, **document.deviations}
     return document.model_copy(update={"settings": settings, "deviations": both})
 
 
 def read_sizes(
-    sizes: Mapping[str, Any],
-    links: Mapping[str, Any],
-    model: Model,
-    problems: Problems,
+    sizes: Mapping[str, Any], links: Mapping[str, Any], model: Model, problems: Problems
 ) -> dict[str, Any]:
     """Return the links whose sizes can be read, as a setting."""
-    found = dict[str, Any]()
+    readable = dict[str, Any]()
     kind = settings_of(model)[SETTING].kind
     for name, size in sizes.items():
         with problems.noting(f"[links] {name}", links[name]):
-            found |= kind.read({name: size})
-    return found
+            readable |= kind.read({name: size})
+    return readable
 
 
 def check_units(
@@ -80,30 +83,20 @@ def check_units(
 ) -> None:
     """Note links without a unit that an error of the model names."""
     for name, link in links.items():
-        number = _keys(link)[NOMINAL]
+        number = keys_of_link(link)[NOMINAL]
         if isinstance(number, int | float) and f"'{name}'" in str(error):
             example = f'write its unit, such as {NOMINAL} = "{number} mm"'
             problems.add(f"[links] {name}", link, f"the size has no unit; {example}")
 
 
-def with_deviation(
-    link: Any, entry: str | Mapping[str, Any], model: Model
-) -> dict[str, Any]:
-    """Return a link as it is, with another deviation, or another nominal alone."""
-    given = {"tolerance": entry} if isinstance(entry, str) else dict(entry)
-    columns, every = _columns(model), _keys(link)
-    own = {key: value for key, value in every.items() if key in columns}
-    return {**(every if given.keys() <= set(columns) else own), **given}
-
-
-def _columns(model: Model) -> tuple[str, ...]:
-    """Return the keys of a link besides its deviation; empty without links."""
+def link_columns(model: Model) -> tuple[str, ...]:
+    """Return the keys of a link beside its deviation; empty without links."""
     declared = settings_of(model).get(SETTING)
     if declared is None or not isinstance(declared.kind, Rows):
         return ()
     return tuple(declared.kind.columns)
 
 
-def _keys(link: Any) -> Mapping[str, Any]:
+def keys_of_link(link: Any) -> dict[str, Any]:
     """Return the keys of a link; a quantity alone is its nominal."""
-    return link if isinstance(link, Mapping) else {NOMINAL: link}
+    return dict(link) if isinstance(link, Mapping) else {NOMINAL: link}

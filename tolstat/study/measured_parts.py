@@ -56,18 +56,17 @@ def read_parts(
     written = "" if written == "1" else written
     parts = np.sort(values)
     reader.warnings += sized.warnings if sized is not reader else []
-    what = f"{len(parts)} parts of {entry.data} (SHA-256 {table.digest[:12]})"
+    source = f"{len(parts)} parts of {entry.data} (SHA-256 {table.digest[:12]})"
     if sizes:
-        what = f"sizes of {what}"
+        source = f"sizes of {source}"
     if entry.fit is None:
-        note = f"{what}, all equally likely"
-        return Parts(Measured(parts), note, written)
+        return Parts(Measured(parts), f"{source}, all equally likely", written)
     fitted: Fitted = fit(parts, entry.fit)
     warning = ": doubtful" if fitted.p_value < DOUBTFUL else ""
     words = _fitted_in_words(fitted, scale_of(contributor.unit, written))
     return Parts(
         fitted,
-        f"{entry.fit} distribution fitted to {what}, {words}, Anderson-Darling p = "
+        f"{entry.fit} distribution fitted to {source}, {words}, Anderson-Darling p = "
         f"{fitted.p_value:.3g}{warning}",
         written,
         words,

@@ -11,13 +11,13 @@ TIMES = (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("minutes", 6
 
 def too_large(trials: int, description: Description) -> str:
     """Return why the memory cannot hold so many trials; empty if it can."""
-    needed, there = trials * _row(description), memory()
-    if needed <= there:
+    needed, available = trials * _row(description), memory()
+    if needed <= available:
         return ""
-    most = there // _row(description)
+    most = available // _row(description)
     most -= most % 10 ** max(0, len(f"{most:.0f}") - 2)  # two figures, rounded down
     return (
-        f"{_takes(trials, needed)}, and this process may have {_gigabytes(there)}; "
+        f"{_takes(trials, needed)}, and this process may have {_gigabytes(available)}; "
         f"give at most about {most:.0f}"
     )
 

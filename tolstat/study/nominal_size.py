@@ -19,7 +19,7 @@ from tolstat.errors import DistributionError, UnitError
 from tolstat.model.description import Contributor
 from tolstat.units import grammar
 from tolstat.units.conversion import to_si
-from tolstat.units.scale import KNOWN, figures, scale_of
+from tolstat.units.scale import KNOWN, Scale, figures, scale_of
 
 FARTHEST = 0.5  # of the nominal size: what deviates more is doubted
 WIDE, VERY_WIDE = 0.1, 1 / 3  # of the nominal size: wider ones are noted, warned of
@@ -32,13 +32,14 @@ SHARES = ("%", "ppm")
 _PLUS = re.compile(r"(?<![eE])\+|±")  # what is typed with it is no size
 
 Holds = Literal["", "sizes", "deviations"]  # of a column; "" where the study is silent
+HOLDS: tuple[Holds, ...] = ("sizes", "deviations")
 
 
 def are_sizes(values: Array, size: float) -> bool:
     """Return whether values can only be sizes of a part, and not its deviations."""
     most = FARTHEST * abs(size) * (1 + ROUNDING)
-    near = (np.abs(values - size) <= most).all()
-    return bool(near and (np.abs(values) > most).any())
+    close = (np.abs(values - size) <= most).all()
+    return bool(close and (np.abs(values) > most).any())
 
 
 def _less_nominal(sizes: Array, nominal: float) -> Array:
@@ -102,6 +103,12 @@ class DeviationReader:
         reader = DeviationReader(replace(self.contributor, size=nominal))
         reader._nominal_typed = not self._size
         return reader
+
+    def needs_sign(self, deviations: Sequence[float]) -> bool:
+        """Return whether deviations without a sign may be read as sizes."""
+        farthest = max(map(abs, deviations))
+        large = bool(self._size) and farthest > FARTHEST * abs(self._size)
+        return large or (self.is_relative and min(deviations) > 0)
 
     def shown_unit(self, unit: str) -> str:
         """Return a typed unit, or for a share of a size the unit of that."""
@@ -175,20 +182,23 @@ class DeviationReader:
         if not size:
             self._warn_far(values)
             return values, False
-        near, far = np.abs(values - size), np.abs(values)
+        from_size, from_zero = np.abs(values - size), np.abs(values)
         most = FARTHEST * abs(size) * (1 + ROUNDING)
         if holds:  # no part is nothing, or twice as large; of a typed nominal it may be
             most = abs(size) * (1 + (ROUNDING if self._nominal_typed else -ROUNDING))
         if self.is_relative and not holds:
-            if (near <= most).all() and (far > 0).all():
+            if (from_size <= most).all() and (from_zero > 0).all():
                 raise DistributionError(self._either("the column", values))
             return values, False
         sizes = holds == "sizes" or (
-            not holds and np.sum(near <= most) > np.sum(far <= most)
+            not holds and np.sum(from_size <= most) > np.sum(from_zero <= most)
         )
-        off = near if sizes else far
-        if not self.is_relative and (off > most).any():
-            row, kind = int(np.argmax(off > most)), "size" if sizes else "deviation"
+        distance = from_size if sizes else from_zero
+        if not self.is_relative and (distance > most).any():
+            row, kind = (
+                int(np.argmax(distance > most)),
+                "size" if sizes else "deviation",
+            )
             raise DistributionError(
                 f"{places[row]}: {self._words(values[row])} is no {kind} of a part of "
                 f"nominally {self._words(size)}; correct or remove it, or say what "
@@ -316,10 +326,10 @@ class DeviationReader:
         self, deviations: Array, size: float, places: Sequence[str]
     ) -> None:
         """Warn of rows that deviate much from the nominal, or from all others."""
-        off = np.abs(deviations - np.median(deviations))
-        row = int(off.argmax())
+        distance = np.abs(deviations - np.median(deviations))
+        row = int(distance.argmax())
         others, why = np.delete(deviations, row), ""
-        if len(others) > 2 and off[row] > FAR * np.ptp(others) > 0:
+        if len(others) > 2 and distance[row] > FAR * np.ptp(others) > 0:
             why = "far from all others"
         elif np.abs(deviations).max() > WIDE * abs(size):
             row = int(np.abs(deviations).argmax())
@@ -341,8 +351,8 @@ class DeviationReader:
             )
 
     def _either(self, typed: str, values: Array) -> str:
-        name, off = self.contributor.name, 1.0 if are_sizes(values, 1.0) else 0.0
-        ends = [100 * (float(end) - off) for end in (values.min(), values.max())]
+        name, nominal = self.contributor.name, 1.0 if are_sizes(values, 1.0) else 0.0
+        ends = [100 * (float(end) - nominal) for end in (values.min(), values.max())]
         signed = "..".join(f"{end:+.6g}" for end in dict.fromkeys(ends))
         return (
             f"{name} deviates relative to its nominal value, and {typed} may be that "
@@ -350,15 +360,13 @@ class DeviationReader:
         )
 
     def _number(self, value: float) -> str:
-        scale = scale_of(self.contributor.unit, self._shown)
-        return figures(value * scale.factor, SHOWN)
+        return figures(value * self._scale.factor, SHOWN)
 
     def _words(self, value: float) -> str:
-        scale = scale_of(self.contributor.unit, self._shown)
-        return f"{self._number(value)} {scale.mark}".strip()
+        return f"{self._number(value)} {self._scale.mark}".strip()
 
     @property
-    def _shown(self) -> str:
+    def _scale(self) -> Scale:
         part = self.contributor
         plain = "%" if self.is_relative else "1"
-        return part.shown or (plain if part.unit == "1" else "")
+        return scale_of(part.unit, part.shown or (plain if part.unit == "1" else ""))

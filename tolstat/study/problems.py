@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 from tolstat.errors import Advice, StudyError, TolstatError
 from tolstat.model.setting_kinds import as_typed
 
-Found = TypeVar("Found")
+Value = TypeVar("Value")
 LONGEST = 300  # characters that a message quotes
 LONGEST_MESSAGE = 2000
 ALLOWED = "; allowed: "  # after what is wrong
@@ -33,12 +33,12 @@ class Problems:
         if value is None and key in self._places:  # wrong, not missing
             return
         self._places.add(key)
-        shown = "" if value is None else f" = {shortened(toml_of(value))}"
-        what, _, allowed = message.partition(ALLOWED)
+        typed = "" if value is None else f" = {shortened(toml_of(value))}"
+        wrong, _, allowed = message.partition(ALLOWED)
         if len(allowed) < LONGEST or allowed not in self._allowed:
-            what = shortened(message, LONGEST_MESSAGE)
+            wrong = shortened(message, LONGEST_MESSAGE)
         self._allowed.add(allowed)  # a long list is given once
-        self.found.append(f"{shortened(key)}{shown}: {what}")
+        self.found.append(f"{shortened(key)}{typed}: {wrong}")
         if len(self.found) > MOST_SAID:
             self.raise_if_any()
 
@@ -48,7 +48,7 @@ class Problems:
 
     def noted_in(self, *sections: str) -> bool:
         """Return whether a problem was noted of one of some sections or their keys."""
-        return any(e.strip("[").partition("]")[0] in sections for e in self._places)
+        return any(p.strip("[").partition("]")[0] in sections for p in self._places)
 
     @contextmanager
     def noting(self, key: str, value: Any) -> Iterator[None]:
@@ -59,7 +59,7 @@ class Problems:
             self.advice += error.advice
             self.add(key, value, str(error))
 
-    def required(self, key: str, value: Any, read: Callable[[], Found]) -> Found:
+    def required(self, key: str, value: Any, read: Callable[[], Value]) -> Value:
         """Return the result of `read`; if it is refused, raise all problems."""
         with self.noting(key, value):
             return read()
@@ -73,9 +73,9 @@ class Problems:
     @property
     def refusal(self) -> StudyError:
         """The error with one line for each problem."""
-        said = self.found[:MOST_SAID]
-        said += ["there are more"] * (len(self.found) > MOST_SAID)
-        lines = "\n".join(f"  {problem}" for problem in said)
+        problems = self.found[:MOST_SAID]
+        problems += ["there are more"] * (len(self.found) > MOST_SAID)
+        lines = "\n".join(f"  {problem}" for problem in problems)
         return StudyError(f"{self.source} {self.verdict}:\n{lines}", *self.advice)
 
 

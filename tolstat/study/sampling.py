@@ -17,34 +17,34 @@ GIVEN = ("grid", "table")  # samplings whose trials are given
 EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
 
 
-def read_sampling(given: str | dict[str, Any], problems: Problems) -> tuple[str, str]:
+def read_sampling(value: str | dict[str, Any], problems: Problems) -> tuple[str, str]:
     """Return a sampling, and the response whose limit it aims at; empty for none."""
-    known = [*SAMPLERS, *GIVEN]
-    if isinstance(given, str) and given in known:
-        return given, ""
-    with problems.noting("sampling", given):
-        if isinstance(given, str):
-            raise StudyError(f"no such sampling; {allowed_names(given, known)}")
-        return "rare", read_entry(RareEntry, given, "there is").rare
+    samplings = [*SAMPLERS, *GIVEN]
+    if isinstance(value, str) and value in samplings:
+        return value, ""
+    with problems.noting("sampling", value):
+        if isinstance(value, str):
+            raise StudyError(f"no such sampling; {allowed_names(value, samplings)}")
+        return "rare", read_entry(RareEntry, value, "there is").rare
     return "random", ""
 
 
-def aim_of(sampling: str, name: str, limited: Collection[str], known: list[str]) -> str:
+def aim_of(sampling: str, name: str, limited: Collection[str], names: list[str]) -> str:
     """Return the response that a sampling aims at: named, or the only limited one.
 
     Empty where it aims at none.
     """
     if sampling not in SAMPLERS or not SAMPLERS[sampling].aims:
         return ""
-    aims = expand(name, known) if name else list(limited)
-    if name and (without := [each for each in aims if each not in limited]):
+    aims = expand(name, names) if name else list(limited)
+    if name and (without := [aim for aim in aims if aim not in limited]):
         raise ModelError(
             f"{', '.join(without)}: no limit; add one to [limits], {EXAMPLE}"
         )
     if not aims:
         raise StudyError(
             f"it needs a limit; add one to [limits], {EXAMPLE}; responses: "
-            f"{', '.join(known)}"
+            f"{', '.join(names)}"
         )
     if len(aims) > 1:
         raise StudyError(
@@ -55,18 +55,15 @@ def aim_of(sampling: str, name: str, limited: Collection[str], known: list[str])
 
 
 def faults_of(
-    document: Document,
-    sampling: str,
-    deviating: Deviations,
-    points: Points | None,
+    document: Document, sampling: str, deviating: Deviations, points: Points | None
 ) -> Iterator[tuple[str, Any, str]]:
     """Yield keys that are missing for a sampling, or have no meaning for it.
 
     Each with its value, None for a missing one, and the problem.
     """
-    for key, of in (("grid", "grid"), ("table", "table"), ("[reference]", "grid")):
-        if getattr(document, key.strip("[]")) and sampling != of:
-            yield key, None, f'it needs sampling = "{of}"'
+    for key, needed in (("grid", "grid"), ("table", "table"), ("[reference]", "grid")):
+        if getattr(document, key.strip("[]")) and sampling != needed:
+            yield key, None, f'it needs sampling = "{needed}"'
     if sampling == "grid" and not document.grid:
         yield "[grid]", None, "missing; give contributors or settings, and their values"
     if sampling == "table" and not document.table:
@@ -77,8 +74,8 @@ def faults_of(
     sampler, varying = SAMPLERS[sampling], varying_in(deviating)
     usual = sampler.usual_trials(varying)
     if document.trials is None:
-        said = f"missing; such as trials = {usual}" if usual else MISSING["trials"]
-        yield "trials", None, said
+        missing = f"missing; such as trials = {usual}" if usual else MISSING["trials"]
+        yield "trials", None, missing
     if document.seed is None:
         yield "seed", None, MISSING["seed"]
     if isinstance(document.trials, dict) and not sampler.extensible:

@@ -20,27 +20,27 @@ class Until(NamedTuple):
     precisions: tuple[Precision, ...]  # all of them must be reached
     at_most: int  # trials after which it ends in any case
     rules: tuple[str, ...]  # as they are written
-    shown: dict[str, str]  # the unit of a rule's precision, by response
+    units: dict[str, str]  # of a rule's precision, by response
 
 
 def read_until(
-    given: Mapping[str, Any], description: Description, limited: Mapping[str, Any]
+    keys: Mapping[str, Any], description: Description, limited: Mapping[str, Any]
 ) -> Until:
     """Return a stopping rule: `until`, one or a list of them, and `at_most`.
 
     `limited` are the responses with a limit.
     """
-    entry = read_entry(UntilEntry, given, "there is")
+    entry = read_entry(UntilEntry, keys, "there is")
     rules = [entry.until] if isinstance(entry.until, str) else entry.until
-    known = {each.name: each for each in description.responses}
-    read = [_precision(rule, known, limited) for rule in rules]
-    shown = {each.statistic.response: unit for each, unit in read if unit}
-    precisions = tuple(each for each, _ in read)
-    return Until(precisions, entry.at_most, tuple(rules), shown)
+    responses = {response.name: response for response in description.responses}
+    read = [_precision(rule, responses, limited) for rule in rules]
+    units = {precision.statistic.response: unit for precision, unit in read if unit}
+    precisions = tuple(precision for precision, _ in read)
+    return Until(precisions, entry.at_most, tuple(rules), units)
 
 
 def _precision(
-    rule: str, known: Mapping[str, Response], limited: Mapping[str, Any]
+    rule: str, responses: Mapping[str, Response], limited: Mapping[str, Any]
 ) -> tuple[Precision, str]:
     """Return one rule, and the unit of its precision."""
     words = rule.replace("±", "+-").split(maxsplit=2)
@@ -50,13 +50,13 @@ def _precision(
             '"extra_loss p95 +-2 %"'
         )
     name, kind, precision = words
-    if name not in known:
-        raise StudyError(f"response {name}: {allowed_names(name, known)}")
+    if name not in responses:
+        raise StudyError(f"response {name}: {allowed_names(name, responses)}")
     statistic = _statistic(name, kind)
     if kind == "beyond" and name not in limited:
         raise StudyError(f"{name} beyond: the response has no limit")
     within = precision.removeprefix("+-").strip()
-    value, relative = _within(within, kind, known[name])
+    value, relative = _within(within, kind, responses[name])
     if not value > 0:
         raise UnitError(f'"{precision}": a precision above zero is expected')
     of_the_response = not relative and kind != "beyond" and not within.endswith("pp")
@@ -89,8 +89,8 @@ def _within(words: str, kind: str, response: Response) -> tuple[float, bool]:
 
 
 def _statistic(name: str, kind: str) -> Statistic:
-    if found := re.fullmatch(r"p(\d+(?:\.\d+)?)", kind):
-        share = float(found[1]) / 100
+    if percentile := re.fullmatch(r"p(\d+(?:\.\d+)?)", kind):
+        share = float(percentile[1]) / 100
         if 0 < share < 1:
             return Statistic(name, "quantile", share)
     elif kind == "median":

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-import re
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +14,6 @@ import numpy as np
 
 from tolstat import catalogue
 from tolstat.arrays import Array
-from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
 from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import ModelError, StudyError, TolstatError, UnitError
@@ -24,7 +23,8 @@ from tolstat.model.description import Contributor, Description
 from tolstat.model.setting_kinds import Number, as_typed
 from tolstat.model.settings import Setting, make, setting_of, settings_of
 from tolstat.statistics.limits.limit import Limit
-from tolstat.study.deviations_section import Deviations, read_deviations
+from tolstat.study.deviations_section import NOTHING, Deviations, read_deviations
+from tolstat.study.editor import StudyEditor
 from tolstat.study.given_points import (
     Case,
     Points,
@@ -33,35 +33,33 @@ from tolstat.study.given_points import (
     read_table,
 )
 from tolstat.study.limits_section import read_limits
-from tolstat.study.links_section import SETTING, check_units, read_links, read_sizes
+from tolstat.study.links_section import (
+    NOMINAL,
+    SETTING,
+    check_units,
+    link_columns,
+    read_links,
+    read_sizes,
+)
 from tolstat.study.memory_needed import large, too_large
-from tolstat.study.misplaced_keys import section_of
-from tolstat.study.mixed_text import without_mixed
 from tolstat.study.nominal_size import SHARES
 from tolstat.study.problems import Problems
-from tolstat.study.sampling import (
-    aim_of,
-    faults_of,
-    read_sampling,
-    varying_in,
-    warnings_of,
-)
+from tolstat.study.sampling import aim_of, faults_of, read_sampling, warnings_of
+from tolstat.study.slips import note_readable, section_of, without_mixed
 from tolstat.study.stopping_rule import Until, read_until
 from tolstat.study.study_schema import DECISIVE, Document, read
-from tolstat.study.undescribed import note_readable
 from tolstat.units.conversion import dimension
 from tolstat.units.grammar import unit_of
 from tolstat.units.scale import KNOWN, SIZES, figures
 
 SECTIONS = ("settings", "links", "deviations", "grid", "limits")
-NOTHING = Deviations({}, Dependence({}, {}), {}, {}, ())
 UNAUDITED = (
     "integration errors are not audited: the model moves, but has no setting rtol"
 )
 Source = str | os.PathLike[str] | Mapping[str, Any]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Study:
     """A study that can be run."""
 
@@ -111,6 +109,14 @@ class Study:
         return None if self.points else SAMPLERS[self.sampling]
 
     @property
+    def unfit(self) -> str:
+        """Why it cannot have so many trials; empty if it can."""
+        wrong = too_large(self.trials, self.description)
+        if wrong or self.points:
+            return wrong
+        return SAMPLERS[self.sampling].unfit(self.trials, len(self.factors))
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """The warnings about it that are known before it is run."""
         much = large(self.trials, self.description)
@@ -126,7 +132,7 @@ class Study:
     @property
     def reading_warnings(self) -> tuple[str, ...]:
         """The warnings about how its values were read, for readers of the results."""
-        plain = {each.name for each in self.description.responses if each.shown == "1"}
+        plain = {r.name for r in self.description.responses if r.shown == "1"}
         return (
             *self.deviating.warnings,
             *(self.points.warnings if self.points else ()),
@@ -134,17 +140,19 @@ class Study:
                 f'{name} is a plain number: its limit "{limit.words}" is '
                 f"{'..'.join(figures(end, KNOWN) for end in limit.finite)}"
                 for name, limit in self.limits.items()
-                if name in plain and unit_of(limit.words) in SHARES
+                if name in plain and self.shown.get(name) in SHARES
             ),
         )
 
     @property
     def notes(self) -> tuple[str, ...]:
         """The notes for the summary of the run: warnings, trials, deviations."""
-        own = (self.points.note,) if self.points and self.points.note else ()
+        notes = [*self._warnings]
+        if self.points and self.points.note:
+            notes.append(self.points.note)
         if self.model.moves and not self.model.integrates:
-            own = (*own, UNAUDITED)
-        return (*self._warnings, *own, *self.deviating.notes)
+            notes.append(UNAUDITED)
+        return (*notes, *self.deviating.notes)
 
     @property
     def factors(self) -> tuple[str, ...]:
@@ -163,7 +171,7 @@ class Study:
         """
         return next(self.stages())[1]
 
-    def machines(self, number: int) -> Array:
+    def first_trials(self, number: int) -> Array:
         """Return deviations of the first trials, SI; of a rare study random ones."""
         if self.sampler and not self.sampler.sample:
             return self.at_random(cast(int, self.seed), number).deviations()
@@ -175,13 +183,21 @@ class Study:
             self, sampling="random", aim="", until=None, seed=seed, trials=trials
         )
 
+    def editor(self) -> StudyEditor:
+        """Return the editor of this study."""
+        return StudyEditor(
+            tomllib.loads(self.text),
+            self.description.contributors,
+            (NOMINAL, *link_columns(self.model)),
+        )
+
     def stages(self) -> Course:
         """Yield all trials stage by stage: see `draw_in_stages`."""
         names = self._contributors
         if self.points:
             table = self.points.deviations.copy()
-            for name, held in self.deviating.distributions.items():
-                table[:, names.index(name)] = held.deviations(np.full(1, 0.5))
+            for name, constant in self.deviating.distributions.items():
+                table[:, names.index(name)] = constant.deviations(np.full(1, 0.5))
             yield Stage(table), table
             return
         assert self.seed is not None  # checked when the study was loaded
@@ -216,21 +232,17 @@ def load(
     path = None if isinstance(source, Mapping) else Path(source)
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
-    given = path or cast(Mapping[str, Any], source)
-
-    def section(name: str, value: Any, table: Mapping[str, Any]) -> str:
-        return section_of(name, value, table, model)
-
-    def faults(deviating: Deviations, points: Points | None) -> None:
-        """Note keys that do not fit the sampling; a wrong one is taken for random."""
-        if not problems.noted("sampling") or not (document.grid or document.table):
-            for key, value, wrong in faults_of(document, sampling, deviating, points):
-                problems.add(key, value, wrong)
-
-    text, document = read(given, problems, section, trials=trials, seed=seed)
+    text, document = read(
+        path or cast(Mapping[str, Any], source),
+        problems,
+        lambda name, value, table: section_of(name, value, table, model),
+        trials=trials,
+        seed=seed,
+    )
     document = without_mixed(document, problems)
     typed = typed_units(document.model_dump())
-    sampling, about = read_sampling(document.sampling, problems)
+    sampling, response = read_sampling(document.sampling, problems)
+
     chosen = None
     try:
         chosen = _model(document, model, problems)
@@ -239,9 +251,10 @@ def load(
             "[settings]", None, lambda: _described(chosen, settings)
         )
     except StudyError:  # without these the rest cannot be read
-        faults(NOTHING, None)
+        _note_faults(document, sampling, NOTHING, None, problems)
         note_readable(document, chosen, problems)
         raise problems.refusal from None
+
     deviating = read_deviations(
         document.deviations, document.correlation, description.contributors, folder,
         problems, linked=document.links,
@@ -252,59 +265,52 @@ def load(
     if sampling == "table" and document.table:
         with problems.noting("table", document.table):
             points = read_table(folder, document.table, settings, description)
-    faults(deviating, points)
-    reference, aim, until = None, "", None
+    _note_faults(document, sampling, deviating, points, problems)
+    reference = None
     if document.reference:
         with problems.noting("[reference]", document.reference):
             swept = points.swept if points else ()
             reference = read_reference(document.reference, swept, description, folder)
+
     limits = read_limits(document.limits, description.responses, problems)
+    aim = ""
     if limits or not document.limits:  # a wrong one has been noted
         with problems.noting("sampling", document.sampling):
             names = [response.name for response in description.responses]
-            aim = aim_of(sampling, about, limits, names)
+            aim = aim_of(sampling, response, limits, names)
+    until = None
     if isinstance(document.trials, dict):
         with problems.noting("trials", document.trials):
             until = read_until(document.trials, description, limits)
     problems.raise_if_any()
-    nominal = np.zeros((1, len(description.contributors)))
-    what = "the nominal trial"
-    problems.required(
-        "[settings]", None, lambda: check_possible(chosen, nominal, settings, what)
-    )
-    if points:
-        trials = len(points.deviations)
-    else:
-        trials = until.at_most if until else cast(int, document.trials)
-    wrong = too_large(trials, description)
-    if not points and not wrong:
-        wrong = SAMPLERS[sampling].unfit(trials, varying_in(deviating))
-    if wrong:
-        raise StudyError(f"{problems.source}: trials = {trials}: {wrong}")
-    return Study(
-        path,
-        text,
-        document,
-        chosen,
-        settings,
-        description,
-        trials,
-        until,
-        document.seed,
-        sampling,
-        deviating,
-        points,
-        reference,
-        limits,
-        {
+    _check_nominal(chosen, settings, description, problems)
+    study = Study(
+        path=path,
+        text=text,
+        document=document,
+        model=chosen,
+        settings=settings,
+        description=description,
+        trials=_number_of_trials(document, until, points),
+        until=until,
+        seed=document.seed,
+        sampling=sampling,
+        deviating=deviating,
+        points=points,
+        reference=reference,
+        limits=limits,
+        shown={
             **typed,
-            **(points.shown if points else {}),
-            **deviating.shown,
-            **(until.shown if until else {}),
+            **(points.units if points else {}),
+            **deviating.units,
+            **(until.units if until else {}),
             **{name: unit_of(limit.words) for name, limit in limits.items()},
         },
-        aim,
+        aim=aim,
     )
+    if wrong := study.unfit:
+        raise StudyError(f"{problems.source}: trials = {study.trials}: {wrong}")
+    return study
 
 
 def typed_units(study: Mapping[str, Any]) -> dict[str, str]:
@@ -313,35 +319,77 @@ def typed_units(study: Mapping[str, Any]) -> dict[str, str]:
     With all speeds in rpm that is {"[angle] / [time]": "rpm"}. Those whose unit follows
     their size, mm or um, are left out, unless all lengths are in inches.
     """
-    found: dict[str, set[str]] = {}
-    typed = as_typed([study.get(each) for each in SECTIONS], quoted=True)
-    for text in re.findall('"([^"]*)"', typed):
+    typed: dict[str, set[str]] = {}
+    for text in texts_in([study.get(section) for section in SECTIONS]):
         with suppress(UnitError):  # a word, a formula, the name of a file
             unit = unit_of(text)
-            found.setdefault(str(dimension(unit)), set()).add(unit)
+            typed.setdefault(str(dimension(unit)), set()).add(unit)
     sized = {str(dimension(unit)) for unit in SIZES}
-    agreed = {kind: units.pop() for kind, units in found.items() if len(units) == 1}
+    agreed = {kind: units.pop() for kind, units in typed.items() if len(units) == 1}
     return {k: unit for k, unit in agreed.items() if k not in sized or unit == "in"}
+
+
+def texts_in(value: Any) -> Iterator[str]:
+    """Yield the texts among the values of a study."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping):
+        yield from texts_in([*value.values()])
+    elif isinstance(value, Sequence):
+        for item in value:
+            yield from texts_in(item)
+
+
+def _note_faults(
+    document: Document,
+    sampling: str,
+    deviating: Deviations,
+    points: Points | None,
+    problems: Problems,
+) -> None:
+    """Note keys that do not fit the sampling; a wrong one is taken for random."""
+    if not problems.noted("sampling") or not (document.grid or document.table):
+        for key, value, wrong in faults_of(document, sampling, deviating, points):
+            problems.add(key, value, wrong)
+
+
+def _check_nominal(
+    model: Model, settings: Any, description: Description, problems: Problems
+) -> None:
+    """Refuse a study whose nominal trial cannot be built."""
+    nominal, what = np.zeros((1, len(description.contributors))), "the nominal trial"
+    problems.required(
+        "[settings]", None, lambda: check_possible(model, nominal, settings, what)
+    )
+
+
+def _number_of_trials(
+    document: Document, until: Until | None, points: Points | None
+) -> int:
+    """Return how many trials a study has, at most."""
+    if points:
+        return len(points.deviations)
+    return until.at_most if until else cast(int, document.trials)
 
 
 def _model(document: Document, model: Model | None, problems: Problems) -> Model:
     if problems.noted("model"):
         raise problems.refusal
-    found = problems.required(
+    chosen = problems.required(
         "model", document.model, lambda: catalogue.find(model or document.model)
     )
-    if found.name != document.model:
-        message = f"the model given is called '{found.name}'"
+    if chosen.name != document.model:
+        message = f"the model given is called '{chosen.name}'"
         problems.add("model", document.model, message)
-    return found
+    return chosen
 
 
 def _described(model: Model, settings: Any) -> Description:
     """Return contributors and responses; a setting of the same name is the size."""
     description, declared = described(model, settings), settings_of(model)
     return description._replace(contributors=tuple(
-        replace(each, size=_size_of(each, declared.get(each.name), settings))
-        for each in description.contributors
+        replace(part, size=_size_of(part, declared.get(part.name), settings))
+        for part in description.contributors
     ))  # fmt: skip
 
 
@@ -365,24 +413,21 @@ def _settings(
     """Return the settings, links among them, and the study with links as deviations."""
     values: dict[str, Any] = {}
     links, document = document.links, read_links(document, model, problems)
-    for name, given in document.settings.items():
+    for name, value in document.settings.items():
         if name == SETTING and links:  # all that can be read, and problems of the rest
-            values[name] = read_sizes(given, links, model, problems)
+            values[name] = read_sizes(value, links, model, problems)
             continue
-        with problems.noting(f"[settings] {name}", given):
-            known = setting_of(model, name)
+        with problems.noting(f"[settings] {name}", value):
+            setting = setting_of(model, name)
             try:
-                values[name] = known.kind.read(given)
+                values[name] = setting.kind.read(value)
             except ModelError as error:
-                raise ModelError(f"{error} ({known.sentence})") from None
-    if problems.noted_in(*DECISIVE):  # names left out may be missed: not reported
-        with suppress(TolstatError):
-            return make(model, values), document
-        problems.raise_if_any()
+                raise ModelError(f"{error} ({setting.sentence})") from None
     try:
         return make(model, values), document
     except TolstatError as error:
-        check_units(links, error, problems)
+        if not problems.noted_in(*DECISIVE):  # else names left out may be missed
+            check_units(links, error, problems)
         if not problems.noted_in(*DECISIVE):
             problems.add("[settings]", None, str(error))
         raise problems.refusal from None

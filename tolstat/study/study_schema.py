@@ -169,26 +169,26 @@ class Exponential(Reciprocal):
 Kind = TypeVar("Kind", bound=Entry)
 
 
-def read_entry(kind: type[Kind], given: Mapping[str, Any], what: str) -> Kind:
+def read_entry(kind: type[Kind], keys: Mapping[str, Any], subject: str) -> Kind:
     """Return a table; refuse the first key that is unknown, missing or of another type.
 
-    `what` begins the sentence about an unknown one: "a limit has".
+    `subject` begins the sentence about an unknown one: "a limit has".
     """
     try:
-        return kind.model_validate(given)
+        return kind.model_validate(keys)
     except ValidationError as error:
-        found = error.errors()
-    wrong = min(found, key=lambda each: each["type"] != "extra_forbidden")
+        errors = error.errors()
+    wrong = min(errors, key=lambda error: error["type"] != "extra_forbidden")
     key = str(wrong["loc"][0])
     expected = {
         f.alias or name: f"expected {f.description}"
         for name, f in kind.model_fields.items()
     }
     if wrong["type"] == "extra_forbidden":
-        raise StudyError(f"{what} no key {key}; {allowed_names(key, expected)}")
+        raise StudyError(f"{subject} no key {key}; {allowed_names(key, expected)}")
     if wrong["type"] == "missing":
         raise StudyError(f"the key {key} is missing; {expected[key]}")
-    raise StudyError(f"{key} = {toml_of(given[key])}: {expected[key]}")
+    raise StudyError(f"{key} = {toml_of(keys[key])}: {expected[key]}")
 
 
 def read(
@@ -224,33 +224,32 @@ def _checked(
         return Document.model_validate(table)
     except ValidationError as error:
         # each of several allowed types refuses the value
-        wrong = {_place(each["loc"], table): each["type"] for each in error.errors()}
-    left = {**table}  # the readable keys, so that all problems are reported at once
+        wrong = {_value_of(e["loc"], table): e["type"] for e in error.errors()}
+    readable = {**table}  # so that all problems are reported at once
     for (section, *inner), kind in wrong.items():
-        place, value = section, table.get(section)
+        key, value = section, table.get(section)
         if inner:
-            place, value = f"[{section}] {inner[0]}", table[section][inner[0]]
+            key, value = f"[{section}] {inner[0]}", table[section][inner[0]]
         if kind == "missing":
-            problems.add(place, None, MISSING[section])
-        elif kind == "extra_forbidden" and (own := section_of(place, value, table)):
-            problems.add(place, value, f"it belongs in [{own}], as {own}.{place} = ...")
+            problems.add(key, None, MISSING[section])
+        elif kind == "extra_forbidden" and (right := section_of(key, value, table)):
+            problems.add(key, value, f"it belongs in [{right}], as {right}.{key} = ...")
         elif kind == "extra_forbidden":
-            known = allowed_names(section, Document.model_fields)
-            problems.add(place, None, NO_SUCH_KEY + known)
+            allowed = allowed_names(section, Document.model_fields)
+            problems.add(key, None, NO_SUCH_KEY + allowed)
         elif kind == "literal_error":
-            known = allowed_names(inner[0], TITLE_KEYS)
-            problems.add(place, None, NO_SUCH_KEY + known)
+            allowed = allowed_names(inner[0], TITLE_KEYS)
+            problems.add(key, None, NO_SUCH_KEY + allowed)
         else:
             expected = Document.model_fields[section].description
-            problems.add(place, value, f"expected {expected}")
+            problems.add(key, value, f"expected {expected}")
+        value = readable.pop(section, None)
         if inner:
-            left[section] = {k: v for k, v in left[section].items() if k != inner[0]}
-        else:
-            left.pop(section, None)
-    return Document.model_validate({"model": "", **left})
+            readable[section] = {k: v for k, v in value.items() if k != inner[0]}
+    return Document.model_validate({"model": "", **readable})
 
 
-def _place(where: tuple[Any, ...], table: Mapping[str, Any]) -> tuple[Any, ...]:
+def _value_of(where: tuple[Any, ...], table: Mapping[str, Any]) -> tuple[Any, ...]:
     """Return section and name of a value that pydantic refuses; not which type did."""
     section, *inner = where
     named = bool(inner) and isinstance(table.get(section), dict)

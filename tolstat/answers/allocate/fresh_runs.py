@@ -19,7 +19,7 @@ from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, joint_yield, yield_of
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
-from tolstat.study.cost_entry import Priced, with_tolerances
+from tolstat.study.cost_entry import Priced
 from tolstat.study.given_points import Case
 from tolstat.study.shift_entry import Shift
 from tolstat.study.study import Study, load
@@ -134,10 +134,12 @@ class FreshRuns:
 
     def study_text(self, choice: Choice, **keys: Any) -> str:
         """Return the study with the tolerances of a choice, as a file."""
-        other = [of for of in self._chosen(choice) if not of[0].is_specified(of[1])]
-        words = {each.name: each.text(x) for each, x in other}
-        places = {each.name: each.places(x) for each, x in other}
-        return with_tolerances(self.study.text, words, places, **keys)
+        editor = self.study.editor()
+        for priced, x in self._chosen(choice):
+            if not priced.is_specified(x):
+                editor.change(priced.entry, priced.change(x))
+        editor.table |= keys
+        return editor.text
 
     def as_written(self, choice: Choice) -> Choice:
         """Return the choice that a file holds, whose digits are few."""

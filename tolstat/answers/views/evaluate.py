@@ -195,7 +195,7 @@ def view_of(
         raise model.fault(f"it has no view {name}; {allowed_names(name, views)}")
     offer, rows = views[name], _first(model, settings, deviations)
     if study is not None and offer.n_others:
-        rows = np.concatenate([rows, study.machines(offer.n_others)])
+        rows = np.concatenate([rows, study.first_trials(offer.n_others)])
     result = checked_view(model, offer, rows, settings)
     return in_units(result, study.shown) if study else result
 

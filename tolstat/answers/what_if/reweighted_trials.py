@@ -1,10 +1,8 @@
 """Results with other distributions, from the stored trials reweighted."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from tolstat.answers.halved_entries import moved
 from tolstat.answers.relimit import with_limits
 from tolstat.answers.report.gather import all_limits, reportable, summaries_of
 from tolstat.answers.run_answer import notes_of
@@ -18,7 +16,6 @@ from tolstat.answers.what_if.what_if_answer import (
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.names import expand
 from tolstat.deviations.overlap import check_overlap, overlap_of
-from tolstat.deviations.spread import unshifted, zone_of
 from tolstat.errors import (
     Advice,
     DependenceError,
@@ -26,7 +23,6 @@ from tolstat.errors import (
     QuestionError,
     Remedy,
     RunFileError,
-    StudyError,
 )
 from tolstat.execution.compatibility import study_of, trials_sampled_differently
 from tolstat.execution.planning import planned_run
@@ -43,11 +39,10 @@ from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations, read_deviations
-from tolstat.study.problems import Problems, toml_of
+from tolstat.study.editor import Entries
+from tolstat.study.problems import Problems
 from tolstat.study.study import Study
 from tolstat.study.study_schema import check_section
-
-Entries = Mapping[str, str | dict[str, Any]]
 
 
 def what_if(
@@ -66,7 +61,8 @@ def what_if(
     run : Run or path
         Of random trials.
     deviations : mapping of str to str or dict
-        As the section [deviations] of a study has them: `{"rod_length": "+-0.6 mm"}`.
+        `{"rod_length": "+-0.6 mm"}` is another tolerance of the same distribution. A
+        dict is a whole entry, as the section [deviations] of a study has it.
     limits : mapping, optional
         Other limits, as of `limited`.
     model : Model, optional
@@ -108,12 +104,8 @@ def what_if(
     if not deviations:
         problems.add("[deviations]", None, "no entry is given; name a contributor")
     problems.raise_if_any()
-    kinds = _changed_kinds(deviations, scenario, study, run)
-    try:
-        found = reweighted(scenario, study, drawn, problems)
-    except StudyError as error:
-        raise StudyError("\n  ".join([str(error), *kinds])) from None
-    weighted = drawn._replace(sample=drawn.sample._replace(weights=found.weights))
+    trials = reweighted(scenario, study, drawn, problems)
+    weighted = drawn._replace(sample=drawn.sample._replace(weights=trials.weights))
     before, after = summaries_of(drawn), summaries_of(weighted)
     before_all, after_all = all_limits(drawn), all_limits(weighted)
     # numbers of the tolerances are those of the baseline
@@ -123,12 +115,12 @@ def what_if(
         run.path.name,
         run.model,
         {
-            name: Change(run.assumed[name].words, words, found.left[name])
+            name: Change(run.assumed[name].words, words, trials.left[name])
             for name, words in scenario.words.items()
         },
         len(drawn.trials),
-        min(found.weights.number, int(found.expected)),
-        found.expected,
+        min(trials.weights.number, int(trials.expected)),
+        trials.expected,
         AllLimitsWhatIf(before_all, after_all) if before_all and after_all else None,
         {
             response.name: ResponseWhatIf(
@@ -141,7 +133,7 @@ def what_if(
             )
             for response in run.responses
         },
-        (*scenario.warnings, *kinds, *notes),
+        (*scenario.warnings, *notes),
     )
 
 
@@ -171,55 +163,27 @@ def problems_of(run: Run) -> Problems:
 
 
 def read_scenario(
-    given: Entries, study: Study, run: Run, problems: Problems
+    entries: Entries, study: Study, run: Run, problems: Problems
 ) -> Deviations:
-    """Return the entries of [deviations]; data files lie beside the run's study."""
-    check_section("deviations", given, problems)
-    for name, entry in given.items():
-        if isinstance(entry, dict) and "common" in entry:
-            with problems.noting(f"[deviations] {name}", entry):
+    """Return the entries of [deviations] as changed; data files lie beside the study.
+
+    A tolerance alone keeps the distribution of its parts.
+    """
+    check_section("deviations", entries, problems)
+    editor, changed = study.editor(), dict[str, Any]()
+    for name, entry in entries.items():
+        with problems.noting(f"[deviations] {name}", entry):
+            expand(name, [*editor.parts])  # refuses unknown names first
+            if isinstance(entry, dict) and "common" in entry:
                 raise DependenceError("batches stay as sampled; leave out common")
-        if isinstance(entry, dict) and "nominal" in entry and "data" not in entry:
-            with problems.noting(f"[deviations] {name}", entry):
+            if isinstance(entry, dict) and "nominal" in entry and "data" not in entry:
                 raise DistributionError(
                     "a nominal is changed alone, in an entry of its own with --write; "
                     "then the tolerance, of the run of that study"
                 )
+            changed |= editor.scenario(name, entry)
     contributors, home = study.description.contributors, run.study_file or run.path
-    return read_deviations(given, {}, contributors, home.parent, problems)
-
-
-def _changed_kinds(
-    given: Entries, scenario: Deviations, study: Study, run: Run
-) -> list[str]:
-    """Return notes on ranges, which are normal, that replace another distribution."""
-    names = [each.name for each in run.contributors]
-    table, sampled = run.study.table, study.deviating.distributions
-    before = {
-        member: entry
-        for section in ("links", "deviations")
-        for name, entry in table.get(section, {}).items()
-        if isinstance(entry, dict) and "distribution" in entry
-        for member in expand(name, names)
-    }
-    said = dict[str, None]()
-    for name, entry in given.items():
-        for member in expand(name, names) if isinstance(entry, str) else ():
-            new, old = scenario.distributions[member], sampled.get(member)
-            if member not in before or old is None:
-                continue
-            if type(new) is type(old := unshifted(old)):
-                continue
-            kind, scale = before[member]["distribution"], run.scales[member]
-            own = {k: v for k, v in before[member].items() if k in vars(old)}
-            if zone_of(old) and (other := zone_of(new)):
-                own = moved(own, old, other, scale)
-            kept = toml_of({**own, "tolerance": entry, "distribution": kind})
-            said[
-                f"{name} was sampled {kind}; a range alone is normal: {kept} keeps it "
-                f"{kind}"
-            ] = None
-    return [*said]
+    return read_deviations(changed, {}, contributors, home.parent, problems)
 
 
 class Reweighted(NamedTuple):
