@@ -14,7 +14,7 @@ from tolstat.execution.diagnostics.audit import Choice, audit, evaluated_again
 from tolstat.execution.trial_table import Stages, Trials
 from tolstat.execution.verification import check_block
 from tolstat.execution.workers.crew import Interrupted, Workers
-from tolstat.statistics.precision import FIRST, next_stage, trials_wanted
+from tolstat.statistics.precision import FIRST_STAGE, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Diagnostics, Stopped
@@ -101,7 +101,7 @@ def _evaluate(
     """
     trials, until, looks, wanted = stages.trials, study.until, list[int](), 0.0
     most, checked, exact = stages.latest.stop, 1 / LONGER, True
-    stop = min(FIRST, most) if until else most
+    stop = min(FIRST_STAGE, most) if until else most
     while True:
         cases = _missing(study.cases, trials.status[:stop])
         for blocks in workers.blocks(study.model, cases, trials.deviations):
@@ -118,7 +118,7 @@ def _evaluate(
         looks.append(stop)
         wanted = _wanted(study, trials, stop, workers) if until else 0.0
         if until and wanted and stop < most:
-            if wanted > most and stop == FIRST:
+            if wanted > most and stop == FIRST_STAGE:
                 state = Progress(trials.over, trials.failed, stop)
                 tell(state._replace(wanted=wanted, rules=until.rules, at_most=most))
             stop = min(next_stage(stop, wanted), most)

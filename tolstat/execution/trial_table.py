@@ -90,7 +90,7 @@ class Stages:
 
     def __init__(self, study: Study) -> None:
         self._limit = study.limits.get(study.aim)
-        self._aim, self._course, self._number = study.aim, study.stages(), 0
+        self._aim, self._course = study.aim, study.stages()
         stage, drawn = next(self._course)
         n, columns = study.trials, study.sampler.columns if study.sampler else ()
         missing = np.full((n - len(drawn), drawn.shape[1]), np.nan)
@@ -98,7 +98,7 @@ class Stages:
         self.trials = Trials.planned(study.description, every)
         self.trials.drawn = {name: np.full(n, np.nan) for name in columns}
         self.latest = slice(0, len(drawn))
-        self._note(stage.columns(0))
+        self._note(stage.columns())
 
     def draw_next(self, workers: Workers | None = None) -> bool:
         """Sample a stage, once all trials of the latest are over; false after the last.
@@ -121,9 +121,8 @@ class Stages:
         except StopIteration:
             return False
         self.latest = slice(rows.stop, rows.stop + len(deviations))
-        self._number += 1
         self.trials.deviations[self.latest] = deviations
-        self._note(stage.columns(self._number))
+        self._note(stage.columns())
         return True
 
     def _note(self, columns: Mapping[str, Array]) -> None:

@@ -122,7 +122,7 @@ def _put(place: h5py.HLObject, name: str, value: Any, kind: Any) -> None:
     elif not _is_attribute(kind):
         place[name] = value
     elif kind in PLAIN:
-        place.attrs[name] = value
+        place.attrs[name] = str(value) if kind is str else value
     elif _inner(kind) is str:  # no texts are joined, none is split
         array = np.array(value, dtype=object)
         place.attrs.create(name, array, dtype=h5py.string_dtype())

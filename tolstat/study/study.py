@@ -182,7 +182,7 @@ class Study:
             table = self.points.deviations.copy()
             for name, held in self.deviating.distributions.items():
                 table[:, names.index(name)] = held.deviations(np.full(1, 0.5))
-            yield Stage(table), table
+            yield Stage(table, np.zeros(len(table))), table
             return
         assert self.seed is not None  # checked when the study was loaded
         yield from draw_in_stages(

@@ -42,7 +42,7 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | 
     error = _errors(run, audited, name)
 
     def largest(some: NDArray[np.bool_]) -> LargestError:
-        own = error.of(audited.trials[some])
+        own = error.selected(audited.trials[some])
         return LargestError(len(own.trials), own.largest)
 
     # statements about production need independent trials
