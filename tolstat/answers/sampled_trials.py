@@ -122,5 +122,7 @@ def no_sample(run: Run) -> PictureError:
         )
     return PictureError(
         f"{run.path}: trials of a grid or a table are no sample: no statistics",
-        Advice(Remedy.PLOT if run.grid else "export", run.path, run.machine, run=run),
+        Advice(
+            Remedy.PLOT if run.grid else Remedy.EXPORT, run.path, run.machine, run=run
+        ),
     )

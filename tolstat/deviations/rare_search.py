@@ -211,7 +211,7 @@ def in_equal_numbers(points: Array, number: int) -> Array:
 
 def _beside_study(mixture: Mixture) -> Mixture:
     plain, wide = (centred(np.array([s]), mixture.means.shape[1]) for s in (1.0, 2.0))
-    return mixture.mixed(WIDE, wide).beside(AS_STUDY, plain)
+    return mixture.mixed(WIDE, wide).mixed(AS_STUDY, plain)
 
 
 def _excess(points: Array, mixture: Mixture) -> Array:

@@ -28,8 +28,9 @@ class IntegrationError(NamedTuple):
     def selected(self, trials: Integers) -> IntegrationError:
         """Return the errors of given trials only."""
         chosen = np.isin(self.trials, trials)
-        columns = self.trials, self.errors, self.representative
-        return IntegrationError(*(column[chosen] for column in columns), 0)
+        return IntegrationError(
+            self.trials[chosen], self.errors[chosen], self.representative[chosen], 0
+        )
 
     def removed(self, values: Array) -> Array:
         """Return float64[trial], the response without its integration error.
@@ -105,9 +106,8 @@ def response_ends(
     errors = values[trials] - precise
     once = np.isfinite(values[trials]) & np.isnan(precise)
     errors[once] = np.inf
-    comparable = ~np.isnan(errors)
-    columns = trials, errors, representative
-    error = IntegrationError(*(column[comparable] for column in columns), 0)
+    both = ~np.isnan(errors)
+    error = IntegrationError(trials[both], errors[both], representative[both], 0)
     size = np.nan_to_num(np.abs(values - error.removed(values)), nan=np.inf)
     audited = error.trials[error.representative]
     order = np.argsort(values[audited])

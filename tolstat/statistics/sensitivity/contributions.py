@@ -134,8 +134,8 @@ def contributions(
     # on two threads: NumPy and the neighbour search release the GIL
     central = {name: clipped(y, y) for name, y in spreading.items()}
     with ThreadPoolExecutor(1) as other:
-        tables = [np.column_stack([deviations[n] for n in groups[g]]) for g in small]
-        found_near = other.map(nearest, tables)
+        members = ([deviations[n] for n in groups[g]] for g in small)
+        found_near = other.map(nearest, map(np.column_stack, members))
         alone = other.map(partial(_from_neighbours, rows), central.values())
         ranks = rank_regressions(columns, orders, list(spreading.values()))
     neighbours = list(found_near)
@@ -143,6 +143,7 @@ def contributions(
     # contributors of each group: float64[group, contributor]
     sums = np.array([[n in members for n in names] for members in groups.values()])
     sums = sums.reshape(len(groups), len(names)).astype(float)
+    single, total = np.eye(len(names)), np.ones((1, len(names)))
     straight = Regressed(columns, spreading) if independent else None
     answers = {}
     for response, y in responses.items():
@@ -154,12 +155,11 @@ def contributions(
         core, is_sparse = central[response], few_leave_a_point_mass(y)
         linear = straight is not None and not is_sparse and straight.linear(response)
         if straight and linear:
-            tables = np.eye(len(names)), sums
-            first, summed = (straight.shares(response, table) for table in tables)
+            first, summed = (straight.shares(response, x) for x in (single, sums))
             together = dict(zip(groups, summed, strict=True))
             rest = straight.unexplained(response)
         else:
-            tables = np.eye(len(names)), sums, np.ones((1, len(names)))
+            tables = single, sums, total
             first, summed, (rest,) = (shares.sums(x, is_sparse) for x in tables)
             rest = rest.complement
             joined = joint(neighbours, core.values)
@@ -191,7 +191,8 @@ class _Near(NamedTuple):
 
     def sums(self, members: Array, is_sparse: bool) -> list[Estimate]:
         """Estimate sums of indices: float64[sum, contributor], 0 or 1."""
-        sums = [(members @ self.table[0])[None], self.table[1:] @ members.T]
+        first = self.table[0].copy()  # contiguous: sums do not depend on its strides
+        sums = [(members @ first)[None], self.table[1:] @ members.T]
         estimates = jackknifed(np.concatenate(sums), trusted=not is_sparse)
         missed = (members @ self.missed).tolist()
         return [
