@@ -22,7 +22,7 @@ from tolstat.model.settings import read
 from tolstat.study.sampling import GIVEN
 from tolstat.study.stopping_rule import KINDS
 from tolstat.study.study import load
-from tolstat.units.conversion import KNOWN, SPELLINGS
+from tolstat.units.conversion import MEANINGS, SPELLINGS
 
 PAGES = sorted(
     str(page.relative_to(ROOT))
@@ -190,7 +190,7 @@ def test_the_study_file_page_is_complete():
     text = STUDY_FILE.read_text()
     section = re.search(r"Known units:\n(.*?)\n\n`", text, re.DOTALL)[1]
     listed = re.findall(r"^\| [a-z, ]+ \| (.*) \|$", section, re.MULTILINE)
-    assert {*" ".join(listed).split()} == set(KNOWN) - {"1", "count"}
+    assert {*" ".join(listed).split()} == set(MEANINGS) - {"1", "count"}
     assert {"µm", "µs", "°"} <= set(SPELLINGS)
 
 

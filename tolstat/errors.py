@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from tolstat.synonyms import names_of
 
-LONGEST = 1000  # characters of the message of another's error
+LONGEST_MESSAGE = 1000  # characters of the message of another's error
 
 
 class Remedy(StrEnum):
@@ -129,7 +129,7 @@ def told(error: BaseException) -> str:
     exception = TracebackException(type(error), error, None)
     exception.__notes__ = []  # they would come last
     words = [*exception.format_exception_only()][-1].strip()
-    return words if len(words) <= LONGEST else f"{words[:LONGEST]} ..."
+    return words if len(words) <= LONGEST_MESSAGE else f"{words[:LONGEST_MESSAGE]} ..."
 
 
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:

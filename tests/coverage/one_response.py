@@ -17,7 +17,7 @@ from tolstat.statistics.limits.limit import Limit, ppk_of
 from tolstat.statistics.limits.sample_size import trials_that_decide
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.precision import (
-    FIRST,
+    FIRST_STAGE,
     Precision,
     Statistic,
     next_stage,
@@ -221,7 +221,7 @@ def _until(statistic, within, problem, rng, over):
         sample = Sample(np.full(len(x), Status.DONE))
         wanted = trials_wanted([rule], {"y": x}, sample, {}, ranges)
         over = min(next_stage(len(x), wanted), MOST) if wanted else over
-    found = statistic.of(x, sample, declared=problem.ends)
+    found = statistic.estimate(x, sample, declared=problem.ends)
     return found._replace(lower=np.nan, upper=np.nan) if wanted else found
 
 
@@ -267,9 +267,9 @@ JOBS = (
     + [(n, size, failing, STUDIES) for n in ("normal", "lognormal") for size in SIZES]
     + [(name, size, between, STUDIES) for name in TWO_ENDED for size in SIZES]
     + [(DIFFER, size, differing, STUDIES) for size in SIZES]
-    + [(name, FIRST, until_mean, STUDIES) for name in EVERY]
-    + [(name, FIRST, until_quantile, 4 * STUDIES) for name in EVERY]
+    + [(name, FIRST_STAGE, until_mean, STUDIES) for name in EVERY]
+    + [(name, FIRST_STAGE, until_quantile, 4 * STUDIES) for name in EVERY]
     + [("at the bar", size, followed_verdict, STUDIES) for size in (200, 1000)]
-    + [("replicates", FIRST, replicated, STUDIES)]
+    + [("replicates", FIRST_STAGE, replicated, STUDIES)]
     + [("replicates", 10_000, replicated, STUDIES // 2)]
 )

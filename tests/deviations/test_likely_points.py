@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from tests.deviations.searched import led
 from tolstat.deviations.likely_points import (
-    APART,
+    LEAST_DISTANCE,
     likely_points,
     separated,
     study_around,
@@ -83,7 +83,7 @@ def test_points_are_apart_and_the_likeliest_comes_first():
     points = separated(RNG.normal(size=(300, 2)) * 3)
     squares = ((points[:, None] - points) ** 2).sum(axis=2)
     np.fill_diagonal(squares, np.inf)
-    assert squares.min() >= APART**2
+    assert squares.min() >= LEAST_DISTANCE**2
     distance = np.linalg.norm(points, axis=1)
     assert np.all(np.diff(distance) >= 0)
     mixture = study_around(points)

@@ -8,7 +8,7 @@ import pytest
 from tests.coverage.rare_problems import RARE_PROBLEMS, sought
 from tests.deviations.searched import led
 from tolstat.deviations.many_directions import normal_of
-from tolstat.deviations.rare import LAST, Rare
+from tolstat.deviations.rare import LAST_SHARE, Rare
 from tolstat.statistics.intervals.weighted_estimates import rare_share
 
 RNG = np.random.default_rng(1)
@@ -78,4 +78,4 @@ def test_all_trials_are_used_and_a_tenth_give_the_estimate(name, parts):
         return margin(x)
 
     led(Rare().stages(1, {f"x{i}": i for i in range(parts)}, 5000), counted)
-    assert sum(drawn) == 5000 and drawn[-1] >= LAST * 5000
+    assert sum(drawn) == 5000 and drawn[-1] >= LAST_SHARE * 5000

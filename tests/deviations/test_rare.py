@@ -11,7 +11,7 @@ from tests.coverage.rare_problems import RARE_PROBLEMS, RareProblem, sought
 from tolstat.deviations.distributions import Normal, Tolerance
 from tolstat.deviations.mixture import centred, fitted
 from tolstat.deviations.rare import Rare
-from tolstat.deviations.rare_search import PLAIN, WIDE
+from tolstat.deviations.rare_search import AS_STUDY, WIDE
 from tolstat.statistics.intervals.weighted_estimates import rare_share
 
 STREAMS = {f"x{i}": i for i in range(6)}
@@ -100,7 +100,9 @@ def test_a_share_of_each_stage_stays_wide_and_of_the_last_one_as_in_the_study():
     *_, last = stages_of(lambda x: 4.0 - x[:, 0], 20_000)
     points = ndtri(last.unit)
     other_side = points[points[:, 0] < 0]
-    assert len(other_side) / len(points) == pytest.approx((PLAIN + WIDE) / 2, rel=0.2)
+    assert len(other_side) / len(points) == pytest.approx(
+        (AS_STUDY + WIDE) / 2, rel=0.2
+    )
     wide = np.mean((other_side[:, 1:] ** 2).sum(axis=1) > chi2.isf(0.01, 5))
     assert wide == pytest.approx(1 / 3 * chi2.sf(chi2.isf(0.01, 5) / 4, 5), rel=0.3)
 

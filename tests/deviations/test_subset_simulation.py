@@ -7,7 +7,13 @@ import pytest
 from scipy.stats import chi2, norm
 
 from tests.deviations.searched import led
-from tolstat.deviations.subset_simulation import FAR, approach, moved, relaxed, slope
+from tolstat.deviations.subset_simulation import (
+    MOVE_KINDS,
+    approach,
+    moved,
+    relaxed,
+    slope,
+)
 
 RNG = np.random.default_rng(1)
 PARTS = 40
@@ -52,7 +58,7 @@ def test_moved_trials_keep_the_distribution_of_the_study():
     assert x[:, 1:].std() == pytest.approx(1, abs=0.1)
 
 
-@pytest.mark.parametrize("far", FAR[FAR[:, 2] == 1])
+@pytest.mark.parametrize("far", MOVE_KINDS[MOVE_KINDS[:, 2] == 1])
 def test_a_move_keeps_the_distribution_and_turns_no_farther_than_it_says(far):
     """Squares, and products with the start: as of a normal pair of that correlation."""
     axis = np.array([0.6, 0.8, 0.0])
@@ -76,7 +82,7 @@ def test_a_move_keeps_the_distribution_and_turns_no_farther_than_it_says(far):
 
 
 def test_a_move_of_some_directions_leaves_the_others():
-    far = FAR[FAR[:, 2] < 1][0]
+    far = MOVE_KINDS[MOVE_KINDS[:, 2] < 1][0]
     x, z = RNG.normal(size=(2, 200_000, 3))
     some = np.tile([far[2] / 2, far[2], 1.0], (len(x), 1))
     axes = np.tile([1.0, 0, 0], (len(x), 1))

@@ -14,7 +14,7 @@ from tests.coverage.index_problems import intervals as of_indices
 from tests.coverage.measure import FAMILIES, TABLE, digest, measure
 from tests.coverage.one_response import failing, intervals, until_quantile
 from tolstat.statistics.intervals.quantiles import quantiles
-from tolstat.statistics.precision import FIRST
+from tolstat.statistics.precision import FIRST_STAGE
 
 SURE = 3.5  # standard errors
 EXACT, APPROXIMATE = 0.95, 0.93  # what they claim to cover
@@ -95,7 +95,7 @@ NEW = {
     ("lognormal", 1000): (failing, 500),
     ("linear stack", 200): (of_indices, 300),
     ("too alike, 5 % beyond", 1000): (of_halving, 400),
-    ("lognormal", FIRST): (until_quantile, 500),
+    ("lognormal", FIRST_STAGE): (until_quantile, 500),
     ("the other way: in part", 200): (of_designs, 500),
 }
 NARROWER, LEFT = ", a third narrower", 2 / 3

@@ -37,7 +37,7 @@ def test_the_missing_precision():
 def test_the_interval_sets_the_length_of_a_stage():
     y = np.random.default_rng(0).normal(10.0, 1.0, 1024)
     sample = done(1024)
-    half = (MEDIAN.of(y, sample).upper - MEDIAN.of(y, sample).lower) / 2
+    half = (MEDIAN.estimate(y, sample).upper - MEDIAN.estimate(y, sample).lower) / 2
     reached = Precision(MEDIAN, 1.01 * half, False)
 
     def wanted(*rules):
@@ -84,7 +84,7 @@ def test_a_fraction_out_of_limit_counts_failed_trials():
     status = np.full(2000, Status.DONE)
     status[:100] = Status.NOT_FINITE
     sample = Sample(status)
-    beyond = Statistic("y", "beyond").of(y, sample, (-np.inf, 2.0))
+    beyond = Statistic("y", "beyond").estimate(y, sample, (-np.inf, 2.0))
     assert beyond.value == 0.05 and beyond.lower < 0.05 < beyond.upper
 
 
@@ -109,6 +109,6 @@ def test_the_median_of_two_modes_never_seems_precise():
     for _ in range(400):
         y = rng.integers(0, 2, 1024) + 0.01 * rng.normal(size=1024)
         sample = Sample(np.full(1024, Status.DONE))
-        narrow += rule.missing(rule.statistic.of(y, sample)) <= 1
+        narrow += rule.missing(rule.statistic.estimate(y, sample)) <= 1
         ended += trials_wanted([rule], {"y": y}, sample, {}, {}) == 0
     assert narrow > 10 and ended <= 3

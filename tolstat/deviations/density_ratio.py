@@ -7,14 +7,18 @@ on deviations.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from itertools import product
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.special import ndtr
 
 from tolstat.arrays import Array
-from tolstat.deviations.dependence import Dependence, correlation_of_scores, groups
+from tolstat.deviations.dependence import (
+    Dependence,
+    correlations,
+    dependent_groups,
+    equal_parts,
+)
 from tolstat.deviations.distributions import Distribution
 from tolstat.errors import DistributionError
 
@@ -120,7 +124,7 @@ class DensityRatio:
                 ]
             )
             after[np.isinf(after)] = 0.0  # outside: weight 0
-            inverse = np.linalg.inv(correlation_of(joint, self.dependence))
+            inverse = np.linalg.inv(correlations(joint, self.dependence))
             # sums over pairs, not by BLAS: the same for any number of rows
             log_weight += 0.5 * np.einsum("it,ij,jt->t", before, inverse, before)
             log_weight -= 0.5 * np.einsum("it,ij,jt->t", after, inverse, after)
@@ -151,50 +155,3 @@ class DensityRatio:
                     "the parts of its batch have different tolerances"
                 )
         return name != equal[0]
-
-
-def equal_parts(name: str, dependence: Dependence) -> list[str]:
-    """List the parts that always equal a part, itself included, in order."""
-    batches = dependence.batches
-    batch = batches.get(name)
-    if batch is None or batch.share < 1:
-        return [name]
-    return [part for part, other in batches.items() if other.name == batch.name]
-
-
-def dependent_groups(names: Iterable[str], dependence: Dependence) -> list[list[str]]:
-    """List the dependent groups of names; an independent name is alone."""
-    batches: dict[str, list[str]] = {}
-    for name, batch in dependence.batches.items():
-        if batch.share < 1:
-            batches.setdefault(batch.name, []).append(name)
-    several = [*groups(dependence.correlations), *batches.values()]
-    touched = [group for group in several if set(group) & set(names)]
-    joined = {name for group in touched for name in group}
-    return touched + [[name] for name in names if name not in joined]
-
-
-def correlations(names: list[str], dependence: Dependence) -> Array:
-    """Return float64[contributor, contributor] correlations of normal scores.
-
-    Of normal deviations these are the correlations of the deviations themselves.
-    """
-    R = np.eye(len(names))
-    row = {name: i for i, name in enumerate(names)}
-    for joint in dependent_groups(names, dependence):
-        of_group = correlation_of(joint, dependence)
-        for (i, first), (j, second) in product(enumerate(joint), repeat=2):
-            if first in row and second in row:
-                R[row[first], row[second]] = of_group[i, j]
-    for first, second in product(names, repeat=2):
-        if second in equal_parts(first, dependence):
-            R[row[first], row[second]] = 1.0
-    return R
-
-
-def correlation_of(joint: list[str], dependence: Dependence) -> Array:
-    """Return the correlation of the normal scores of a dependent group."""
-    batch = dependence.batches.get(joint[0])
-    if batch is None or batch.share == 1:
-        return correlation_of_scores(joint, dependence)
-    return np.eye(len(joint)) * (1 - batch.share) + batch.share

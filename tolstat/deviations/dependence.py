@@ -5,6 +5,7 @@ Both act on normal scores (a Gaussian copula): each deviation keeps its distribu
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ Pair = tuple[str, str]
 LEAST_EIGENVALUE = 1e-9
 TERMS = 200  # of an expansion in Hermite polynomials
 NOTED = 1e-7  # smallest part of a correlation that is noted
-FAR, STEP = 8.0, 1e-3  # of the normal scores over which it is integrated
+FARTHEST, STEP = 8.0, 1e-3  # of the normal scores over which it is integrated
 CLOSEST = 1 - 1e-9  # correlation of normal scores
 
 
@@ -51,10 +52,8 @@ def joined(unit: Mapping[str, Array], dependence: Dependence) -> dict[str, Array
         if share == 1:
             samples[name] = unit[batch]
         else:
-            shift, own_scores = ndtri(unit[batch]), ndtri(unit[name])
-            samples[name] = _unit(
-                np.sqrt(share) * shift + np.sqrt(1 - share) * own_scores
-            )
+            shift, scores = np.sqrt(share) * ndtri(unit[batch]), ndtri(unit[name])
+            samples[name] = _unit(shift + np.sqrt(1 - share) * scores)
     for group in groups(dependence.correlations):
         mixing = np.linalg.cholesky(correlation_of_scores(group, dependence))
         scores = [np.asarray(ndtri(unit[name])) for name in group]
@@ -83,22 +82,53 @@ def groups(pairs: Iterable[Pair]) -> list[list[str]]:
     return [sorted(group) for group in separate]
 
 
+def equal_parts(name: str, dependence: Dependence) -> list[str]:
+    """List the parts that always equal a part, itself included, in order."""
+    batches = dependence.batches
+    batch = batches.get(name)
+    if batch is None or batch.share < 1:
+        return [name]
+    return [part for part, other in batches.items() if other.name == batch.name]
+
+
+def dependent_groups(names: Iterable[str], dependence: Dependence) -> list[list[str]]:
+    """List the dependent groups of names; an independent name is alone."""
+    batches: dict[str, list[str]] = {}
+    for name, batch in dependence.batches.items():
+        if batch.share < 1:
+            batches.setdefault(batch.name, []).append(name)
+    several = [*groups(dependence.correlations), *batches.values()]
+    touched = [group for group in several if set(group) & set(names)]
+    joined = {name for group in touched for name in group}
+    return touched + [[name] for name in names if name not in joined]
+
+
+def correlations(names: list[str], dependence: Dependence) -> Array:
+    """Return float64[contributor, contributor] correlations of normal scores.
+
+    Of normal deviations these are the correlations of the deviations themselves: the
+    share of a batch, 2 sin(pi rho / 6) of a rank correlation rho (K. Pearson, Drapers'
+    Company Research Memoirs IV, 1907), 0 of pairs that are not given.
+    """
+    R, row = np.eye(len(names)), {name: i for i, name in enumerate(names)}
+    for (first, second), rank in dependence.correlations.items():
+        if first in row and second in row:
+            i, j = row[first], row[second]
+            R[i, j] = R[j, i] = scores_of_rank(rank)
+    batches = dependence.batches
+    for first, second in permutations(set(names) & set(batches), 2):
+        if batches[first].name == batches[second].name:
+            R[row[first], row[second]] = batches[first].share
+    return R
+
+
 def correlation_of_scores(group: list[str], dependence: Dependence) -> Array:
     """Return the correlation matrix of the normal scores of a group of contributors.
-
-    2 sin(pi rho / 6) of the rank correlations rho (K. Pearson, Drapers' Company
-    Research Memoirs IV, 1907); pairs not given are uncorrelated.
 
     Raises `DependenceError` if it is not positive definite; the entries to change are
     named.
     """
-    R = np.eye(len(group))
-    ranks = {}
-    for pair, rank in dependence.correlations.items():
-        if pair[0] in group:
-            i, j = (group.index(name) for name in pair)
-            R[i, j] = R[j, i] = scores_of_rank(rank)
-            ranks[pair] = rank
+    R = correlations(group, dependence)
     values, vectors = np.linalg.eigh(R)
     if values[0] < LEAST_EIGENVALUE:
         # these deviations would have a combination of negative variance
@@ -106,7 +136,7 @@ def correlation_of_scores(group: list[str], dependence: Dependence) -> Array:
         cause = {n for n, w in zip(group, weight, strict=True) if w > 0.1}
         named = [
             f"{a} with {b} ({rank:g})"
-            for (a, b), rank in ranks.items()
+            for (a, b), rank in dependence.correlations.items()
             if {a, b} <= cause
         ]
         raise DependenceError(
@@ -170,17 +200,14 @@ def _hermite(distribution: Distribution, terms: int) -> Array:
 
     Polynomials are normalized; the constant term, the mean, is left out.
     """
-    z = np.arange(-FAR, FAR + STEP / 2, STEP)
+    z = np.arange(-FARTHEST, FARTHEST + STEP / 2, STEP)
     weight = np.exp(-0.5 * z * z)
     weight /= weight.sum()
     x = distribution.deviations(ndtr(z))
     x = x - weight @ x
     x = x / math.sqrt(weight @ x**2)
-    before, polynomial, coefficients = (
-        np.zeros_like(z),
-        np.ones_like(z),
-        np.empty(terms),
-    )
+    before, polynomial = np.zeros_like(z), np.ones_like(z)
+    coefficients = np.empty(terms)
     for k in range(terms):
         after = (z * polynomial - math.sqrt(k) * before) / math.sqrt(k + 1)
         before, polynomial = polynomial, after

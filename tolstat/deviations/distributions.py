@@ -37,6 +37,7 @@ def key(
     default: Any = dataclasses.MISSING,
     *,
     choices: Sequence[str] = (),
+    check: str = "",
 ) -> Any:
     """Declare a field that is a key of the study file.
 
@@ -49,8 +50,10 @@ def key(
         Value of a key that the study omits; without a default the key is required.
     choices : sequence of str
         Allowed words.
+    check : str
+        "above zero", "in zone" for a place or a range in the tolerance; empty for none.
     """
-    metadata = {"reads": reads, "choices": tuple(choices)}
+    metadata = {"reads": reads, "choices": tuple(choices), "check": check}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -95,12 +98,17 @@ class _Toleranced:
     def _between(self, lower: float, upper: float, u: Array) -> Array:
         raise NotImplementedError
 
-    def _above_zero(self, *names: str) -> None:
-        """Refuse keys that are not above zero."""
-        for name in names:
-            value = getattr(self, name)
-            if value is not None and not value > 0:
+    def __post_init__(self) -> None:
+        """Refuse keys that fail their declared check."""
+        lower, upper = self.tolerance
+        for field in dataclasses.fields(self):
+            name, value = field.name, getattr(self, field.name)
+            check = "" if value is None else field.metadata["check"]
+            if check == "above zero" and not value > 0:
                 raise DistributionError(f"{name} = {value:g}: it must be above zero")
+            first, last = value if isinstance(value, tuple) else (value, value)
+            if check == "in zone" and not lower <= first <= last <= upper:
+                raise DistributionError(f"the {name} lies outside the tolerance")
 
 
 @dataclass(frozen=True)
@@ -124,13 +132,7 @@ class Triangular(_Toleranced):
     """Triangle over the tolerance."""
 
     # the most likely deviation, SI; the middle of the tolerance if not given
-    mode: float | None = key("quantity", None)
-
-    def __post_init__(self) -> None:
-        """Refuse a mode outside the tolerance."""
-        lower, upper = self.tolerance
-        if self.mode is not None and not lower <= self.mode <= upper:
-            raise DistributionError("the mode lies outside the tolerance")
+    mode: float | None = key("quantity", None, check="in zone")
 
     def _between(self, lower: float, upper: float, u: Array) -> Array:
         mode = self.tolerance.middle if self.mode is None else self.mode
@@ -145,13 +147,7 @@ class Trapezoidal(_Toleranced):
     """Trapezium over the tolerance: rising, flat, falling (JCGM 101, 6.4.4)."""
 
     # range of equally likely deviations; the middle half of the tolerance if not given
-    plateau: Tolerance | None = key("tolerance", None)
-
-    def __post_init__(self) -> None:
-        """Refuse a plateau outside the tolerance."""
-        lower, upper = self.tolerance
-        if self.plateau and not lower <= self.plateau[0] <= self.plateau[1] <= upper:
-            raise DistributionError("the plateau lies outside the tolerance")
+    plateau: Tolerance | None = key("tolerance", None, check="in zone")
 
     def _between(self, lower: float, upper: float, u: Array) -> Array:
         quarter = self.tolerance.half / 2
@@ -171,12 +167,8 @@ class Beta(_Toleranced):
 
     # the density rises as the power alpha - 1 from the lower end and falls as the power
     # beta - 1 towards the upper one
-    alpha: float = key()
-    beta: float = key()
-
-    def __post_init__(self) -> None:
-        """Refuse shapes that are not above zero."""
-        self._above_zero("alpha", "beta")
+    alpha: float = key(check="above zero")
+    beta: float = key(check="above zero")
 
     def _between(self, lower: float, upper: float, u: Array) -> Array:
         share = np.asarray(betaincinv(self.alpha, self.beta, u))
@@ -214,11 +206,7 @@ class Weibull(_Toleranced):
 
     # 1 is exponential, 2 the eccentricity of a bore that is normal in both directions
     # (Rayleigh), 3.6 almost symmetric
-    shape: float = key()
-
-    def __post_init__(self) -> None:
-        """Refuse a shape that is not above zero."""
-        self._above_zero("shape")
+    shape: float = key(check="above zero")
 
     def _between(self, lower: float, upper: float, u: Array) -> Array:
         power = 1 / self.shape
@@ -231,17 +219,17 @@ class Normal(_Toleranced):
     """Normal distribution, not truncated: the tolerance is +-3 sigma at Cp = 1."""
 
     # half the tolerance over three standard deviations
-    cp: float | None = key(default=None)
+    cp: float | None = key(default=None, check="above zero")
     # distance of the mean from the nearer end over three standard deviations. With `cp`
     # it gives the shift, towards the upper end; with `shift` the standard deviation;
     # alone it is a centred process.
-    cpk: float | None = key(default=None)
+    cpk: float | None = key(default=None, check="above zero")
     # mean less the middle of the tolerance, SI
     shift: float | None = key("difference", None)
 
     def __post_init__(self) -> None:
         """Refuse keys that contradict each other or the tolerance."""
-        self._above_zero("cp", "cpk")
+        super().__post_init__()
         for name in ("cp", "cpk"):
             if (ratio := getattr(self, name)) is not None and ratio > MOST_CP:
                 raise DistributionError(

@@ -2,6 +2,8 @@
 
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
+from itertools import count
 
 import numpy as np
 
@@ -43,9 +45,9 @@ def draw_in_stages(
     stages = SAMPLERS[sampling].stages(seed, streams, trials)
     with suppress(StopIteration):
         stage = next(stages)
-        while True:
+        for number in count():
             rows = _deviations(stage.unit, contributors, distributions, dependence)
-            stage = stages.send((yield stage, rows))
+            stage = stages.send((yield replace(stage, number=number), rows))
 
 
 def streams_of(

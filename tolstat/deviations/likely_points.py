@@ -19,11 +19,11 @@ from tolstat.deviations.samplers import uniform
 ROUNDS, IDLE = 40, 6  # at most; without any move
 WAYS, LEAST_SHARE = 4, 0.1  # kinds of moves; least share of the trials for each
 FACTORS = np.array([0.7, 0.85, 0.95])  # of all directions
-SOME = np.array([0.0, 0.5, 0.8])  # of a random part of the directions
+PART_FACTORS = np.array([0.0, 0.5, 0.8])  # of a random part of the directions
 HOW_MANY = np.array([0.5, 0.25])  # share of the directions in that part
 NEIGHBOURS = 5  # nearest trials; a move goes half way to one of them
-EVERY, APART = 2, 2.0  # rounds between thinnings; distance of trials after them
-MOST = 128  # points that are used, at most
+THINNING, LEAST_DISTANCE = 2, 2.0  # rounds between thinnings; of trials after one
+MOST_POINTS = 128  # points that are used, at most
 MOST_GAIN = 5.0  # of a round, in the logarithm of the squared distance
 
 
@@ -35,7 +35,7 @@ def likely_points(
     A trial moves if its new place is nearer to the median, hence more probable, and out
     of limit, too. In subset simulation trials compete, and a kind of them may be lost.
     Here they do not: a trial is dropped only if one that is nearer to the median is
-    within `APART`.
+    within `LEAST_DISTANCE`.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def likely_points(
         choice = uniform(seed, "factors", len(points), f"of {name}")
         chance = ndtr(normal_scores(seed, streams, len(points), name))
         tried = _nearer(points, way, choice, chance)
-        margins = yield stage_of(tried, 1.0, np.nan)
+        margins = yield stage_of(tried)
         before, after = (np.einsum("ni,ni->n", x, x) for x in (points, tried))
         moved = (margins < 0) & (after < before)
         ratio = np.where(moved, before / np.maximum(after, 1e-300), 1.0)
@@ -70,7 +70,7 @@ def likely_points(
         shares = better_shares(way, gains, WAYS, LEAST_SHARE)
         points = np.where(moved[:, None], tried, points)
         idle = 0 if moved.any() else idle + 1
-        if step % EVERY == 0:
+        if step % THINNING == 0:
             points = separated(points)
     return separated(points), used
 
@@ -85,7 +85,7 @@ def _nearer(points: Array, way: Integers, choice: Array, chance: Array) -> Array
     def one_of(values: Array) -> Array:
         return values[(choice * len(values)).astype(np.int64)][:, None]
 
-    block = np.where(chance < one_of(HOW_MANY), one_of(SOME), 1.0)
+    block = np.where(chance < one_of(HOW_MANY), one_of(PART_FACTORS), 1.0)
     rank = np.argsort(np.argsort(-np.abs(points), axis=1, kind="stable"), axis=1)
     largest = rank < np.round(directions**choice)[:, None]
     squares = np.einsum("ni,ni->n", points, points)
@@ -105,11 +105,11 @@ def separated(points: Array) -> Array:
     for i, point in enumerate(points):
         if uncovered[i]:
             centres.append(i)
-            uncovered &= ((points - point) ** 2).sum(axis=1) >= APART**2
+            uncovered &= ((points - point) ** 2).sum(axis=1) >= LEAST_DISTANCE**2
     return points[centres]
 
 
 def study_around(points: Array) -> Mixture:
     """Return the study's distribution about each of the likeliest points."""
-    means = points[:MOST]
+    means = points[:MOST_POINTS]
     return centred(np.ones(len(means)), means.shape[1])._replace(means=means)

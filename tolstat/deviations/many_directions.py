@@ -9,7 +9,7 @@ from tolstat.arrays import Array
 from tolstat.deviations.mixture import Mixture, roomy
 
 AXES, SPECIAL = 15, 1.5  # principal axes tried at either end; ratio of variances
-LEAST = 0.1  # common variance
+NARROWEST = 0.1  # common variance
 
 
 def normal_of(halves: Sequence[Array]) -> Mixture:
@@ -31,11 +31,11 @@ def normal_of(halves: Sequence[Array]) -> Mixture:
     vectors = np.linalg.eigh(np.einsum("ni,nj->ij", first, first))[1].T
     axes = np.concatenate([vectors[:AXES], vectors[max(AXES, d - AXES) :]])
     variances = (np.einsum("ni,ai->na", second, axes) ** 2).mean(axis=0)
-    ratio = variances * d / max(total, LEAST)
+    ratio = variances * d / max(total, NARROWEST)
     axes = axes[(ratio > SPECIAL) | (ratio < 1 / SPECIAL)]
     away = np.concatenate([first, second])
     along = (np.einsum("ni,ai->na", away, axes) ** 2).mean(axis=0)
-    common = np.array(max((total - along.sum()) / max(d - len(axes), 1), LEAST))
+    common = np.array(max((total - along.sum()) / max(d - len(axes), 1), NARROWEST))
     more = roomy(along) - roomy(common)
     covariance = roomy(common) * np.eye(d) + np.einsum("a,ai,aj->ij", more, axes, axes)
     root = np.linalg.cholesky(covariance)

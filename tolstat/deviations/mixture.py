@@ -12,8 +12,11 @@ from tolstat.deviations.rare_stage import chosen
 ROUNDS = 15  # iterations of a fit, at most
 EVEN = 0.8  # of the shares, split equally: small parts are sampled, too
 POWERS = np.array([1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.05])  # tried
-WANTED, OF_PART = 150, 15  # sufficient effective sample sizes: in all, of a part
-FEWEST, LEAST = 6, 2  # points that are fitted; of a part, or it is dropped
+EFFECTIVE, OF_PART = (
+    150,
+    15,
+)  # effective sample sizes that suffice: in all, of a part
+FEWEST, LEAST_OF_PART = 6, 2  # points that are fitted; of a part, or it is dropped
 PRIOR = 4  # weight of the mean variance in each variance, in points
 WIDER = 0.15  # least share of the study's variance in each: tails need room
 LEAST_RISE = 1e-3  # of the mean logarithm of the density; below it a fit ends
@@ -70,7 +73,7 @@ class Mixture(NamedTuple):
             points[inside] = np.einsum("nj,ij->ni", scores[inside], self.roots[i])
         return points + self.means[part]
 
-    def beside(self, share: float, other: Mixture) -> Mixture:
+    def mixed(self, share: float, other: Mixture) -> Mixture:
         """Return a mixture of this one and another, which has a given share."""
         return Mixture(
             np.concatenate([(1 - share) * self.shares, share * other.shares]),
@@ -140,7 +143,7 @@ def tempered(logs: Array) -> tuple[Array, Array]:
     """
     table = np.exp(POWERS[:, None] * (logs - logs.max()))
     worth = table.sum(axis=1) ** 2 / np.square(table).sum(axis=1)
-    power = int((worth >= min(worth.max() / 2, WANTED)).argmax())
+    power = int((worth >= min(worth.max() / 2, EFFECTIVE)).argmax())
     return table[power] / table[power].sum(), table
 
 
@@ -159,7 +162,7 @@ def _iterated(points: Array, logs: Array, start: Mixture) -> Mixture:
         power = (worths >= enough).argmax(axis=1)
         parts_of_all = np.arange(len(power))
         worth = worths[parts_of_all, power]
-        lasting = np.flatnonzero(worth >= min(LEAST, worth.max()))
+        lasting = np.flatnonzero(worth >= min(LEAST_OF_PART, worth.max()))
         parts = [
             _part(points, powered[i, power[i]] / sums[i, power[i]], worth[i])
             for i in lasting

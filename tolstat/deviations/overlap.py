@@ -11,15 +11,15 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.deviations.density_ratio import Density, DensityRatio, dependent_groups
-from tolstat.deviations.dependence import Dependence, joined
+from tolstat.deviations.density_ratio import Density, DensityRatio
+from tolstat.deviations.dependence import Dependence, dependent_groups, joined
 from tolstat.deviations.distributions import Distribution
 from tolstat.errors import DistributionError
 
 PARTS = 100_000  # sampled from the new distributions
 MOST_UNCOVERED = 1e-4  # share of the new parts outside the sampled distribution
-# weights are useless if a share RARE of the parts has a share HEAVY of all squares
-RARE, HEAVY = 1e-4, 0.1
+# weights are useless if a share of the parts has much of all squares
+HEAVIEST_SHARE, MOST_HEAVIEST = 1e-4, 0.1
 LIGHTEST = 1e-300
 NONE_MET = math.log(40)  # most expected parts if none is found
 
@@ -101,5 +101,5 @@ def _outside(parts: Array, sampled: Density) -> Truths:
 
 def _dominated_by_few(weights: Array) -> bool:
     """Return whether few of float64[part] parts have much of all squared weights."""
-    heaviest = np.sort(weights)[-round(RARE * len(weights)) :]
-    return bool(heaviest.sum() > HEAVY * weights.sum())
+    heaviest = np.sort(weights)[-round(HEAVIEST_SHARE * len(weights)) :]
+    return bool(heaviest.sum() > MOST_HEAVIEST * weights.sum())

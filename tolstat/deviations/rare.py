@@ -7,7 +7,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.deviations import rare_stage
-from tolstat.deviations.likely_points import MOST, likely_points, study_around
+from tolstat.deviations.likely_points import MOST_POINTS, likely_points, study_around
 from tolstat.deviations.mixture import centred
 from tolstat.deviations.rare_search import (
     FOR_MOVES,
@@ -23,10 +23,10 @@ LEAST_TRIALS, ENOUGH = 5000, 20_000  # least number of a run; a number that is e
 MANY, MANY_OF_KINDS = 16, 36  # directions that are many: of one kind, of several
 # shares of the trials: of the first stage; of each step of subset simulation, and with
 # many directions; at most, of the moves to likely points
-FIRST, STEP, STEP_OF_MANY, LED = 0.1, 0.01, 0.02, 0.25
+FIRST_SHARE, STEP, STEP_OF_MANY, LED = 0.1, 0.01, 0.02, 0.25
 LEAST_OF_STEP = 100  # trials
 REACHED = 0.64  # points per start, below which the trials came together at points
-LAST = 0.1  # least share of the last stage
+LAST_SHARE = 0.1  # least share of the last stage
 # shares of the trials that start to likely points, fewer to move more often; share of
 # these that comes from subset simulation
 STARTS, STARTS_OF_MANY, SURVIVORS = 0.02, 0.01, 1 / 8
@@ -114,29 +114,26 @@ class Rare(Sampler):
         """Yield stages; the arguments are as of `Sampler.stages`."""
         search, directions = Search(seed, streams, trials), len(streams)
         is_large = directions >= MANY
-        yield from search.stage(centred(SPREADS, directions), FIRST)
+        yield from search.stage(centred(SPREADS, directions), FIRST_SHARE)
         step = max(round((STEP_OF_MANY if is_large else STEP) * trials), LEAST_OF_STEP)
         halves = yield from search.counted(approach(seed, streams, step))
         survivors, failures = np.concatenate(halves), search.out_of_limit
         number = round((STARTS_OF_MANY if is_large else STARTS) * trials)
-        from_survivors = min(round(SURVIVORS * number), len(survivors))
-        others = min(number - from_survivors, len(failures))
-        starts = (
-            in_equal_numbers(failures, others),
-            in_equal_numbers(survivors, from_survivors),
-        )
+        nearer = min(round(SURVIVORS * number), len(survivors))
+        starts = [
+            in_equal_numbers(failures, min(number - nearer, len(failures))),
+            in_equal_numbers(survivors, nearer),
+        ]
         # enough trials stay for the later stages
-        after = round((LAST + (FOR_MOVES if is_large else FOR_STAGES)) * trials)
+        after = round((LAST_SHARE + (FOR_MOVES if is_large else FOR_STAGES)) * trials)
         led = min(round(LED * trials), search.left - after)
         points = yield from search.counted(
             likely_points(seed, streams, np.concatenate(starts), led)
         )
         mixture = centred(np.ones(1), directions)  # if no response leads out of limit
         if len(points):
-            centres, reached = (
-                study_around(points),
-                len(points) < min(MOST, REACHED * number),
-            )
+            centres = study_around(points)
+            reached = len(points) < min(MOST_POINTS, REACHED * number)
             kinds = reached and len(points) > 1
             if directions >= (MANY_OF_KINDS if kinds else MANY):
                 mixture = yield from search.at_once(centres, halves, reached=reached)

@@ -16,15 +16,16 @@ SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
 STAGES = 5  # of fits
 CHAINS, MOVES = 0.03, 0.24  # shares of the trials: chains at most, all their moves
 CLONES = 8  # chains that begin with the same trial, at most
-EACH, CHOICE = 0.04, 0.03  # shares of the trials: of a stage; to choose between fits
-FOR_STAGES, FOR_MOVES = STAGES * EACH, EACH + MOVES + CHOICE  # shares of the trials
-LEAST = 30  # out-of-limit trials about likely points, or these are not used
+# shares of the trials: of a stage; to choose between fits; for all stages, or moves
+OF_STAGE, OF_CHOICE = 0.04, 0.03
+FOR_STAGES, FOR_MOVES = STAGES * OF_STAGE, OF_STAGE + MOVES + OF_CHOICE
+LEAST_FAILURES = 30  # out-of-limit trials about likely points, or these are not used
 FARTHER = 16.0  # squared distance, beyond subset simulation's, that is still far
-WHOLE = 1.3  # the first stage is used if effective sample sizes rise by this factor
+LEAST_RISE = 1.3  # of effective sample sizes, from which the first stage is used
 LIGHTEST = -14.0  # logarithm of a weight over the largest; lighter ones are left out
 ADDED, ADDED_SHARE = 10, 0.03  # parts added to the fits; share of each
-PLAIN, WIDE = 0.1, 0.05  # shares of a stage: as the study, twice as wide
-NEAR, NEAR_LAST = 0.5, 0.2  # shares about likely points: in a stage, in the last
+AS_STUDY, WIDE = 0.1, 0.05  # shares of a stage: as the study, twice as wide
+OF_POINTS, OF_POINTS_LAST = 0.5, 0.2  # about likely points: in a stage, the last
 LEAST_SHARE = 0.1  # of either of two fits
 
 Found = TypeVar("Found")
@@ -60,7 +61,7 @@ class Search:
         trials = round(share * self.trials)
         points, which = self._sampled(mixture, trials, purpose)
         spread = 1.0 if self.counts else SPREADS[mixture.parts(which)]
-        margins = yield stage_of(points, spread, np.nan)
+        margins = yield stage_of(points, spread)
         self.left -= trials
         self.points = np.concatenate([self.points, points])
         self.margins = np.append(self.margins, margins)
@@ -71,7 +72,7 @@ class Search:
         """Yield all trials that are left, weighted."""
         mixture = _beside_study(mixture)
         points, _ = self._sampled(mixture, self.left, "rare last")
-        yield stage_of(points, 1.0, np.exp(_excess(points, mixture)))
+        yield stage_of(points, log_ratio=_excess(points, mixture))
 
     def _sampled(
         self, mixture: Mixture, trials: int, purpose: str
@@ -88,12 +89,12 @@ class Search:
         is added.
         """
         if all(map(len, halves)):
-            centres = centres.beside(1 / (1 + len(centres.shares)), normal_of(halves))
+            centres = centres.mixed(1 / (1 + len(centres.shares)), normal_of(halves))
         mixture = centres
         for stage in range(STAGES):
-            yield from self.stage(_beside_study(mixture), EACH)
-            share = NEAR_LAST if stage == STAGES - 1 else NEAR
-            mixture = self._fit(centres).beside(share, centres)
+            yield from self.stage(_beside_study(mixture), OF_STAGE)
+            share = OF_POINTS_LAST if stage == STAGES - 1 else OF_POINTS
+            mixture = self._fit(centres).mixed(share, centres)
         return mixture
 
     def at_once(
@@ -112,20 +113,20 @@ class Search:
             Whether trials came together at the likely points. If they did not, and are
             still far from the median trial, the points are not used.
         """
-        yield from self.stage(centres, EACH)
+        yield from self.stage(centres, OF_STAGE)
         trials = self.counts[-1]
         tried, margins = self.points[-trials:], self.margins[-trials:]
         led, survivors = tried[margins < 0], np.concatenate(halves)
         single, survived = len(centres.shares) == 1, all(map(len, halves))
-        if len(led) < LEAST:
+        if len(led) < LEAST_FAILURES:
             led = led[:0]
         elif single:
             survived = False
         elif survived and not reached:
-            of_led, of_survivors = (
+            distant, nearer = (
                 float((x**2).sum(axis=1).mean()) for x in (led, survivors)
             )
-            if of_led - of_survivors > FARTHER:
+            if distant - nearer > FARTHER:
                 led = led[:0]
         if not len(led) and not survived:
             return centres
@@ -135,9 +136,8 @@ class Search:
         if len(groups) == 2 and (single or survived):
             return normal_of(groups)
         points = np.concatenate(groups[:2])
-        mixture = fitted(points, np.zeros(len(points)), centres).beside(
-            NEAR_LAST, centres
-        )
+        mixture = fitted(points, np.zeros(len(points)), centres)
+        mixture = mixture.mixed(OF_POINTS_LAST, centres)
         if not survived:
             return mixture
         return (yield from self._chosen(mixture, normal_of(groups[2:])))
@@ -166,11 +166,11 @@ class Search:
     def _chosen(self, first: Mixture, second: Mixture) -> Stages[Mixture]:
         """Yield a stage of two mixtures, and return them in the shares that suit."""
         share = 0.5
-        yield from self.stage(_beside_study(first.beside(share, second)), CHOICE)
+        yield from self.stage(_beside_study(first.mixed(share, second)), OF_CHOICE)
         last = slice(-self.counts[-1], None)
         points = self.points[last][self.margins[last] < 0]
         if not len(points):
-            return first.beside(share, second)
+            return first.mixed(share, second)
         weights, _ = tempered(_excess(points, self.mixtures[-1]))
         logs = np.array([mixture.log_density(points) for mixture in (first, second)])
         for _ in range(50):  # expectation-maximisation of the shares
@@ -178,7 +178,7 @@ class Search:
             belongs = np.exp(weighted[1] - np.logaddexp.reduce(weighted))
             share = float(np.average(belongs, weights=weights))
             share = min(max(share, LEAST_SHARE), 1 - LEAST_SHARE)
-        return first.beside(share, second)
+        return first.mixed(share, second)
 
     def _fit(self, centres: Mixture) -> Mixture:
         """Return a mixture fitted to the trials out of limit.
@@ -187,7 +187,7 @@ class Search:
         """
         later, of_all = self._weighted(1), self._weighted(0)
         of_few, more = (_effective(logs) for _, logs in (later, of_all))
-        points, logs = of_all if more > WHOLE * of_few else later
+        points, logs = of_all if more > LEAST_RISE * of_few else later
         if not len(points):
             return centres
         heavy = logs > logs.max() + LIGHTEST
@@ -211,7 +211,7 @@ def in_equal_numbers(points: Array, number: int) -> Array:
 
 def _beside_study(mixture: Mixture) -> Mixture:
     plain, wide = (centred(np.array([s]), mixture.means.shape[1]) for s in (1.0, 2.0))
-    return mixture.beside(WIDE, wide).beside(PLAIN, plain)
+    return mixture.mixed(WIDE, wide).mixed(AS_STUDY, plain)
 
 
 def _excess(points: Array, mixture: Mixture) -> Array:
@@ -239,9 +239,7 @@ def _extended(mixture: Mixture, points: Array, logs: Array) -> Mixture:
     for _ in range(ADDED):
         heaviest = (aimed - sampled).argmax()
         part = centred(np.ones(1), points.shape[1])._replace(means=points[[heaviest]])
-        mixture = mixture.beside(ADDED_SHARE, part)
-        of_part = part.log_density(points)
-        sampled = np.logaddexp(
-            np.log1p(-ADDED_SHARE) + sampled, np.log(ADDED_SHARE) + of_part
-        )
+        mixture = mixture.mixed(ADDED_SHARE, part)
+        added = np.log(ADDED_SHARE) + part.log_density(points)
+        sampled = np.logaddexp(np.log1p(-ADDED_SHARE) + sampled, added)
     return mixture

@@ -1,6 +1,6 @@
 """Trials of a rare run that are sampled at once, in the space of normal scores."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,40 +26,37 @@ class RareStage(Stage):
         Spread of the target of the stage, over that of the study.
     distance : float64[trial]
         Distance from the middle trial, in normal scores; near trials are likelier.
-    weight : float64[trial]
-        Density of each trial in the study over its density in the stage; NaN in a
-        search stage.
     """
 
     spread: Array
     distance: Array
-    weight: Array
 
-    def columns(self, number: int) -> Mapping[str, Array]:
+    @property
+    def weight(self) -> Array:
+        """Density of each trial in the study over its density in the stage."""
+        return np.exp(self.log_ratio)
+
+    def columns(self) -> Mapping[str, Array]:
         """Return the stored columns of the sampling of each trial."""
         return {
-            STAGE: np.full(len(self.unit), float(number)),
+            STAGE: np.full(len(self.unit), float(self.number)),
             SPREAD: self.spread,
             DISTANCE: self.distance,
             WEIGHT: self.weight,
         }
 
 
-def stage_of(points: Array, spread: Array | float, weight: Array | float) -> RareStage:
+def stage_of(
+    points: Array, spread: Array | float = 1.0, log_ratio: Array | float = np.nan
+) -> RareStage:
     """Return the trials at float64[trial, stream] normal scores; see `RareStage`."""
     n = len(points)
     return RareStage(
         np.clip(np.asarray(ndtr(points)), LEAST_UNIT, 1 - LEAST_UNIT),
+        np.broadcast_to(np.asarray(log_ratio, np.float64), n),
         np.broadcast_to(np.asarray(spread, np.float64), n),
         np.sqrt(np.einsum("ni,ni->n", points, points)),
-        np.broadcast_to(np.asarray(weight, np.float64), n),
     )
-
-
-def joined(stages: Sequence[RareStage]) -> RareStage:
-    """Return several stages as one."""
-    rows = ((s.unit, s.spread, s.distance, s.weight) for s in stages)
-    return RareStage(*map(np.concatenate, zip(*rows, strict=True)))
 
 
 def chosen(shares: Array, which: Array) -> Integers:

@@ -7,7 +7,7 @@ Each declares the properties of its samples. `unit_samples` chooses all at once;
 import hashlib
 import math
 from collections.abc import Generator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -23,12 +23,25 @@ OWN = 2  # the first trials of a group, A and B, are independent random trials
 
 @dataclass(frozen=True)
 class Stage:
-    """Trials that are sampled at once."""
+    """Trials that are sampled at once.
 
-    unit: Array  # float64[trial, stream]: independent unit samples
+    Attributes
+    ----------
+    unit : float64[trial, stream]
+        Independent unit samples.
+    log_ratio : float64[trial]
+        Logarithm of the density of each trial in the study over its density in the
+        stage: 0 where they are sampled as in the study, NaN in a search.
+    number : int
+        Number of the stage in its course.
+    """
 
-    def columns(self, number: int) -> Mapping[str, Array]:
-        """Return the sampler's `columns` of the stage of this number."""
+    unit: Array
+    log_ratio: Array
+    number: int = field(default=0, kw_only=True)
+
+    def columns(self) -> Mapping[str, Array]:
+        """Return the sampler's `columns` of the trials."""
         return {}
 
 
@@ -85,7 +98,7 @@ class Sampler:
         distance within the limit, below 0 out of limit, minus infinity of failed
         trials; nothing if it aims at none.
         """
-        yield Stage(self.unit_samples(seed, streams, trials))
+        yield Stage(self.unit_samples(seed, streams, trials), np.zeros(trials))
 
 
 class Random(Sampler):

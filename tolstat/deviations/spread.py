@@ -19,10 +19,10 @@ from tolstat.deviations.distributions import (
 )
 from tolstat.errors import DistributionError
 
-RARE = 6.0  # normal score of the ends that practically no part is beyond
-FAR, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
+RAREST = 6.0  # normal score of the ends that practically no part is beyond
+FARTHEST, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
 PLACES = ("mode", "median", "plateau")  # keys that are places in the zone
-ROUNDING = 1e-12  # of half a zone: zero, but for rounding
+ROUNDING_OF_ZONE = 1e-12  # of half a zone: zero, but for rounding
 
 
 class Spread(NamedTuple):
@@ -53,7 +53,7 @@ def spread_of(distribution: Distribution) -> Spread:
     if zone is None:
         ends = np.array([1 - THREE_SIGMA, THREE_SIGMA])
         zone = Tolerance(*distribution.deviations(ends).tolist())
-    z = np.arange(-FAR, FAR + STEP / 2, STEP)
+    z = np.arange(-FARTHEST, FARTHEST + STEP / 2, STEP)
     weight = np.exp(-0.5 * z * z)
     weight /= np.trapezoid(weight, z)
     x = distribution.deviations(ndtr(z))
@@ -69,7 +69,7 @@ def reach_of(distribution: Distribution) -> Spread:
     A part beyond an end is as rare as one beyond six sigma of a normal distribution.
     """
     spread = spread_of(distribution)
-    least, largest = distribution.deviations(ndtr(np.array([-RARE, RARE]))).tolist()
+    least, largest = distribution.deviations(ndtr(np.array([-RAREST, RAREST]))).tolist()
     return spread._replace(
         lower=min(spread.lower, least), upper=max(spread.upper, largest)
     )
@@ -177,15 +177,13 @@ def in_zone(distribution: Distribution, zone: Tolerance) -> Distribution:
 
     def across(x: float) -> float:
         moved = min(max(zone.lower + ratio * (x - old.lower), zone.lower), zone.upper)
-        return moved if abs(moved) > ROUNDING * zone.half else 0.0
+        return moved if abs(moved) > ROUNDING_OF_ZONE * zone.half else 0.0
 
     keys: dict[str, Any] = {"tolerance": zone}
     for key in PLACES:
-        if (key_value := getattr(distribution, key, None)) is not None:
-            plateau = isinstance(key_value, Tolerance)
-            keys[key] = (
-                Tolerance(*map(across, key_value)) if plateau else across(key_value)
-            )
+        if (typed := getattr(distribution, key, None)) is not None:
+            plateau = isinstance(typed, Tolerance)
+            keys[key] = Tolerance(*map(across, typed)) if plateau else across(typed)
     if (shift := getattr(distribution, "shift", None)) is not None:
         keys["shift"] = ratio * shift
     return cast(Distribution, dataclasses.replace(cast(Any, distribution), **keys))

@@ -16,11 +16,11 @@ from tolstat.deviations.rare_stage import (
 )
 from tolstat.deviations.samplers import uniform
 
-KEPT = 0.25  # of the trials at a step: those nearest to the limit
+NEAREST = 0.25  # of the trials at a step: those nearest to the limit
 STEPS = 16  # to the limit, at most
 # Kinds of moves: how far along the slope and across it (0: not at all, 1: sampled
 # again); share of the directions that change; 1: the distance across the slope stays.
-FAR = np.array([
+MOVE_KINDS = np.array([
     (0.2, 0.2, 1, 0), (0.4, 0.4, 1, 0), (0.65, 0.65, 1, 0), (0.9, 0.9, 1, 0),
     (0.2, 0.5, 1, 0), (0.4, 0.8, 1, 0),
     (0.2, 0.98, 1, 0), (0.4, 0.98, 1, 0), (0.65, 0.98, 1, 0),
@@ -56,18 +56,18 @@ def approach(
     """
     half = trials // 2
     points = normal_scores(seed, streams, 2 * half, "near 0")
-    margins = yield stage_of(points, 1.0, np.nan)
+    margins = yield stage_of(points)
     moves, used = Moves(seed, streams, points, margins), 2 * half
     before = float(margins.max())
     for step in range(1, STEPS):
-        level = max(float(np.sort(margins)[int(KEPT * len(margins))]), OUT)
+        level = max(float(np.sort(margins)[int(NEAREST * len(margins))]), OUT)
         if level >= before > OUT:  # many are alike
             level = max(float(margins[margins < before].max(initial=-np.inf)), OUT)
             if margins.min() >= before:
                 break  # the response is flat
         name = f"near {step}"
         parents = _parents(seed, margins, level, name)
-        points, margins = yield from moves.made(
+        points, margins = yield from moves.stage(
             points[parents], margins[parents], level, name
         )
         used += len(points)
@@ -102,7 +102,7 @@ def relaxed(
     """
     moves, margins = Moves(seed, streams, *evaluated), np.full(len(points), OUT)
     for sweep in range(sweeps):
-        points, margins = yield from moves.made(
+        points, margins = yield from moves.stage(
             points, margins, OUT, f"relax {sweep}", axes if sweep % 2 else None
         )
     return points
@@ -127,9 +127,9 @@ class Moves:
     ) -> None:
         self.seed, self.streams = seed, streams
         self.tried, self.answers = tried, margins  # of the latest moves
-        self.shares = np.full(len(FAR), 1 / len(FAR))
+        self.shares = np.full(len(MOVE_KINDS), 1 / len(MOVE_KINDS))
 
-    def made(
+    def stage(
         self,
         points: Array,
         margins: Array,
@@ -144,16 +144,14 @@ class Moves:
         which = uniform(self.seed, "moves", len(points), f"of {name}")
         move = chosen(self.shares, which)
         scores = normal_scores(self.seed, self.streams, len(points), name)
-        chance = ndtr(
-            normal_scores(self.seed, self.streams, len(points), f"some {name}")
-        )
+        other = normal_scores(self.seed, self.streams, len(points), f"some {name}")
         if axes is None:
             axes = np.tile(slope(self.tried, self.answers), (len(points), 1))
-        self.tried = moved(points, scores, axes, FAR[move], chance)
-        self.answers = yield stage_of(self.tried, 1.0, np.nan)
+        self.tried = moved(points, scores, axes, MOVE_KINDS[move], ndtr(other))
+        self.answers = yield stage_of(self.tried)
         accepted = self.answers <= level
         gains = np.where(accepted, _distances(self.tried - points, axes), 0.0)
-        self.shares = better_shares(move, gains, len(FAR), LEAST_SHARE)
+        self.shares = better_shares(move, gains, len(MOVE_KINDS), LEAST_SHARE)
         points = np.where(accepted[:, None], self.tried, points)
         return points, np.where(accepted, self.answers, margins)
 
@@ -172,15 +170,13 @@ def _parents(seed: int, margins: Array, level: float, name: str) -> Integers:
     return np.concatenate(chosen)
 
 
-def moved(
-    points: Array, scores: Array, axes: Array, reach: Array, chance: Array
-) -> Array:
+def moved(points: Array, scores: Array, axes: Array, kind: Array, u: Array) -> Array:
     """Return moved points: each move keeps the distribution of the study.
 
     `axes` are float64[point, direction] of length 1; float64[point, 4] tells how far,
-    as in `FAR`; float64[point, direction] unit samples choose directions.
+    as in `MOVE_KINDS`; float64[point, direction] unit samples choose directions.
     """
-    along, across, part, turned = reach.T[:, :, None]
+    along, across, part, turned = kind.T[:, :, None]
     x, z = (np.einsum("ni,ni->n", rows, axes)[:, None] for rows in (points, scores))
     before = points - x * axes
     after = np.sqrt(1 - across**2) * before + across * (scores - z * axes)
@@ -189,7 +185,7 @@ def moved(
     turned_points = np.where(turned == 1, same * after, after)
     turned_points = turned_points + (np.sqrt(1 - along**2) * x + along * z) * axes
     new = np.sqrt(1 - across**2) * points + across * scores
-    return np.where(part == 1, turned_points, np.where(chance < part, new, points))
+    return np.where(part == 1, turned_points, np.where(u < part, new, points))
 
 
 def slope(points: Array, margins: Array) -> Array:

@@ -8,7 +8,7 @@ from tolstat.errors import Advice, Remedy, StoppedError
 from tolstat.execution.trial_table import Shortfall, Stage, Trials
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.statistics.limits.limit import margins
-from tolstat.statistics.precision import FIRST, next_stage, trials_wanted
+from tolstat.statistics.precision import FIRST_STAGE, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run_records import Stopped
@@ -39,7 +39,7 @@ class SampledStages:
     def __init__(self, study: Study) -> None:
         self._study, self._course = study, study.stages()
         stage, deviations = next(self._course)
-        self.latest = Stage(0, 0, deviations, study.cases, stage.columns(0))
+        self.latest = Stage(0, 0, deviations, study.cases, stage.columns())
         self.trials = Trials.begun(study.description, self.latest, study.trials)
 
     def next(self, trials: Trials) -> Stage | None:
@@ -60,7 +60,7 @@ class SampledStages:
         except StopIteration:
             return None
         number = self.latest.number + 1
-        columns = stage.columns(number)
+        columns = stage.columns()
         self.latest = Stage(number, rows.stop, deviations, study.cases, columns)
         return self.latest
 
@@ -80,7 +80,7 @@ class UntilPrecise:
 
         With many trials that takes seconds.
         """
-        first, stop, most = 0, FIRST, len(trials.status)
+        first, stop, most = 0, FIRST_STAGE, len(trials.status)
         shortfall = None
         if self._looks:
             first = self._looks[-1]
@@ -88,7 +88,7 @@ class UntilPrecise:
             if not self._wanted or first == most:
                 return None
             stop = next_stage(first, self._wanted)
-            if self._wanted > most and first == FIRST:
+            if self._wanted > most and first == FIRST_STAGE:
                 shortfall = Shortfall(self._wanted, self._until.rules, most)
         self._looks.append(min(stop, most))
         deviations = trials.deviations[first : self._looks[-1]]

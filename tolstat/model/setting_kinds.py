@@ -89,7 +89,7 @@ class Number(Kind):
             raise ModelError(f"a number is expected{words}")
         if isinstance(value, float) and not math.isfinite(value):
             raise ModelError("a finite number is expected")
-        if abs(value) > (most := MOST_WHOLE if self.whole else grammar.MOST):
+        if abs(value) > (most := MOST_WHOLE if self.whole else grammar.MOST_NUMBER):
             raise ModelError(f"it must be at most {most:g}")
         if self.whole and value != int(value):
             raise ModelError("a whole number is expected")

@@ -10,13 +10,13 @@ import numpy as np
 
 from tolstat.arrays import Array, Integers, Truths
 
-FAR = 3.0  # standard deviations within the clusters: a narrower gap is none
-LEAST = 5  # trials in a cluster, if the step is not known to be a turn
-MOST = 2048  # trials of a cluster that are fitted
+LEAST_GAP = 3.0  # standard deviations within the clusters: a narrower gap is none
+LEAST_IN_CLUSTER = 5  # trials in a cluster, if the step is not known to be a turn
+MOST_FITTED = 2048  # trials of a cluster that are fitted
 PER_TERM = 3  # trials for each deviation of a fit
 UNEXPLAINED = 0.1  # of the variance between clusters, by what deviates
 FOLLOWS = 0.8  # of the variance within a cluster, by what deviates
-EQUAL = 0.02  # of a turn: how far a step may differ
+EQUAL_STEP = 0.02  # of a turn: how far a step may differ
 NO_TURNS: Mapping[float, float] = {}
 Rows = Callable[[Integers], Array]  # of some trials: float64[trial, contributor]
 
@@ -36,7 +36,7 @@ def clusters_of(
     values: Array,
     rows: Rows,
     turns: Mapping[float, float] = NO_TURNS,
-    fewest: int = LEAST,
+    fewest: int = LEAST_IN_CLUSTER,
 ) -> Clusters | None:
     """Return two clusters of a response that differ by a constant step; None if none.
 
@@ -60,16 +60,16 @@ def clusters_of(
     that is far from linear within a cluster, and of as many deviations as trials.
     """
     ordered = np.sort(values)
-    for least in dict.fromkeys((LEAST, fewest)):
+    for least in dict.fromkeys((LEAST_IN_CLUSTER, fewest)):
         gaps = np.diff(ordered[least - 1 : len(ordered) - least + 1])
         if not len(gaps):
             continue
         below = least + int(gaps.argmax())
         parted = ordered[:below], ordered[below:]
         inside = sum(len(part) * part.var() for part in parted) / len(ordered)
-        if ordered[below] - ordered[below - 1] > FAR * math.sqrt(inside) > 0:
+        if ordered[below] - ordered[below - 1] > LEAST_GAP * math.sqrt(inside) > 0:
             clusters = _stepped(values, rows, parted, turns)
-            if clusters and (clusters.turn or least == LEAST):
+            if clusters and (clusters.turn or least == LEAST_IN_CLUSTER):
                 return clusters
     return None
 
@@ -91,12 +91,12 @@ def _stepped(
     stepped = np.column_stack([high, plain])
     terms = np.linalg.lstsq(stepped, y, rcond=None)[0]
     rest, step = y - stepped @ terms, float(terms[0])
-    matches = (count for x, count in turns.items() if abs(step - x) <= EQUAL * x)
+    matches = (count for x, count in turns.items() if abs(step - x) <= EQUAL_STEP * x)
     turn = next(matches, 0.0)
     for cluster in (high, ~high):
         within, follows = y[cluster].var(), rest[cluster].var()
-        is_small = turn and np.count_nonzero(cluster) < LEAST
-        most = (EQUAL * step) ** 2 if is_small else (1 - FOLLOWS) * within
+        is_small = turn and np.count_nonzero(cluster) < LEAST_IN_CLUSTER
+        most = (EQUAL_STEP * step) ** 2 if is_small else (1 - FOLLOWS) * within
         if not (follows < most):
             return None
     if (
@@ -110,4 +110,4 @@ def _stepped(
 def _fitted_trials(cluster: Truths) -> Integers:
     """Return the trials of a cluster that are fitted: all of a few, evenly of many."""
     trials = np.flatnonzero(cluster)
-    return trials[:: -(-len(trials) // MOST)]
+    return trials[:: -(-len(trials) // MOST_FITTED)]

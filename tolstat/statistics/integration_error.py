@@ -25,7 +25,7 @@ class IntegrationError(NamedTuple):
         """Largest absolute error, no bound for other trials; NaN if there is none."""
         return float(np.abs(self.errors).max()) if len(self.errors) else math.nan
 
-    def of(self, trials: Integers) -> IntegrationError:
+    def selected(self, trials: Integers) -> IntegrationError:
         """Return the errors of given trials only."""
         chosen = np.isin(self.trials, trials)
         return IntegrationError(
@@ -48,9 +48,8 @@ class IntegrationError(NamedTuple):
         )
         nearest = np.searchsorted((levels[1:] + levels[:-1]) / 2, values)
         turn = _turns(nearest) % equal[nearest]
-        corrected = (
-            values - self.errors[self.representative][order[first[nearest] + turn]]
-        )
+        errors = self.errors[self.representative]
+        corrected = values - errors[order[first[nearest] + turn]]
         corrected[self.trials] = values[self.trials] - self.errors
         return np.asarray(corrected)
 
@@ -107,10 +106,8 @@ def response_ends(
     errors = values[trials] - precise
     once = np.isfinite(values[trials]) & np.isnan(precise)
     errors[once] = np.inf
-    comparable = ~np.isnan(errors)
-    error = IntegrationError(
-        trials[comparable], errors[comparable], representative[comparable], 0
-    )
+    both = ~np.isnan(errors)
+    error = IntegrationError(trials[both], errors[both], representative[both], 0)
     size = np.nan_to_num(np.abs(values - error.removed(values)), nan=np.inf)
     audited = error.trials[error.representative]
     order = np.argsort(values[audited])

@@ -10,7 +10,7 @@ from tolstat.statistics.intervals.replicates import share_from_replicates
 from tolstat.statistics.intervals.shares import anytime_valid
 
 LEAST_EQUAL = 0.005  # least fraction of the trials in a point mass
-NEAR = 1e-4  # of the range of 99.5 % of the trials: closer values count as equal
+NEAR_RANGE = 1e-4  # of the range of 99.5 % of the trials: closer values count as equal
 LEAST_NEAR = 5, 0.1  # trials, and fraction of all, for nearly equal values
 
 
@@ -46,7 +46,7 @@ def point_mass_of(values: Array, replicate: Integers | None = None) -> PointMass
         return _described(values, replicate, ordered[first : first + counts[most]])
     trials, share = LEAST_NEAR
     for side, end in ((0.995, 0), (0.005, -1)):
-        width = NEAR * abs(np.quantile(ordered, side) - ordered[end])
+        width = NEAR_RANGE * abs(np.quantile(ordered, side) - ordered[end])
         counts = np.searchsorted(ordered, ordered + width, side="right") - np.arange(n)
         most = int(counts.argmax())
         if counts[most] >= max(trials, share * n):

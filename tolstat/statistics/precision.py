@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,13 +14,13 @@ from tolstat.statistics.intervals.moments import Ends, Reach
 from tolstat.statistics.limits.yields import yield_of
 from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
-FIRST = 1024  # trials of the first stage
+FIRST_STAGE = 1024  # trials of the first stage
 RESERVE = 1.1  # times the trials that the first stage suggests
-AHEAD = 8  # times as many trials are predicted, at most
+MOST_GROWTH = 8  # times as many trials are predicted, at most
 # in 5 % of studies a quantile in a gap has a narrow interval, always wrong: so that of
 # another confidence has to be narrow, too; 1.7 times as wide of a smooth response
 SURELY, AS_WIDE = 0.999, 1.75
-MULTIPLE = 256  # numbers of trials are multiples of it
+STAGE_MULTIPLE = 256  # numbers of trials are multiples of it
 
 
 class Statistic(NamedTuple):
@@ -31,7 +30,7 @@ class Statistic(NamedTuple):
     kind: str  # "mean", "sigma", "quantile" or "beyond"
     share: float = math.nan  # share of a quantile
 
-    def of(
+    def estimate(
         self,
         values: Array,
         sample: Sample,
@@ -66,11 +65,11 @@ class Precision(NamedTuple):
         """Return half the interval over the requested half; at most 1 when reached."""
         if not estimate.sure:
             return math.inf
-        wanted = self.within * (abs(estimate.value) if self.relative else 1.0)
+        requested = self.within * (abs(estimate.value) if self.relative else 1.0)
         half = (estimate.upper - estimate.lower) / 2
         if half == 0:
             return 0.0
-        return half / wanted if wanted > 0 else math.inf
+        return half / requested if requested > 0 else math.inf
 
 
 def trials_wanted(
@@ -86,40 +85,40 @@ def trials_wanted(
     more. The interval at eight times as many trials shows how it shrinks; above that it
     shrinks with the root of the trials. Infinite without an interval.
     """
-    wanted, trials = 0.0, len(sample.status)
-    for each in precisions:
-        name = each.statistic.response
-        of = partial(
-            each.statistic.of, limit=limits.get(name), declared=ranges.get(name)
-        )
-        now = each.missing(of(responses[name], sample))
-        if each.statistic.kind == "quantile":
-            surely = of(responses[name], sample, confidence=SURELY)
-            now = max(now, each.missing(surely) / AS_WIDE)
-        if now <= 1:
+    needed, trials = 0.0, len(sample.status)
+    for precision in precisions:
+        statistic = precision.statistic
+        values, quantile = responses[statistic.response], statistic.kind == "quantile"
+        ends = limits.get(statistic.response), ranges.get(statistic.response)
+        missing = precision.missing(statistic.estimate(values, sample, *ends))
+        if quantile:
+            surely = statistic.estimate(values, sample, *ends, confidence=SURELY)
+            missing = max(missing, precision.missing(surely) / AS_WIDE)
+        if missing <= 1:
             continue
         # repeated trials neither average replicates nor move quantiles
-        then = now / math.sqrt(AHEAD)
-        if not sample.replicates and each.statistic.kind != "quantile":
-            often = sample._replace(status=np.tile(sample.status, AHEAD))
-            then = each.missing(of(np.tile(responses[name], AHEAD), often))
-        wanted = max(wanted, RESERVE * _trials_until(now, then) * trials)
-    return wanted
+        later = missing / math.sqrt(MOST_GROWTH)
+        if not (sample.replicates or quantile):
+            often = sample._replace(status=np.tile(sample.status, MOST_GROWTH))
+            tiled = np.tile(values, MOST_GROWTH)
+            later = precision.missing(statistic.estimate(tiled, often, *ends))
+        needed = max(needed, RESERVE * _trials_until(missing, later) * trials)
+    return needed
 
 
-def _trials_until(now: float, then: float) -> float:
+def _trials_until(missing: float, later: float) -> float:
     """Return the trials that reach a precision, over the trials so far.
 
-    `now`, above 1, is `Precision.missing`; `then` is it at eight times as many trials.
+    `missing`, above 1, is `Precision.missing`; `later` at eight times the trials.
     """
-    if then > 1 or math.isinf(now):
-        return AHEAD * max(then, 1.0) ** 2
+    if later > 1 or math.isinf(missing):
+        return MOST_GROWTH * max(later, 1.0) ** 2
     # a power law between; no interval shrinks faster than the trials grow
-    shrunk = min(now / then, AHEAD) if then else AHEAD
-    return float(now ** (math.log(AHEAD) / math.log(shrunk)))
+    shrunk = min(missing / later, MOST_GROWTH) if later else MOST_GROWTH
+    return float(missing ** (math.log(MOST_GROWTH) / math.log(shrunk)))
 
 
-def next_stage(trials: int, wanted: float) -> int:
+def next_stage(trials: int, needed: float) -> int:
     """Return the trials of the next stage: at most eight times as many as now.
 
     References
@@ -128,5 +127,5 @@ def next_stage(trials: int, wanted: float) -> int:
     the variance, Ann. Math. Stat. 16 (1945) 243-258: few looks, far apart, keep
     the coverage of the last interval nearly nominal; measured in tests/coverage.
     """
-    most = min(wanted, AHEAD * trials)
-    return MULTIPLE * math.ceil(most / MULTIPLE)
+    most = min(needed, MOST_GROWTH * trials)
+    return STAGE_MULTIPLE * math.ceil(most / STAGE_MULTIPLE)

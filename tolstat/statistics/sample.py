@@ -83,12 +83,12 @@ class Sample(NamedTuple):
         if self.replicates:
             return share_from_replicates(units, self.replicate[among])
         if self.weights:
-            return weighted_share(units, self.weights.of(among))
+            return weighted_share(units, self.weights.selected(among))
         return counted(int(np.count_nonzero(units)), len(units))
 
     def weights_of(self, trials: Truths) -> Weights | None:
         """Return the weights of the trials that bool[trial] selects."""
-        return self.weights and self.weights.of(trials)
+        return self.weights and self.weights.selected(trials)
 
     def first(self, trials: int) -> Sample:
         """Return the first trials."""
@@ -111,7 +111,7 @@ class Moments(NamedTuple):
     def otherwise(self, other: Moments) -> Moments:
         """Return each that has an interval, and the other one where it has none."""
         pairs = zip(self, other, strict=True)
-        return Moments(*(one if one.sure else another for one, another in pairs))
+        return Moments(*(first if first.sure else second for first, second in pairs))
 
 
 def as_sampled(values: Array, sample: Sample, confidence: float = 0.95) -> Moments:

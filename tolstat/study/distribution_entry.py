@@ -12,7 +12,7 @@ from tolstat.deviations.spread import Shifted
 from tolstat.errors import DistributionError, GradeError, allowed_names
 from tolstat.model.description import Contributor
 from tolstat.study.nominal_size import DeviationReader
-from tolstat.units.grammar import MOST, quantity, unit_of
+from tolstat.units.grammar import MOST_NUMBER, quantity, unit_of
 from tolstat.units.scale import scale_of
 
 DEFAULT = "normal"
@@ -90,7 +90,7 @@ def _computable(distribution: Distribution) -> bool:
             ends = distribution.deviations(OUTERMOST)
         except OverflowError:
             return False
-    return bool(np.all(np.abs(ends) <= MOST))  # NaN is not
+    return bool(np.all(np.abs(ends) <= MOST_NUMBER))  # NaN is not
 
 
 def written_unit(keys: Mapping[str, Any], reader: DeviationReader) -> str:

@@ -15,7 +15,7 @@ import tomli_w
 
 from tolstat.errors import DataError, StudyError
 from tolstat.study.problems import Problems
-from tolstat.units.grammar import MOST
+from tolstat.units.grammar import MOST_NUMBER
 
 DEEPEST = 16  # tables and lists inside each other
 LONGEST, LONGEST_KEY = 10_000, 200  # characters
@@ -62,8 +62,8 @@ def _unusable(value: Any, path: tuple[Any, ...]) -> str:
         return _unusable_text(value, "text", LONGEST)
     if isinstance(value, float) and not math.isfinite(value):
         return "a finite number is expected"
-    if isinstance(value, int | float) and abs(value) > MOST:
-        return f"a number of at most {MOST:g} is expected"
+    if isinstance(value, int | float) and abs(value) > MOST_NUMBER:
+        return f"a number of at most {MOST_NUMBER:g} is expected"
     return ""
 
 

@@ -7,7 +7,7 @@ from tolstat.deviations.distributions import Constant
 from tolstat.deviations.draw import SAMPLERS, factors
 from tolstat.deviations.names import expand
 from tolstat.errors import ModelError, StudyError, allowed_names
-from tolstat.statistics.sensitivity.sobol_indices import LEAST
+from tolstat.statistics.sensitivity.sobol_indices import LEAST_GROUPS
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import Points
 from tolstat.study.problems import Problems
@@ -126,10 +126,10 @@ def warnings_of(sampling: str, trials: int, varying: int) -> tuple[str, ...]:
         )
     sampler = SAMPLERS[sampling]
     group = sampler.group(varying)
-    if group > 1 and trials < LEAST * group:
+    if group > 1 and trials < (least := LEAST_GROUPS * group):
         return (
-            f"there will be no Sobol' indices: they need {LEAST} groups of {group} "
-            f"trials; give trials = {LEAST * group} or more ({trials} are "
+            f"there will be no Sobol' indices: they need {LEAST_GROUPS} groups of "
+            f"{group} trials; give trials = {least} or more ({trials} are "
             f"{trials // group} groups)",
         )
     return sampler.warnings(trials, varying)

@@ -198,7 +198,7 @@ class Study:
             table = self.points.deviations.copy()
             for name, constant in self.deviating.distributions.items():
                 table[:, names.index(name)] = constant.deviations(np.full(1, 0.5))
-            yield Stage(table), table
+            yield Stage(table, np.zeros(len(table))), table
             return
         assert self.seed is not None  # checked when the study was loaded
         yield from draw_in_stages(

@@ -22,7 +22,7 @@ def _prefixed(prefixes: str, name: str, meaning: str) -> dict[str, str]:
 
 
 # what each known name means in SI base units (kg m s rad)
-KNOWN = {
+MEANINGS = {
     "1": "1",
     "count": "1",
     "%": "0.01",
@@ -50,7 +50,7 @@ KNOWN = {
 BASES = {"kg": "mass", "m": "length", "s": "time", "rad": "angle"}
 
 MOST_POWER = 4
-LONGEST = 100  # characters
+LONGEST_UNIT = 100  # characters
 
 SPELLINGS = {"µm": "um", "μm": "um", "µs": "us", "μs": "us", "°": "deg"}
 
@@ -87,7 +87,7 @@ def dimension(unit: str) -> Any:
 
 def si_unit(dimension: Any) -> str:
     """Return the SI unit of a dimension, "N" or "m^2"; powers are whole, up to 4."""
-    for name in KNOWN:
+    for name in MEANINGS:
         if name != "count" and _measure(name) == (1.0, dimension):
             return name
     numerator, denominator = "", ""
@@ -114,7 +114,7 @@ def _registry() -> Any:
 @cache
 def _measure(unit: str) -> tuple[float, Any]:
     """Return the SI factor and the dimensions of a unit."""
-    if len(unit) > LONGEST:
+    if len(unit) > LONGEST_UNIT:
         raise UnitError(f"'{unit[:20]}...' is not a unit: {len(unit)} characters")
     if not _UNIT.fullmatch(unit):
         raise UnitError(
@@ -124,17 +124,17 @@ def _measure(unit: str) -> tuple[float, Any]:
     total = _registry().Quantity(1.0)
     for sign, written, power in _FACTOR.findall(unit):
         name = SPELLINGS.get(written, written)
-        if name not in KNOWN:
-            raise UnitError(f"unknown unit '{name}'; {allowed_names(name, KNOWN)}")
+        if name not in MEANINGS:
+            raise UnitError(f"unknown unit '{name}'; {allowed_names(name, MEANINGS)}")
         exponent = int(power or 1) * (-1 if sign == "/" else 1)
-        total *= _registry()(KNOWN[name]) ** exponent
+        total *= _registry()(MEANINGS[name]) ** exponent
     base = total.to_base_units()
     return float(base.magnitude), base.dimensionality
 
 
 def _wrong_kind(given: str, unit: str) -> str:
     expected = f"in {unit}" if unit != "1" else "as a plain number or in %"
-    same = [name for name in KNOWN if dimension(name) == dimension(unit)]
+    same = [name for name in MEANINGS if dimension(name) == dimension(unit)]
     if len(same) > 1 and unit != "1":
         expected += f" (or {', '.join(u for u in same if u != unit)})"
     if dimension(unit) == dimension("rad/s"):

@@ -29,7 +29,7 @@ SIDES = "<=", ">="
 _SAME = 1e-12  # of a value: rounding of writing and reading
 
 # squares and products of numbers in this range are numbers too
-LEAST, MOST = 1e-100, 1e100
+LEAST_NUMBER, MOST_NUMBER = 1e-100, 1e100
 
 
 MINUS = "\N{MINUS SIGN}"  # as word processors write it
@@ -185,11 +185,11 @@ def _check_share(text: str, unit: str, shown: str) -> None:
 
 def _computable(number: str, value: float) -> float:
     """Return a number that neither over- nor underflows; refuse any other."""
-    if value != 0 and not LEAST <= abs(value) <= MOST:
-        side = "small" if abs(value) < LEAST else "large"
+    if value != 0 and not LEAST_NUMBER <= abs(value) <= MOST_NUMBER:
+        side = "small" if abs(value) < LEAST_NUMBER else "large"
         raise UnitError(
             f"{number} is too {side}: in SI, numbers other than 0 lie between "
-            f"{LEAST:g} and {MOST:g}"
+            f"{LEAST_NUMBER:g} and {MOST_NUMBER:g}"
         )
     return value
 

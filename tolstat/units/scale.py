@@ -16,11 +16,11 @@ FIGURES = 4  # of a number without interval, unless its spread needs more
 BOUND = 3  # of a bound, and of an estimate without a trustworthy interval
 MOST_FIGURES = 10  # of any number
 KNOWN = 12  # figures; the next ones are rounding errors of binary numbers
-NOTHING = 1e-6  # of a size, up to the next power of ten: practically zero
-ROUNDING = 1e-6  # of what is practically zero: a rounding error of binary numbers
+ZERO_SHARE = 1e-6  # of a size, up to the next power of ten: practically zero
+ROUNDING_OF_ZERO = 1e-6  # of what is practically zero, by binary numbers
 # of the width of an interval: an end, and an estimate, that is practically zero
 SPECK = Decimal("1e-4"), Decimal("1e-5")
-TOLD = 1e-3  # of a spread: rounding of a number without interval
+RESOLVED_SHARE = 1e-3  # of a spread: rounding of a number without interval
 PLAINLY = 1e-3, 1e6  # between these numbers have no exponent
 
 # by SI unit: the units shown, the largest first, each with its least size (SI); the
@@ -68,7 +68,7 @@ class Scale(NamedTuple):
 
     def beside(self, size: float) -> Scale:
         """Return the scale whose least number suits numbers of a size, SI."""
-        negligible = NOTHING * self.factor * abs(size)
+        negligible = ZERO_SHARE * self.factor * abs(size)
         defined = negligible > 0 and math.isfinite(negligible)
         least = 10.0 ** math.ceil(math.log10(negligible)) if defined else 0.0
         return self._replace(least=least)
@@ -81,9 +81,9 @@ class Scale(NamedTuple):
         """
         numbers = (self.factor * number for number in exact)
         places = [1 - int(_decimal(x).as_tuple().exponent) for x in numbers if x]
-        resolution = 2 * TOLD * self.factor * abs(spread)
+        resolution = 2 * RESOLVED_SHARE * self.factor * abs(spread)
         if resolution > 0 and math.isfinite(resolution):
-            places.append(math.ceil(-math.log10(resolution) - NOTHING))
+            places.append(math.ceil(-math.log10(resolution) - ZERO_SHARE))
         return self._replace(place=max(places, default=None))
 
     def number(self, value: float, count: int = 0) -> str:
@@ -92,7 +92,7 @@ class Scale(NamedTuple):
         It has at most `count` figures; by default four, or as many as its place needs.
         """
         number = self.factor * value
-        if abs(number) < ROUNDING * self.least:
+        if abs(number) < ROUNDING_OF_ZERO * self.least:
             return "0"
         if 0 < abs(number) < self.least:
             return self._below(number)
@@ -134,9 +134,17 @@ class Scale(NamedTuple):
         three = [self.factor * x for x in numbers]
         is_count = self.shown == COUNT and all(map(float.is_integer, three))
         if math.isnan(three[1]) or math.isnan(three[2]):
-            return self.number(value, BOUND), self.number(lower), self.number(upper)
+            return (
+                self.number(value, BOUND),
+                self.number(lower),
+                self.number(upper),
+            )
         if math.isinf(three[1]) or math.isinf(three[2]):
-            return self.number(value, BOUND), self.at_least(lower), self.at_most(upper)
+            return (
+                self.number(value, BOUND),
+                self.at_least(lower),
+                self.at_most(upper),
+            )
         middle, below, above = decimals = [_decimal(x) for x in three]
         width = abs(above - below)
         if is_count or not width:

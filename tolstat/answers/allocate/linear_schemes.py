@@ -10,7 +10,7 @@ from scipy.special import log_ndtr
 from tolstat.answers.allocate.optimizer import Choice, cheapest
 from tolstat.answers.allocate.search import Search
 from tolstat.arrays import Array
-from tolstat.deviations.density_ratio import correlations
+from tolstat.deviations.dependence import correlations
 from tolstat.deviations.spread import Spread, spread_of
 from tolstat.execution.diagnostics.slopes_and_corners import (
     slopes,

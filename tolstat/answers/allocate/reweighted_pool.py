@@ -11,13 +11,8 @@ from scipy.special import ndtr
 
 from tolstat.answers.allocate.optimizer import Choice
 from tolstat.arrays import Array, Truths
-from tolstat.deviations.density_ratio import (
-    FARTHEST,
-    DensityRatio,
-    dependent_groups,
-    equal_parts,
-)
-from tolstat.deviations.dependence import Dependence
+from tolstat.deviations.density_ratio import FARTHEST, DensityRatio
+from tolstat.deviations.dependence import Dependence, dependent_groups, equal_parts
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.statistics.intervals.shares import gamma_ends
 from tolstat.study.cost_entry import Priced

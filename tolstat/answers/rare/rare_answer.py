@@ -41,7 +41,7 @@ from tolstat.statistics.limits.yields import (
     JUMP,
     MET,
     UNDECIDED,
-    Doubt,
+    Caveat,
     judged_with,
     worded,
 )
@@ -160,7 +160,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         lambda good: rare_share(~good[last], weights[last]).complement,
     )  # fmt: skip
     if verdict == MET and share.upper + unseen > 1 - limit.demanded:
-        reason = Doubt.MISSED_KIND
+        reason = Caveat.MISSED_KIND
     # the median of all deviations lies on a step of symmetric parts, to no side of it
     off_median = (run.status == Status.DONE) & (run.column(DISTANCE) > 0)
     clusters = jumping(run, np.flatnonzero(off_median), [name])

@@ -48,7 +48,7 @@ def integration_of(
     error = _errors(run, audited, name)
 
     def largest(chosen: NDArray[np.bool_]) -> LargestError:
-        errors = error.of(audited.trials[chosen])
+        errors = error.selected(audited.trials[chosen])
         return LargestError(len(errors.trials), errors.largest)
 
     # statements about production need independent trials

@@ -11,7 +11,7 @@ from tolstat.statistics.intervals.jackknife import HEAVY
 from tolstat.statistics.intervals.moments import few_leave
 from tolstat.statistics.reason import Lack, Reason
 
-LEAST = 50  # trials from which there is an interval
+LEAST_TRIALS = 50  # trials from which there is an interval
 MOST_SKEWED = 0.6  # gamma over the root of n; 1 over the root of the trials that count
 OF_REPLICATES = 0.2, 1.1  # the same with replicates, and how much wider Student's is
 WIDER = 3.0  # times the square of that: a sample understates heavy tails
@@ -40,8 +40,8 @@ def mean_as_sampled(
     """
     n = len(values)
     value = float(values.mean()) if n else math.nan
-    if n < LEAST:
-        return Estimate(value, reason=Reason(Lack.TRIALS, needed=LEAST))
+    if n < LEAST_TRIALS:
+        return Estimate(value, reason=Reason(Lack.TRIALS, needed=LEAST_TRIALS))
     g, dependent = skewness(values), replicate is not None
     most, wider = OF_REPLICATES if dependent else (MOST_SKEWED, 1.0)
     if not abs(g) <= most:
@@ -64,8 +64,8 @@ def sigma_as_sampled(
 ) -> Estimate:
     """Estimate the standard deviation by the mean of squares: see `mean_as_sampled`."""
     n = len(values)
-    reason = Reason(Lack.TRIALS, needed=LEAST) if n < LEAST else few_leave(values)
-    if reason:
+    too_few = Reason(Lack.TRIALS, needed=LEAST_TRIALS) if n < LEAST_TRIALS else None
+    if reason := too_few or few_leave(values):
         return Estimate(float(values.std(ddof=1)) if n > 1 else math.nan, reason=reason)
     deviations = values - values.mean()
     size = float(np.abs(deviations).max()) or 1.0

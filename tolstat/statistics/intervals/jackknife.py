@@ -11,14 +11,14 @@ PARTS = 20
 HEAVY = Reason(Lack.LIGHT_TAILS)
 
 
-def jackknifed(
-    numbers: Array, without: Array, *, trusted: bool = True
-) -> list[Estimate]:
-    """Return the numbers of float64[number] with jackknife intervals.
+def jackknifed(table: Array, *, trusted: bool = True) -> list[Estimate]:
+    """Return numbers with jackknife intervals.
 
-    `without` is float64[part, number], each without one of `PARTS` parts; the interval
-    is Student's. There is none if not `trusted`: few trials dominate the variance.
+    The first row of `table` has the numbers of all trials, the next ones those without
+    each of `PARTS` parts. The interval is Student's. There is none if not `trusted`:
+    few trials dominate the variance.
     """
+    numbers, without = table[0], table[1:]
     if not trusted:
         return [Estimate(float(v), reason=HEAVY) for v in numbers]
     scatter = np.mean((without - without.mean(axis=0)) ** 2, axis=0)

@@ -25,7 +25,7 @@ from tolstat.statistics.reason import Lack, Reason
 Ends = tuple[float, float]
 OPEN: Ends = (-math.inf, math.inf)
 
-LEAST = 20  # trials from which an interval is narrower than its ends
+LEAST_TRIALS = 20  # trials from which an interval is narrower than its ends
 REACH = 2.0  # assumed distance outside trials and limit, over their range
 LEAST_LEAVING = 20  # trials outside a point mass from which sigma has an interval
 MOST_EQUAL = 0.5  # least share of the trials in such a point mass
@@ -137,16 +137,10 @@ def sigma_of(
     low, high = mean_between(
         squares, 0.0, largest, 1 - SHARED * miss, mixed and mixed.part(rest)
     )
-    mean_low, mean_high = mean_between(
-        values, lower, upper, 1 - (1 - SHARED) * miss, mixed
-    )
-    least_offset = max(mean_low - c, c - mean_high, 0.0) ** 2
-    most_offset = max((mean_low - c) ** 2, (mean_high - c) ** 2)
-    least, most = (
-        math.sqrt(max(low - most_offset, 0.0)),
-        math.sqrt(max(high - least_offset, 0.0)),
-    )
-    return enclosing(sigma, least, most)
+    a, b = mean_between(values, lower, upper, 1 - (1 - SHARED) * miss, mixed)
+    least, most = max(a - c, c - b, 0.0) ** 2, max((a - c) ** 2, (b - c) ** 2)
+    low, high = (math.sqrt(max(x, 0.0)) for x in (low - most, high - least))
+    return enclosing(sigma, low, high)
 
 
 def few_leave(values: Array, reach: Reach = ANYWHERE) -> Reason | None:
@@ -174,16 +168,14 @@ def _average(values: Array, weights: Weights | None) -> float:
     return float(np.average(values, weights=weights.values))
 
 
-def _missing(
-    values: Array, reach: Reach, weights: Weights | None = None
-) -> Reason | None:
+def _missing(values: Array, reach: Reach, weights: Weights | None) -> Reason | None:
     """Return why there is no interval; None if there is one."""
     if not len(values):
         return Reason(Lack.ANY_DONE)
-    if weights and weights.too_few:
-        return weights.too_few
-    if len(values) < LEAST:
-        return Reason(Lack.TRIALS, needed=LEAST)
+    if weights and (reason := weights.too_few):
+        return reason
+    if len(values) < LEAST_TRIALS:
+        return Reason(Lack.TRIALS, needed=LEAST_TRIALS)
     lower, upper = reach.ends(values)
     if lower == upper:
         share = unseen(weights.number if weights else len(values))

@@ -59,9 +59,7 @@ def weighted_quantiles(
     n, miss = len(values), (1 - confidence) / 2
     ordered = np.argsort(values, kind="stable")
     ascending, below = values[ordered], np.cumsum(weights.values[ordered])
-    last = np.append(
-        np.flatnonzero(ascending[1:] != ascending[:-1]), n - 1
-    )  # of equal values
+    last = np.flatnonzero(np.append(ascending[1:] != ascending[:-1], True))  # of ties
     ends, order = ascending[last], order_of(n)
     mixed, mixed_weights = values[order], weights.part(order)
     counts = weights.capped[ordered]
@@ -78,10 +76,8 @@ def weighted_quantiles(
         S, Q = (c if side > 0 else c[-1] - c for c in (units, squares))
         variance = (1 - 2 * share) * Q + share**2 * squares[-1]
         excess = S - share * (units[-1] + n * weights.cut)
-        evidence = 2 * math.log(1 / miss)  # the stakes of each bet nearly agree
-        return _first_gain(
-            gain, side * (np.sqrt(evidence / variance) * excess - evidence)
-        )
+        e = 2 * math.log(1 / miss)  # evidence: the stakes of each bet nearly agree
+        return _first_gain(gain, side * (np.sqrt(e / variance) * excess - e))
 
     estimates = {}
     for share in shares:

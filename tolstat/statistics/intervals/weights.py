@@ -61,7 +61,7 @@ class Weights:
         """Return the weights of some trials, in order, chosen independently of them."""
         return Weights(self.values[trials], self.most, self.cut)
 
-    def of(self, trials: Truths) -> Weights:
+    def selected(self, trials: Truths) -> Weights:
         """Return the weights of a selection; all units above the cap may be in it."""
         inverse = len(trials) / max(int(np.count_nonzero(trials)), 1)
         return Weights(self.values[trials], self.most, self.cut * inverse)

@@ -18,9 +18,9 @@ from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
 LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
 LEAST_OF_MOMENTS = 200  # trials from which Ppk by moments has an interval
-FAR = 100.0  # Ppk above which the spread is too small to be a measure
+MOST_PPK = 100.0  # Ppk above which the spread is too small to be a measure
 ONE_END = Estimate(math.nan, reason=Reason(Lack.SECOND_END))
-STILL = Estimate(math.nan, reason=Reason(Lack.SPREAD))
+NO_SPREAD = Estimate(math.nan, reason=Reason(Lack.SPREAD))
 
 
 class Performance(NamedTuple):
@@ -44,7 +44,7 @@ def by_percentiles(values: Array, sample: Sample, limit: Limit) -> Performance:
     if not sample.done.any():
         return Performance(NONE_DONE, NONE_DONE)
     if np.ptp(values[sample.done]) == 0:  # more trials would not change it
-        return Performance(STILL, STILL)
+        return Performance(NO_SPREAD, NO_SPREAD)
     # up to three percentiles determine one number: share the error among them
     shared = 1 - (1 - CONFIDENCE) / 3
     shares = (LOW, MIDDLE, HIGH)
@@ -82,7 +82,7 @@ def by_moments(
     else:
         middle, spread = as_sampled(values, sample, half)
     if not spread.value > 0:
-        return Performance(STILL, STILL)
+        return Performance(NO_SPREAD, NO_SPREAD)
     reason = middle.reason or spread.reason
     if not dependent and sample.done.sum() < LEAST_OF_MOMENTS:
         reason = Reason(Lack.TRIALS, needed=LEAST_OF_MOMENTS)
@@ -161,8 +161,8 @@ def _ratio(distance: float, spread: float) -> float:
 
 def _worth_printing(index: Estimate) -> Estimate:
     """Return the estimate, or the reason why its interval or number is not printed."""
-    if index.value > FAR or (index.sure and index.lower > FAR):
-        return Estimate(math.nan, reason=Reason(Lack.MORE_SPREAD, most=FAR))
+    if index.value > MOST_PPK or (index.sure and index.lower > MOST_PPK):
+        return Estimate(math.nan, reason=Reason(Lack.MORE_SPREAD, most=MOST_PPK))
     if index.reason or not index.sure:
         return Estimate(index.value, reason=index.reason)
     return index

@@ -11,7 +11,7 @@ from tolstat.statistics.intervals.as_sampled import few_dominate
 from tolstat.statistics.intervals.jackknife import HEAVY, PARTS, jackknifed, spreads
 from tolstat.statistics.intervals.replicates import WIDER
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.limits.capability import FAR, STILL
+from tolstat.statistics.limits.capability import MOST_PPK, NO_SPREAD
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.reason import Lack, Reason
 
@@ -101,14 +101,9 @@ def correlation_of_shares(first: Truths, second: Truths) -> float:
     """
     n = len(first) + 2
     both = np.count_nonzero(first & second)
-    first_count, second_count = (
-        np.count_nonzero(first) + 1,
-        np.count_nonzero(second) + 1,
-    )
-    spread = first_count * (n - first_count) * second_count * (n - second_count)
-    return min(
-        (n * both - first_count * second_count) / math.sqrt(spread), MOST_CORRELATED
-    )
+    a, b = np.count_nonzero(first) + 1, np.count_nonzero(second) + 1
+    spread = a * (n - a) * b * (n - b)
+    return min((n * both - a * b) / math.sqrt(spread), MOST_CORRELATED)
 
 
 def correlation_of_quantiles(
@@ -120,15 +115,10 @@ def correlation_of_quantiles(
     and gaps make it: that interval is no measure of the error.
     """
     a, b = quantiles
-    for values, quantile in ((first, a), (second, b)):
-        inside = np.sort(
-            values[(values >= quantile.lower) & (values <= quantile.upper)]
-        )
-        steps = np.diff(inside)
-        tied = any(np.count_nonzero(values == e) > 1 for e in quantile[1:3])
-        if tied or steps.max(initial=0.0) > MOST_STEP * (
-            quantile.upper - quantile.lower
-        ):
+    for values, (_, lower, upper, _) in ((first, a), (second, b)):
+        steps = np.diff(np.sort(values[(values >= lower) & (values <= upper)]))
+        tied = any(np.count_nonzero(values == end) > 1 for end in (lower, upper))
+        if tied or steps.max(initial=0.0) > MOST_STEP * (upper - lower):
             return 0.0
     return correlation_of_shares(first <= a.value, second <= b.value)
 
@@ -153,28 +143,23 @@ def difference_of_ppk(
     if trials < LEAST_OF_MOMENTS:
         return Estimate(math.nan, reason=Reason(Lack.TRIALS, needed=LEAST_OF_MOMENTS))
     if not (spreads(first) and spreads(second)):
-        return STILL
+        return NO_SPREAD
     a, b = (_ppk(x, limit) for x, limit in zip((first, second), limits, strict=True))
-    if max(a[0], b[0]) > FAR:
-        return STILL
+    if max(a[0], b[0]) > MOST_PPK:
+        return NO_SPREAD
     if few_dominate(first) or few_dominate(second):
         return Estimate(float(b[0] - a[0]), reason=HEAVY)
-    change, without = np.array([b[0] - a[0]]), (b[1:] - a[1:])[:, None]
-    (estimate,) = jackknifed(change, without)
-    half = WIDER * (
-        estimate.upper - estimate.value
-    )  # Ppk of skewed responses is not normal
-    return Estimate(estimate.value, estimate.value - half, estimate.value + half)
+    (change,) = jackknifed((b - a)[:, None])
+    half = WIDER * (change.upper - change.value)  # of skewed responses: not normal
+    return Estimate(change.value, change.value - half, change.value + half)
 
 
 def _ppk(values: Array, limit: Limit) -> Array:
     """Return Ppk by moments of all trials, and with each part left out."""
     centre = float(values.mean())
     x, part = values - centre, np.arange(len(values)) % PARTS
-    sums = (np.bincount(part, powers) for powers in (np.ones(len(x)), x, x**2))
-    n, first, second = (
-        sums_of_parts.sum() - np.append(0.0, sums_of_parts) for sums_of_parts in sums
-    )
+    sums = (np.bincount(part, power) for power in (np.ones(len(x)), x, x**2))
+    n, first, second = (s.sum() - np.append(0.0, s) for s in sums)
     mean = first / n
     sigma = np.sqrt(np.maximum(second - n * mean**2, 0.0) / (n - 1))
     margin = np.minimum(limit.upper - centre - mean, centre + mean - limit.lower)

@@ -30,7 +30,7 @@ class Verdict(StrEnum):
     UNDECIDED = "undecided"
 
 
-class Doubt(StrEnum):
+class Caveat(StrEnum):
     """Why a limit is undecided although trials would tell; or when it is met."""
 
     NONE = ""
@@ -40,7 +40,7 @@ class Doubt(StrEnum):
 
 
 MET, NOT_MET, UNDECIDED = Verdict
-INTEGRATION_ERROR, JUMP = Doubt.INTEGRATION_ERROR, Doubt.JUMP
+INTEGRATION_ERROR, JUMP = Caveat.INTEGRATION_ERROR, Caveat.JUMP
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 
 
@@ -58,7 +58,7 @@ class Yield(NamedTuple):
     # trials that decide an undecided verdict with a chance of 80 %; 0 otherwise, above
     # 1e9, and if integration errors leave it undecided
     needed: int
-    reason: Doubt = Doubt.NONE  # why it is undecided although trials would tell
+    reason: Caveat = Caveat.NONE  # why it is undecided although trials would tell
 
     @property
     def words(self) -> str:
@@ -113,7 +113,7 @@ def judged_with(
     done: Truths,
     good: Truths,
     share: Callable[[Truths], Estimate],
-) -> tuple[Verdict, Doubt]:
+) -> tuple[Verdict, Caveat]:
     """Return a verdict, and why it is undecided if integration errors can change it.
 
     It has to be the same for the trials `good` within the limit, for those within it
@@ -132,7 +132,7 @@ def judged_with(
         and not audited.permits(judged == MET, 1 - within_limit.upper, 1 - demanded)
     ):
         return UNDECIDED, INTEGRATION_ERROR
-    return judged, Doubt.NONE
+    return judged, Caveat.NONE
 
 
 def joint_yield(

@@ -40,16 +40,15 @@ class Clipped(NamedTuple):
     further: list[Array]
     steps: Array
 
-    def followed(self, without: Array, estimate: Callable[[Array], Array]) -> Array:
-        """Let the numbers without each part follow the ends: float64[part, number].
+    def followed(self, table: Array, estimate: Callable[[Array], Array]) -> Array:
+        """Let the numbers without each part follow the ends: see `jackknifed`.
 
         `estimate` returns the numbers of a response.
         """
         if self.light:
-            return without
-        numbers = estimate(self.values)
-        slopes = np.array([estimate(response) - numbers for response in self.further])
-        return np.asarray(without + self.steps @ slopes)
+            return table
+        slopes = np.array([estimate(response) - table[0] for response in self.further])
+        return np.concatenate([table[:1], table[1:] + self.steps @ slopes])
 
 
 def clipped(y: Array, among: Array) -> Clipped:

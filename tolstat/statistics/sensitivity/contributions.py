@@ -37,7 +37,7 @@ from tolstat.statistics.sensitivity.regression import (
     rank_regressions,
 )
 
-LEAST = 200  # trials from which the indices are given
+LEAST_TRIALS = 200  # trials from which the indices are given
 LARGEST_GROUP = 4  # contributors; in larger groups neighbours are too far apart
 
 
@@ -124,9 +124,8 @@ def contributions(
     """
     names, groups = list(deviations), groups or {}
     small = [g for g, members in groups.items() if len(members) <= LARGEST_GROUP]
-    spreading = {
-        name: y for name, y in responses.items() if len(y) >= LEAST and np.ptp(y) > 0
-    }
+    large = {name: y for name, y in responses.items() if len(y) >= LEAST_TRIALS}
+    spreading = {name: y for name, y in large.items() if np.ptp(y) > 0}
     if not spreading:
         return {name: _nothing(names, groups, y) for name, y in responses.items()}
     columns = list(deviations.values())
@@ -135,10 +134,8 @@ def contributions(
     # on two threads: NumPy and the neighbour search release the GIL
     central = {name: clipped(y, y) for name, y in spreading.items()}
     with ThreadPoolExecutor(1) as other:
-        found_near = other.map(
-            nearest,
-            [np.column_stack([deviations[n] for n in groups[g]]) for g in small],
-        )
+        members = ([deviations[n] for n in groups[g]] for g in small)
+        found_near = other.map(nearest, map(np.column_stack, members))
         alone = other.map(partial(_from_neighbours, rows), central.values())
         ranks = rank_regressions(columns, orders, list(spreading.values()))
     neighbours = list(found_near)
@@ -146,34 +143,29 @@ def contributions(
     # contributors of each group: float64[group, contributor]
     sums = np.array([[n in members for n in names] for members in groups.values()])
     sums = sums.reshape(len(groups), len(names)).astype(float)
+    single, total = np.eye(len(names)), np.ones((1, len(names)))
     straight = Regressed(columns, spreading) if independent else None
     answers = {}
     for response, y in responses.items():
         if response not in spreading:
             answers[response] = _nothing(names, groups, y)
             continue
-        regression, neighbour_shares = computed[response]
-        *coefficients, explained = jackknifed(*regression)
+        regression, shares = computed[response]
+        *coefficients, explained = jackknifed(regression)
         core, is_sparse = central[response], few_leave_a_point_mass(y)
         linear = straight is not None and not is_sparse and straight.linear(response)
         if straight and linear:
-            from_regression = partial(straight.shares, response)
-            first, summed = from_regression(np.eye(len(names))), from_regression(sums)
+            first, summed = (straight.shares(response, x) for x in (single, sums))
             together = dict(zip(groups, summed, strict=True))
             rest = straight.unexplained(response)
         else:
-            first, summed = (
-                neighbour_shares.sums(sums_of, is_sparse)
-                for sums_of in (np.eye(len(names)), sums)
-            )
-            (rest,) = neighbour_shares.sums(np.ones((1, len(names))), is_sparse)
+            tables = single, sums, total
+            first, summed, (rest,) = (shares.sums(x, is_sparse) for x in tables)
             rest = rest.complement
             joined = joint(neighbours, core.values)
-            joint_without = core.followed(joined[1], lambda v: joint(neighbours, v)[0])
-            joint_shares = dict(
-                zip(small, jackknifed(joined[0], joint_without), strict=True)
-            )
-            together = {group: _together(joint_shares.get(group)) for group in groups}
+            joined = core.followed(joined, lambda v: joint(neighbours, v)[0])
+            joined_shares = dict(zip(small, jackknifed(joined), strict=True))
+            together = {group: _together(joined_shares.get(group)) for group in groups}
         answers[response] = Contributions(
             dict(zip(names, coefficients, strict=True)),
             explained,
@@ -189,20 +181,19 @@ def contributions(
 
 
 class _Near(NamedTuple):
-    """First orders from neighbours: of all trials, and with one part left out.
+    """First orders from neighbours: see `jackknifed`.
 
     `missed` is how much smaller they are from trials two places apart.
     """
 
-    whole: Array
-    left_out: Array
+    table: Array
     missed: Array
 
     def sums(self, members: Array, is_sparse: bool) -> list[Estimate]:
         """Estimate sums of indices: float64[sum, contributor], 0 or 1."""
-        estimates = jackknifed(
-            members @ self.whole, self.left_out @ members.T, trusted=not is_sparse
-        )
+        first = self.table[0].copy()  # contiguous: sums do not depend on its strides
+        sums = [(members @ first)[None], self.table[1:] @ members.T]
+        estimates = jackknifed(np.concatenate(sums), trusted=not is_sparse)
         missed = (members @ self.missed).tolist()
         return [
             estimate._replace(upper=estimate.upper + more)
@@ -213,9 +204,8 @@ class _Near(NamedTuple):
 def _from_neighbours(rows: Sequence[Row], core: Clipped) -> _Near:
     """Return first orders of a clipped response, from neighbours."""
     estimate, y = partial(first_orders, rows), core.values
-    shares = estimate(y)
-    without = core.followed(first_orders_left_out(rows, y), estimate)
-    return _Near(shares, without, np.maximum(shares - estimate(y, 2), 0.0))
+    table = core.followed(first_orders_left_out(rows, y), estimate)
+    return _Near(table, np.maximum(table[0] - estimate(y, 2), 0.0))
 
 
 def _together(joined: Estimate | None) -> Estimate:

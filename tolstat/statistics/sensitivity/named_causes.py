@@ -24,9 +24,9 @@ from tolstat.statistics.sensitivity.pairs import Together, pairs
 LEAST = 10  # units out of limit from which causes are named
 TELLING = 40  # with which four of five studies name the right ones
 MOST = 0.5  # share out of limit above which none are named
-NONE = Difference(math.nan, math.nan, 1.0)
-EQUAL = 0.01  # relative difference of effects below which parts are equal
-APART = 0.002  # level at which two of these, or of one kind, differ
+UNTESTED = Difference(math.nan, math.nan, 1.0)
+ALIKE = 0.01  # relative difference of effects below which parts are equal
+DIFFERS = 0.002  # level at which two of these, or of one kind, differ
 
 
 class Effect(NamedTuple):
@@ -110,10 +110,8 @@ def named_causes(
             for key, difference in tests[response].items()
             if isinstance(key, str) or key[0] in ("", response)
         }
-        corrected = 2 * holm(
-            np.array([difference.level for difference in raw.values()])
-        )
-        levels = dict(zip(raw, np.minimum(corrected, 1.0).tolist(), strict=True))
+        doubled = 2 * holm(np.array([difference.level for difference in raw.values()]))
+        levels = dict(zip(raw, np.minimum(doubled, 1.0).tolist(), strict=True))
         parts: list[Named] = []
         if response in tested:
             alone = {n: levels.get(("", n), 1.0) if n in batches else levels[n]
@@ -126,8 +124,9 @@ def named_causes(
                 if level < CLEAR and not any({*batch} & {*e.members} for e in parts):
                     parts.append(Named(batch, level, correlated=True))
         complete = [{*part.members} for part in parts if len(part.members) > 2]
+        corrected = {n: raw[n]._replace(level=levels[n]) for n in names if n in raw}
         causes[response] = NamedCauses(
-            {n: raw[n]._replace(level=levels[n]) if n in raw else NONE for n in names},
+            {n: corrected.get(n, UNTESTED) for n in names},
             sorted(parts, key=lambda part: part.level),
             [pair for pair in together.get(response, ())
              if not any(members >= {*pair.members} for members in complete)],
@@ -150,7 +149,7 @@ def equal_parts(effects: Mapping[str, Effect]) -> list[tuple[str, ...]]:
 
 def _equal(first: Effect, second: Effect) -> bool:
     a, b = abs(first.size), abs(second.size)
-    return first.distribution == second.distribution and abs(a - b) < EQUAL * max(a, b)
+    return first.distribution == second.distribution and abs(a - b) < ALIKE * max(a, b)
 
 
 def _parts(
@@ -173,7 +172,7 @@ def _parts(
             if n != lead and not any(n in cause.members for cause in named)
             and (n in same or (n in remaining and kind and effects[n].kind == kind))
         ]  # fmt: skip
-        least = APART / max(len(peers) * (len(peers) + 1) / 2, 1)  # of all pairs
+        least = DIFFERS / max(len(peers) * (len(peers) + 1) / 2, 1)  # of all pairs
         differing = {n for n in peers if _level_apart(z[lead], z[n]) < least}
         members = tuple(n for n in z if n == lead or n in {*peers} - differing)
         named.append(Named(members, remaining[lead]))

@@ -49,17 +49,17 @@ def first_orders(rows: Sequence[Row], y: Array, distance: int = 1) -> Array:
 
 
 def first_orders_left_out(rows: Sequence[Row], y: Array) -> Array:
-    """Return the same with one part left out: float64[part, contributor]."""
+    """Return the same of all trials, then without each part: see `jackknifed`."""
     n = len(y)
     centred = y - y.mean()
     part = np.arange(n) % PARTS
     sizes = n - np.bincount(part, minlength=PARTS)
     sums = centred.sum() - np.bincount(part, centred, PARTS)
-    squares = (
-        np.sum(centred**2) - np.bincount(part, centred**2, PARTS) - sums**2 / sizes
-    )
+    squares = np.sum(centred**2) - np.bincount(part, centred**2, PARTS)
+    squares = squares - sums**2 / sizes
     sums = np.array([row.differences_left_out(centred) for row in rows])
-    return np.asarray(1 - sums.T / (2 * squares)[:, None])
+    without = 1 - sums.T / (2 * squares)[:, None]
+    return np.concatenate([first_orders(rows, y)[None], without])
 
 
 def nearest(X: Array) -> Integers:
@@ -80,11 +80,11 @@ def nearest(X: Array) -> Integers:
     return nearest_trial
 
 
-def joint(neighbours: Sequence[Integers], y: Array) -> tuple[Array, Array]:
+def joint(neighbours: Sequence[Integers], y: Array) -> Array:
     """Estimate the share due to groups: covariance of neighbours over the variance.
 
     `neighbours` holds for each group the trial nearest to each trial. Returns
-    float64[group] of all trials, and float64[part, group] with one part left out.
+    float64[1 + part, group]: of all trials, then without each part.
     """
     centred = y - y.mean()
     products = np.array([centred * centred[neighbour] for neighbour in neighbours])
@@ -94,4 +94,4 @@ def joint(neighbours: Sequence[Integers], y: Array) -> tuple[Array, Array]:
     of_squares = np.array([squares[p::PARTS].sum() for p in range(PARTS)])
     sums, all_squares = parts.sum(axis=0), of_squares.sum()
     without = (sums - parts) / (all_squares - of_squares)[:, None]
-    return sums / all_squares, without
+    return np.concatenate([[sums / all_squares], without])

@@ -17,7 +17,7 @@ from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both outer"
 MORE = "several"  # than two
 LEAST_EXPLAINED = 0.4  # share of the units out of limit that a pair explains
-FAR = 0.05  # outer part of all trials, unless more are out of limit
+OUTER_SHARE = 0.05  # outer part of all trials, unless more are out of limit
 ONE_WAY = 0.9  # share of the units from which a contributor has one direction
 SHIFTED = 3.0  # standard errors of a mean
 MOST_NEAR = 0.8  # of the errors: those of pairs with a clear contributor
@@ -25,7 +25,7 @@ MOST_NEAR = 0.8  # of the errors: those of pairs with a clear contributor
 # corrected for their number, if it is no more than this below the product of the pair.
 JOINS, COMPARABLE = 0.005, 3.5
 # It may be in the place of a member from here on (1 % of innocent ones), and that near.
-RIVAL, NEAR = 2.58, 2.5
+RIVAL, NEAR_RIVAL = 2.58, 2.5
 
 
 class Together(NamedTuple):
@@ -103,22 +103,19 @@ class _Scores:
     """Scores of the units out of one limit, float64[contributor, unit]."""
 
     def __init__(
-        self,
-        deviations: Mapping[str, Array],
-        remainders: Mapping[str, Array],
-        out: Truths,
+        self, deviations: Mapping[str, Array], rests: Mapping[str, Array], out: Truths
     ) -> None:
         self.names = list(deviations)
-        far, own_far = (
+        distances, distances_of_rests = (
             {n: np.abs(x - np.median(x)) for n, x in columns.items()}
-            for columns in (deviations, remainders)
+            for columns in (deviations, rests)
         )
         self.z, self.far, self.own, self.own_far = (
             np.array([scores(x, out, n) for n, x in columns.items()])
-            for columns in (deviations, far, remainders, own_far)
+            for columns in (deviations, distances, rests, distances_of_rests)
         )
         self.units = self.z.shape[1]
-        self.of_all = min(max(FAR, float(out.mean())), 0.5)
+        self.of_all = min(max(OUTER_SHARE, float(out.mean())), 0.5)
         self.two_ends, self.one_end = -ndtri(self.of_all / 2), -ndtri(self.of_all)
         self.alone = [self._alone(row) for row in self.z]
 
@@ -139,11 +136,9 @@ class _Scores:
         for w, k in np.argwhere(levels < CLEAR).tolist():
             pair = int(i[k]), int(j[k])
             how = BOTH_FAR if w else SUM if signed[k] > 0 else DIFFERENCE
-            candidate = self._together(pair, float(levels[w, k]), how)
+            new = self._together(pair, float(levels[w, k]), how)
             linked[pair] = max(
-                linked.get(pair, candidate),
-                candidate,
-                key=lambda e: (_explains(e), -e.level),
+                linked.get(pair, new), new, key=lambda e: (_explains(e), -e.level)
             )
         named: list[Together] = []
         while linked:
@@ -157,9 +152,7 @@ class _Scores:
                 len({*new.members} & {*e.members}) > 1 for e in named
             ):  # fmt: skip
                 named.append(new)
-        return sorted(
-            named, key=lambda combination: (-combination.far.value, combination.level)
-        )
+        return sorted(named, key=lambda e: (-e.far.value, e.level))
 
     def _all_of(self, pair: tuple[int, ...], how: str) -> tuple[tuple[int, ...], bool]:
         """Return a pair with those that join it, and whether a third may be of it."""
@@ -175,7 +168,7 @@ class _Scores:
             most = float(product.max())
             level = (1 if both else 2) * float(ndtr(-most)) * (count - len(members))
             if level >= JOINS or most < of_pair - COMPARABLE:
-                doubtful = most > max(RIVAL, of_pair - NEAR)
+                doubtful = most > max(RIVAL, of_pair - NEAR_RIVAL)
                 return tuple(sorted(members)), doubtful and len(members) == 2
             members.append(int(product.argmax()))
         return tuple(sorted(members)), False
@@ -216,9 +209,8 @@ def _weaker(tested: Array, *references: Array) -> Array:
 
     Zero if the signs of the products differ.
     """
-    products = [
-        tested @ (z / np.linalg.norm(z, axis=1, keepdims=True)).T for z in references
-    ]
+    units = (z / np.linalg.norm(z, axis=1, keepdims=True) for z in references)
+    products = [tested @ unit.T for unit in units]
     products += [product.T for product in products]
     signs = np.sign(products)
     same = np.all(signs == signs[0], axis=0)

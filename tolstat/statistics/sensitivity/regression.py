@@ -45,7 +45,7 @@ class Regressed:
                                for c in cov])  # fmt: skip
             self._shares[name] = shares
             r = shares.sum(axis=1, keepdims=True)
-            self.explained[name] = jackknifed(r[0], r[1:])[0]
+            self.explained[name] = jackknifed(r)[0]
 
     def linear(self, response: str) -> bool:
         """Return whether the regression explains nearly all of a response.
@@ -60,21 +60,19 @@ class Regressed:
 
         Upper ends include the remainder, which may be any contributor's.
         """
-        sums_of_shares = self._shares[response] @ sums.T
         rest = max(1 - self.explained[response].lower, 0.0)
         return [
             estimate._replace(
                 lower=max(estimate.lower, 0.0), upper=min(estimate.upper + rest, 1.0)
             )
-            for estimate in jackknifed(sums_of_shares[0], sums_of_shares[1:])
+            for estimate in jackknifed(self._shares[response] @ sums.T)
         ]
 
     def unexplained(self, response: str) -> Estimate:
         """Estimate the share of interactions: at most the remainder."""
         remainder = 1 - self._shares[response].sum(axis=1, keepdims=True)
         remainder = np.maximum(remainder.round(12), 0.0)  # without rounding errors
-        estimate = jackknifed(remainder[0], remainder[1:])[0]
-        return estimate._replace(lower=0.0)
+        return jackknifed(remainder)[0]._replace(lower=0.0)
 
 
 def _shares_of(among: Array, with_y: Array, variance: float) -> Array:
@@ -102,12 +100,12 @@ def rank_regressions(
     deviations: Sequence[Array],
     orders: Sequence[Integers],
     responses: Sequence[Array],
-) -> list[tuple[Array, Array]]:
+) -> list[Array]:
     """Regress ranks on ranks: standardised coefficients and the share explained.
 
     `orders` holds the trials in ascending order of each deviation. Returns for each
-    response float64[contributor + 1] of all trials, and float64[part, contributor + 1]
-    with one part left out. The other parts are ranked again: ranks of all trials would
+    response float64[1 + part, contributor + 1]: of all trials, then without each part.
+    The other parts are ranked again: ranks of all trials would
     hide their scatter.
     """
     k = len(deviations)
@@ -115,10 +113,10 @@ def rank_regressions(
     columns += [_Column(y, ascending(y)) for y in responses]
     regressions = np.empty((PARTS + 1, len(responses), k + 1))
     ranks = np.empty((len(columns), len(orders[0])))
-    for part in range(PARTS + 1):  # the last one leaves out none
+    for part in range(-1, PARTS):  # the first one leaves out none
         for row, column in zip(ranks, columns, strict=True):
             row[:] = column.centred_ranks(part)
-        if part < PARTS:
+        if part >= 0:
             ranks[:, part::PARTS] = 0.0
         # of whole numbers: these sums are exact up to 300 000 trials
         products = ranks @ ranks.T
@@ -128,8 +126,8 @@ def rank_regressions(
         for i in range(len(responses)):
             g = correlations[:k, k + i]
             coefficients, *_ = np.linalg.lstsq(correlations[:k, :k], g, rcond=None)
-            regressions[part, i] = np.append(coefficients, coefficients @ g)
-    return [(regressions[-1, i], regressions[:-1, i]) for i in range(len(responses))]
+            regressions[part + 1, i] = np.append(coefficients, coefficients @ g)
+    return list(regressions.swapaxes(0, 1))
 
 
 class _Column:

@@ -12,7 +12,7 @@ from tolstat.statistics.intervals.jackknife import PARTS, jackknifed
 from tolstat.statistics.reason import Lack, Reason
 from tolstat.statistics.sensitivity.clipping import clipped, few_leave_a_point_mass
 
-LEAST = 500  # groups from which indices are given
+LEAST_GROUPS = 500  # groups from which indices are given
 
 
 class Indices(NamedTuple):
@@ -38,27 +38,24 @@ def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
     for the first order; (f), after Jansen, for the total.
     """
     n = len(groups)
-    if n < LEAST or np.ptp(groups[:, :2]) == 0:
+    if n < LEAST_GROUPS or np.ptp(groups[:, :2]) == 0:
         group = groups.shape[1]
-        needed = {"needed": LEAST, "size": group, "trials": LEAST * group}
-        reason = Reason(Lack.GROUPS, **needed)
+        reason = Reason(
+            Lack.GROUPS, needed=LEAST_GROUPS, size=group, trials=LEAST_GROUPS * group
+        )
         if n and np.ptp(groups[:, :2]) == 0:
             reason = Reason(Lack.SPREAD)
         none = Estimate(math.nan, reason=reason)
         return dict.fromkeys(factors, Indices(none, none))
-    first_two = groups[:, :2]
-    core, is_sparse = (
-        clipped(groups, first_two),
-        few_leave_a_point_mass(first_two.ravel()),
-    )
+    random = groups[:, :2]
+    core, is_sparse = clipped(groups, random), few_leave_a_point_mass(random.ravel())
     part = np.arange(n) % PARTS
-    without = np.array([_indices(core.values[part != p]) for p in range(PARTS)])
-    without = core.followed(without, _indices)
-    estimates = jackknifed(_indices(core.values), without, trusted=not is_sparse)
+    chosen = [core.values, *(core.values[part != p] for p in range(PARTS))]
+    table = core.followed(np.array([_indices(values) for values in chosen]), _indices)
+    estimates = jackknifed(table, trusted=not is_sparse)
     k = len(factors)
-    return {
-        name: Indices(estimates[i], estimates[k + i]) for i, name in enumerate(factors)
-    }
+    pairs = map(Indices, estimates[:k], estimates[k:])
+    return dict(zip(factors, pairs, strict=True))
 
 
 def _indices(groups: Array) -> Array:
