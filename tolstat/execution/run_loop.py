@@ -17,8 +17,8 @@ from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.statistics.intervals.convergence import FIRST, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
-from tolstat.store.recorder import Recorder
 from tolstat.store.run_records import Audited, Diagnostics, Stopped
+from tolstat.store.run_writer import Recorder
 from tolstat.store.stored_run import Run
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study
