@@ -16,10 +16,10 @@ from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.lock import Lock
+from tolstat.store.memory_recorder import MemoryRecorder
 from tolstat.store.open_run import existing
 from tolstat.store.open_run import open as open_run
 from tolstat.store.provenance import now
-from tolstat.store.recorder import MemoryRecorder
 from tolstat.store.run_writer import RunWriter
 from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.store.temporary_files import check_replaceable

@@ -16,7 +16,7 @@ from tolstat.deviations.spread import Spread, reach_of, spread_of
 from tolstat.errors import StudyError
 from tolstat.execution.trial_table import Trials
 from tolstat.model.checked import impossible, model_warnings, numbers_of
-from tolstat.model.description import Contributor, Response, StudyNumber
+from tolstat.model.description import Contributor, Response
 from tolstat.model.settings import settings_of
 from tolstat.model.view import typed_unit
 from tolstat.status import Status, words_of
@@ -79,7 +79,10 @@ def plan_of(study: Study) -> Plan:
         words=words_of(model.failures),
         grid=tuple(axis.name for axis in points.swept) if points else (),
         reference=records.Reference(*study.reference) if study.reference else None,
-        numbers=_numbers(study, spreads, independent=independent),
+        # those of a grid would change with its settings
+        numbers=()
+        if points
+        else numbers_of(model, study.settings, spreads, independent=independent),
         notes=study.notes,
         assumptions=tuple(model.assumptions),
         made={**provenance(), "started_at": now()},
@@ -195,15 +198,6 @@ def _ranks(study: Study) -> dict[str, dict[str, float]]:
     for (first, second), rank in study.deviating.dependence.correlations.items():
         ranks.setdefault(first, {})[second] = rank
     return ranks
-
-
-def _numbers(
-    study: Study, spreads: Mapping[str, Spread], *, independent: bool
-) -> tuple[StudyNumber, ...]:
-    """Return the model's numbers of the study; none for a grid."""
-    if study.points:
-        return ()
-    return numbers_of(study.model, study.settings, spreads, independent=independent)
 
 
 def assumed_of(

@@ -17,8 +17,8 @@ from tolstat.execution.verification import check_block
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
-from tolstat.store.recorder import Recorder
 from tolstat.store.run_records import Audited, Diagnostics
+from tolstat.store.run_writer import Recorder
 from tolstat.store.stored_run import Run
 from tolstat.study.study import Study
 

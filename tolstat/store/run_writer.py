@@ -10,7 +10,7 @@ import os
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -32,14 +32,16 @@ from tolstat.store import layout, temporary_files
 from tolstat.store.checksums import clock_of, fingerprints, seconds_of
 from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, NOMINAL, Rows
 from tolstat.store.lock import Lock, is_still
+from tolstat.store.memory_recorder import MemoryRecorder
 from tolstat.store.plan import STATUS
-from tolstat.store.recorder import Blocks, Recorder
 from tolstat.store.stored_run import IN_MEMORY, Run
 
 SAFE_EVERY = 2.0  # s, between two writes to the disk
 
+Blocks = list[tuple[int, Answers]]
 
-class RunWriter(Recorder):
+
+class RunWriter(AbstractContextManager["RunWriter"]):
     """The one process that writes a run file: `made` or `opened`.
 
     A run that replaces another waits under another name until trials are stored: the
@@ -170,7 +172,9 @@ class RunWriter(Recorder):
 
     def write_nominal(self, outcome: Answers) -> None:
         """Store the nominal trial."""
-        values = {f"{NOMINAL}/{name}": v for name, v in self._filled(outcome).items()}
+        values = {
+            f"{NOMINAL}/{name}": v for name, v in self.run.columns_of(outcome).items()
+        }
         with self._writing() as rows:
             for name in rows.of_nominal:
                 rows.write(name, values[name])
@@ -188,7 +192,7 @@ class RunWriter(Recorder):
         blocks = _in_a_row(self._unsafe)
         with self._writing() as rows:
             for trials, outcome in blocks:
-                columns = self._filled(outcome)
+                columns = self.run.columns_of(outcome)
                 for name in columns.keys() - {STATUS}:
                     rows.write(name, columns[name], trials.start)
                 columns |= self._inputs(trials)
@@ -296,6 +300,9 @@ class RunWriter(Recorder):
                 RuntimeWarning,
                 stacklevel=2,
             )
+
+
+Recorder = RunWriter | MemoryRecorder  # what a run is recorded with
 
 
 def save(run: Run, path: str | os.PathLike[str], *, force: bool = False) -> Run:

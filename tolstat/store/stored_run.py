@@ -272,6 +272,13 @@ class Run(Plan):
         steps = None if self.steps is None else self.steps[trials]
         return Answers(responses, self.status[trials].astype(np.int64), steps)
 
+    def columns_of(self, outcome: Answers) -> dict[str, NDArray[Any]]:
+        """Return the columns that trials with these answers fill."""
+        names = [response.name for response in self.responses]
+        columns = dict[str, NDArray[Any]](zip(names, outcome.responses.T, strict=True))
+        columns[STATUS] = outcome.status.astype(np.uint8)
+        return columns if outcome.steps is None else columns | {STEPS: outcome.steps}
+
     @cached_property
     def nominal_values(self) -> dict[str, Any]:
         """Responses (SI), status (a word) and steps of the nominal trial."""
