@@ -28,7 +28,7 @@ import numpy as np
 import tolstat
 from tests.conftest import TOY_STUDY, Toy
 from tests.execution.rare_chain import CHAIN as RARE
-from tests.store.test_checks import everything
+from tests.store.tampering import everything
 from tolstat.errors import TolstatError
 from tolstat.store import run_writer
 
@@ -82,9 +82,9 @@ def act(what, folder):
     """Do one of these in a process that will be killed; each block is a commit."""
     os.chdir(folder)
     run_writer.SAFE_EVERY = 0.0
-    from tolstat.execution.workers import crew
+    from tolstat.execution.workers import block_scheduler
 
-    crew.FIRST_BLOCK, crew.GROWTH = BLOCK, 1
+    block_scheduler.FIRST_BLOCK, block_scheduler.GROWTH = BLOCK, 1
     from tolstat.answers.report.report_answer import Report
 
     Report.html = lambda self: "a page"  # takes longer than all else
@@ -112,7 +112,7 @@ def prepared(folder, there):
             tolstat.run("b.toml", output=path)
         elif there == "part":
             from tolstat.execution.execute import execute
-            from tolstat.execution.workers.crew import Workers
+            from tolstat.execution.workers.block_scheduler import Workers
             from tolstat.study.study import load
 
             looks = []

@@ -35,7 +35,7 @@ def pytest_collection_modifyitems(items):
 def _in_the_project(monkeypatch):
     """Let studies be named as the README does; forget machines that a test loads."""
     monkeypatch.chdir(ROOT)
-    monkeypatch.setattr(catalogue, "_given", {**catalogue._given})
+    monkeypatch.setattr(catalogue, "_custom", {**catalogue._custom})
     monkeypatch.setattr(catalogue, "_places", {**catalogue._places})
     # rich reads these: the same width on every machine
     monkeypatch.setitem(os.environ, "COLUMNS", "1000")

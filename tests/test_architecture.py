@@ -41,7 +41,7 @@ PLANTED = [
     ("study/read.py", "import tolstat.store.stored_run", "floors import only downward"),
     (
         "render/again.py",
-        "import tolstat.execution.workers.crew",
+        "import tolstat.execution.workers.block_scheduler",
         "floors import only downward",
     ),
     (

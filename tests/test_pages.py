@@ -14,8 +14,7 @@ import pytest
 
 import tolstat
 from tests.conftest import ROOT
-from tests.model.rich import Rich
-from tests.model.test_settings import WRITTEN
+from tests.model.rich import WRITTEN, Rich
 from tolstat.cli.main import main
 from tolstat.deviations.distributions import DISTRIBUTIONS
 from tolstat.deviations.draw import SAMPLERS

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         Span,
     )
     from tolstat.store.open_run import open
+    from tolstat.store.run_writer import save
     from tolstat.store.stored_run import Run
     from tolstat.units.grammar import Measure, Range
 
@@ -65,6 +66,7 @@ _NAMES = {
         "Region", "Span",
     ),
     "tolstat.store.open_run": ("open",),
+    "tolstat.store.run_writer": ("save",),
     "tolstat.store.stored_run": ("Run",),
     "tolstat.units.grammar": ("Measure", "Range"),
 }  # fmt: skip
@@ -76,8 +78,8 @@ __all__ = [
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
     "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "column",
     "compare", "evaluate", "extend", "fresh_study", "limited", "models", "new_study",
-    "open", "replay", "report", "resume", "run", "setting", "summary", "trajectory",
-    "verify", "view", "what_if",
+    "open", "replay", "report", "resume", "run", "save", "setting", "summary",
+    "trajectory", "verify", "view", "what_if",
 ]  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from contextlib import chdir
 from importlib.metadata import entry_points
 from pathlib import Path
 
-from tolstat.errors import Advice, ModelError, allowed_names, told
+from tolstat.errors import Advice, ModelError, Remedy, allowed_names, told
 from tolstat.model.checked import check_model
 from tolstat.model.contract import Model
 
@@ -22,13 +22,13 @@ MACHINES = {
 }
 GROUP = "tolstat.machines"  # entry points of installed packages
 ANY = "FILE.py:NAME"
-_given: dict[str, Model] = {}  # on the command line, for this process
+_custom: dict[str, Model] = {}  # on the command line, for this process
 _places: dict[str, str] = {}  # where these came from
 
 
 def names() -> list[str]:
     """Return the names of all models."""
-    return list(dict.fromkeys([*_installed(), *_given]))
+    return list(dict.fromkeys([*_installed(), *_custom]))
 
 
 def _installed() -> list[str]:
@@ -58,32 +58,32 @@ def find(model: str | Model) -> Model:
     """
     if not isinstance(model, str):
         return check_model(model)
-    if model in _given:
-        return _given[model]
+    if model in _custom:
+        return _custom[model]
     if model in MACHINES:
         module, kind = MACHINES[model]
         return check_model(getattr(importlib.import_module(module), kind))
     for point in entry_points(group=GROUP, name=model):
         try:
-            found = check_model(point.load())
+            loaded = check_model(point.load())
         except Exception as error:
             message = f"{point.value} cannot be loaded: {told(error)}"
             raise ModelError(message) from error
-        if found.name != model:
-            raise ModelError(f"the model of {point.value} has the name '{found.name}'")
-        return found
+        if loaded.name != model:
+            raise ModelError(f"the model of {point.value} has the name '{loaded.name}'")
+        return loaded
     raise ModelError(
         f"no model is called '{model}'; {allowed_names(model, names())}",
-        Advice("custom model"),
+        Advice(Remedy.CUSTOM_MODEL),
     )
 
 
-def load(place: str) -> Model:
+def load(source: str) -> Model:
     """Return a custom model; from now on this process finds it by its name.
 
     Parameters
     ----------
-    place : str
+    source : str
         "FILE.py:NAME": a Python file, and the class or object in it.
 
     Raises
@@ -91,10 +91,12 @@ def load(place: str) -> Model:
     ModelError
         If the file cannot be run, or has no such model.
     """
-    file, _, name = place.rpartition(":")
+    file, _, name = source.rpartition(":")
     path = Path(file)
     if not file or not name.isidentifier():
-        raise ModelError(f"'{place}': FILE.py:NAME is expected, such as stack.py:Stack")
+        raise ModelError(
+            f"'{source}': FILE.py:NAME is expected, such as stack.py:Stack"
+        )
     if not path.is_file():
         raise ModelError(f"{path}: no such file")
     module_name = f"tolstat_machine_{path.stem}"
@@ -114,17 +116,18 @@ def load(place: str) -> Model:
     finally:
         sys.path.pop(0)
     if not hasattr(module, name):
-        own = [
+        models = [
             key
             for key, value in vars(module).items()
             if isinstance(value, Model)
             or (isinstance(value, type) and issubclass(value, Model) and value != Model)
         ]
-        raise ModelError(f"{path} has no {name}; {allowed_names(name, own)}")
-    found = check_model(getattr(module, name))
-    if found.name in _installed():
+        raise ModelError(f"{path} has no {name}; {allowed_names(name, models)}")
+    model = check_model(getattr(module, name))
+    if model.name in _installed():
         raise ModelError(
-            f"{place}: '{found.name}' is the name of an installed model; choose another"
+            f"{source}: '{model.name}' is the name of an installed model; choose "
+            "another"
         )
-    _given[found.name], _places[found.name] = found, place
-    return found
+    _custom[model.name], _places[model.name] = model, source
+    return model

@@ -2,6 +2,7 @@
 
 import difflib
 from collections.abc import Iterable
+from enum import StrEnum
 from pathlib import Path
 from traceback import TracebackException
 from typing import Any, NamedTuple
@@ -11,12 +12,27 @@ from tolstat.synonyms import names_of
 LONGEST = 1000  # characters of the message of another's error
 
 
+class Remedy(StrEnum):
+    """What to do after an error; commands are named where it is worded."""
+
+    RUN = "run"
+    REPAIR = "repair"
+    RESUME = "resume"
+    RESUME_REGARDLESS = "resume regardless"
+    RUN_AGAIN = "run again"
+    REPLACE = "replace"
+    REPLACE_RUN = "replace run"
+    EXTEND = "extend"
+    EXPORT = "export"
+    PLOT = "plot"
+    REPORT = "report"
+    CUSTOM_MODEL = "custom model"
+
+
 class Advice(NamedTuple):
     """A remedy for an error; the command line prints the command to type."""
 
-    # "run", "repair", "resume", "resume regardless", "run again", "replace", "replace
-    # run", "extend", "export", "plot", "report", "custom model"
-    what: str
+    remedy: Remedy
     path: Path = Path()  # the run file, or the study to run
     machine: str = ""  # FILE.py:NAME of a custom model
     # total number of trials, of an extension or of a run that replaces one
@@ -110,9 +126,9 @@ class StoppedError(TolstatError):
 
 def told(error: BaseException) -> str:
     """Return kind and message of an error in code of others, cut where it is long."""
-    found = TracebackException(type(error), error, None)
-    found.__notes__ = []  # they would come last
-    words = [*found.format_exception_only()][-1].strip()
+    exception = TracebackException(type(error), error, None)
+    exception.__notes__ = []  # they would come last
+    words = [*exception.format_exception_only()][-1].strip()
     return words if len(words) <= LONGEST else f"{words[:LONGEST]} ..."
 
 
@@ -124,10 +140,10 @@ def allowed_names(wrong: str, allowed: Iterable[str]) -> str:
     it.
     """
     names = list(allowed)
-    near = names_of(wrong, names) or [
+    similar = names_of(wrong, names) or [
         (name, "") for name in difflib.get_close_matches(wrong, names, n=3, cutoff=0.6)
     ]
-    if near:
-        meant = " or ".join(f"'{name}'{more}" for name, more in near)
+    if similar:
+        meant = " or ".join(f"'{name}'{more}" for name, more in similar)
         return f"did you mean {meant}?"
     return "allowed: " + (", ".join(names) if names else "none")

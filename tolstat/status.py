@@ -36,8 +36,8 @@ def words_of(failures: Iterable[str] = ()) -> dict[int, str]:
     Those of `Status` first, then those of `Model.failures`: why a trial may have no
     answer.
     """
-    own = {FIRST_OWN + i: word for i, word in enumerate(failures)}
-    return {**{int(status): status.word for status in Status}, **own}
+    of_model = {FIRST_OWN + i: word for i, word in enumerate(failures)}
+    return {**{int(status): status.word for status in Status}, **of_model}
 
 
 def status_words(

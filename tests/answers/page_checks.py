@@ -20,6 +20,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from tests.answers.browser import Page, asked, look, printed, scroll_widths
+from tolstat.answers.report.first_page import first_page
 from tolstat.cli.main import main
 from tolstat.document.blocks import (
     Bullets,
@@ -361,3 +362,11 @@ def rows_out_of_sight_make_no_row_high_on_a_phone(path, folder, most):
     rows = f"[...document.querySelectorAll('.dense tbody tr')].map({height})"
     high = asked(path, folder, 390, rows)
     assert len(high) >= 2 and max(high) <= most
+
+
+def steps_of(found):
+    """What the first page says to do next."""
+    for block in first_page(found):
+        if isinstance(block, Section) and block.title == "What to do next":
+            return [as_text(item) for item in block.blocks[0].items]
+    return []

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import pytest
 
 import tolstat
-from tests.cli.test_commands import call
+from tests.cli.command_line import call
 from tests.conftest import Toy
 from tests.model.rich import Rich
 from tolstat import catalogue

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import tolstat
+from tests.answers.picture_checks import nothing_overlaps
 from tolstat.answers.sweep.curves import sweeps, swept_axis
 from tolstat.answers.sweep.sweep_figure import sweep_plot
 from tolstat.answers.views.replay import replay
@@ -46,36 +46,6 @@ def grid(tmp_path_factory):
         '[limits]\nextra_loss_run = "<= 3 %"\nyaw = "-2..2 mrad"\n'
     )
     return tolstat.run(study)
-
-
-def texts(figure):
-    """Bounding boxes of all words, by what they say."""
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    found = []
-    for axes in figure.axes:
-        shown = [axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label]
-        if axes.get_legend():
-            shown += axes.get_legend().get_texts()
-        for axis in (axes.xaxis, axes.yaxis):
-            low, high = sorted(axis.get_view_interval())
-            ticks = [t for t in axis.get_major_ticks() if low <= t.get_loc() <= high]
-            shown += [label for t in ticks for label in (t.label1, t.label2)]
-        found += [t for t in shown if t.get_text() and t.get_visible()]
-    found.append(figure._suptitle)
-    boxes = [(t.get_text(), t.get_window_extent(canvas.get_renderer())) for t in found]
-    width, height = canvas.get_width_height()
-    for words, box in boxes:
-        assert box.x0 >= -1 and box.x1 <= width + 1, words
-        assert box.y0 >= -1 and box.y1 <= height + 1, words
-    return boxes
-
-
-def nothing_overlaps(figure):
-    boxes = texts(figure)
-    for i, (words, box) in enumerate(boxes):
-        for other, against in boxes[:i]:
-            assert not box.overlaps(against), (words, other)
 
 
 def test_histories(machine):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tests.answers.test_pictures import nothing_overlaps
+from tests.answers.picture_checks import nothing_overlaps
 from tests.model.rich import Rich
 from tolstat import catalogue
 from tolstat.answers.views.evaluate import view_of
@@ -218,7 +218,7 @@ def test_an_inconsistent_view_is_refused(what, words):
 def test_on_the_command_line(tmp_path, monkeypatch):
     from click.testing import CliRunner
 
-    monkeypatch.setitem(catalogue._given, "rich", Rich())
+    monkeypatch.setitem(catalogue._custom, "rich", Rich())
     study = tmp_path / "rich.toml"
     study.write_text(
         'model = "rich"\ntrials = 50\nseed = 1\n[deviations]\nA1 = "+-1 um"\n'

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.conftest import ROOT
-from tolstat.execution.diagnostics.audit import choose
+from tolstat.execution.diagnostics.audit_selection import select
 from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.checked import tightened
 from tolstat.statistics.integration_error import integration_error
 from tolstat.study.study import load
@@ -41,8 +41,8 @@ def main() -> None:
         zip([r.name for r in study.description.responses], answers.responses.T,
             strict=True)
     )  # fmt: skip
-    choices = [choose(trials, study.limits, seed) for seed in range(CHOICES)]
-    print(f"{len(choices[0].trials)} of {trials.over} trials are chosen")
+    choices = [select(trials, study.limits, seed) for seed in range(CHOICES)]
+    print(f"{len(choices[0].trials)} of {trials.ended} trials are chosen")
     for name in study.limits:
         values, truth = trials.response(name), precise[name]
         true = np.array(moves(values, truth))

@@ -19,15 +19,12 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from statistics import median
-from types import FunctionType, SimpleNamespace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tests.benchmarks.engines import REPEATS, seconds
 from tests.conftest import ROOT
-from tolstat.machines.rolling_block import motion as equations
 from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.modes import (
     Modes,
@@ -35,23 +32,16 @@ from tolstat.machines.rolling_block.modes import (
     modes_of,
     moments,
 )
-from tolstat.machines.rolling_block.motion import Links, Machine, State
+from tolstat.machines.rolling_block.motion import Loading, equations
 from tolstat.machines.rolling_block.parameters import Drive, drives
-from tolstat.machines.rolling_block.structure import STANDS
-from tolstat.machines.rolling_block.trials import (
-    Loading,
-    damping_matrix,
-    followed,
-    load_steps,
-)
-from tolstat.moving import Moment
+from tolstat.machines.rolling_block.structure import LINKS, STANDS
+from tolstat.machines.rolling_block.trials import followed, load_steps
 from tolstat.study.study import load
 
 Array = NDArray[np.float64]
 Run = Callable[[], Array]
 
-N, M = len(State._fields), len(Links._fields)
-PARAMETERS = len(Machine._fields)
+M = len(LINKS)
 DRIVES, MANY = 256, 2000
 BOUNDS = (1e-6, 1e-9)  # of the error
 END = np.array([])
@@ -103,49 +93,39 @@ def heyoka(given: Drives, tolerance: float, times: Array) -> Run:
     import heyoka as hy
 
     lanes = hy.recommended_simd_size()
-    y = hy.make_vars(*(f"y{i}" for i in range(N)))
-    # its loads are parameters, changed between two phases
-    numpy = SimpleNamespace(where=lambda on, load, _: load if on else 0.0)
-    motion: Any = FunctionType(
-        equations.motion.__code__, {**vars(equations), "np": numpy}
-    )
-    letters = {name: hy.par[i] for i, name in enumerate(Machine._fields)}
-    for stand in range(6, 10):
-        letters |= {f"on{stand}": 0.0, f"off{stand}": 1.0}
-    rows = [
-        hy.sum([hy.par[PARAMETERS + M * i + j] * y[M + j] for j in range(M)])
-        for i in range(M)
+    y = hy.make_vars(*(f"y{i}" for i in range(2 * M)))
+    # the moments are parameters, changed between two phases
+    stiffness, damping, load = equations(given.built, given.loading)
+    matrices = np.concatenate([stiffness, damping], axis=2)
+    table = np.concatenate([matrices.reshape(len(load), -1), load[:, 0]], axis=1).T
+    first_load = 2 * M * M
+    pulls = [
+        hy.sum([hy.par[2 * M * i + j] * y[j] for j in range(2 * M)]) for i in range(M)
     ]
-    at = motion(Moment(*np.zeros(2)), State(*y), Machine(**letters), Links(*rows))
-    H = damping_matrix(given.modes, given.built.C, given.built.zeta)
-    table = np.zeros((PARAMETERS + M * M, len(H)))
-    table[:9], table[9:17] = 1.0 / given.built.Q.T, given.built.C.T
-    table[Machine._fields.index("matched")] = given.loading.matched
-    table[PARAMETERS:] = H.reshape(len(H), -1).T
-    load = Machine._fields.index("M6")
+    speeds = [hy.par[first_load + i] - pulls[i] for i in range(M)]
     taylor = hy.taylor_adaptive_batch(
-        list(zip(y, at.derivative, strict=True)),
-        np.zeros((N, lanes)),
+        list(zip(y, [*y[M:], *speeds], strict=True)),
+        np.zeros((2 * M, lanes)),
         pars=np.zeros((len(table), lanes)),
         tol=tolerance,
     )
-    entries = given.settings.entries
+    begins = given.loading.marks[:-1]
 
     def batch(first: int) -> Array:
         found = np.empty((len(times), M, lanes))
         taylor.set_time(0.0)
         taylor.state[:] = 0.0
         taylor.pars[:] = table[:, first : first + lanes]
-        for when in sorted({*entries, *times, 1.0}):
+        for when in sorted({*begins, *times, 1.0}):
             taylor.propagate_until([when] * lanes)
-            for stand, entry in enumerate(entries):
-                if entry == when:
-                    taylor.pars[load + stand] = given.loading.moments[stand]
+            if when in begins:
+                of_phase = load[first : first + lanes, begins.index(when)]
+                taylor.pars[first_load:] = of_phase.T
             found[np.equal(times, when)] = taylor.state[:M]
         twists = found.transpose(2, 1, 0)
         return given.built.C[first : first + lanes, :, None] * twists
 
-    return lambda: np.concatenate([batch(i) for i in range(0, len(H), lanes)])
+    return lambda: np.concatenate([batch(i) for i in range(0, len(load), lanes)])
 
 
 def error(found: Array, truth: Array) -> float:

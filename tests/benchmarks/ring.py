@@ -60,12 +60,14 @@ def systems(deviations: Array, settings: object) -> list[tuple[Array, ...]]:
     A[:, 4 * n + 1, 4 * n] = -r.K_C / r.m_c
     A[:, 4 * n + 1, 4 * n + 1] = -r.c_c / r.m_c
     push = np.zeros((2, len(r.nu), 4 * n + 2))
-    for i, (a, b) in enumerate(((r.at.u_a, r.at.u_b), (r.at.v_a, r.at.v_b))):
+    for i, (a, b) in enumerate(
+        ((r.tool_place.u_a, r.tool_place.u_b), (r.tool_place.v_a, r.tool_place.v_b))
+    ):
         push[i, :, 2 * n : 3 * n] = _solved(a, r.on.s, C) / r.pi_chi[:, None]
         push[i, :, 3 * n : 4 * n] = _solved(b, r.on.t, C) / r.pi_chi[:, None]
     push[0, :, 4 * n + 1] = 1.0 / r.m_c
     sees = np.zeros((len(r.nu), 4 * n + 2))
-    sees[:, : 2 * n] = np.hstack([r.at.u_a, r.at.u_b])
+    sees[:, : 2 * n] = np.hstack([r.tool_place.u_a, r.tool_place.u_b])
     sees[:, 4 * n] = 1.0
     found = []
     for i in range(len(r.nu)):

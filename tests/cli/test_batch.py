@@ -15,40 +15,12 @@ import pytest
 
 import tolstat
 from tests.answers.browser import asked
-from tests.cli.test_commands import TOLSTAT, call
-from tests.cli.test_interrupt import wait_for_trials
+from tests.cli.command_line import TOLSTAT, call, chain, wait_for_trials
 from tests.conftest import ROOT
 from tolstat.answers.run_entries import Entry, RunIndex
 from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.study.study import load
-
-CHAIN = """\
-title = "{title}"
-model = "dimension_chain"
-trials = {trials}
-seed = 3
-[settings]
-gap = "A - B"
-[links]
-A = {{ nominal = "10 mm", tolerance = "+-0.1 mm" }}
-B = {{ nominal = "9 mm", tolerance = "+-0.1 mm" }}
-[limits]
-gap = "{limit}"
-"""
-
-
-@pytest.fixture
-def no_pages(monkeypatch):
-    """Reports are tested elsewhere, and take a second each."""
-    report = "tolstat.answers.report.report_answer.Report.html"
-    monkeypatch.setattr(report, lambda self: "a page")
-
-
-def chain(folder, name, *, title="chain", trials=1000, limit=">= 0.5 mm"):
-    path = folder / f"{name}.toml"
-    path.write_text(CHAIN.format(title=title, trials=trials, limit=limit))
-    return path
 
 
 def index(folder):

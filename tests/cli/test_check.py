@@ -9,9 +9,7 @@ import pytest
 
 import tolstat
 from tests.answers.conftest import chain as gap_of
-from tests.cli.test_batch import chain, no_pages  # noqa: F401
-from tests.cli.test_commands import call
-from tests.cli.test_going_on import half  # noqa: F401
+from tests.cli.command_line import call, chain
 
 MET, NOT_MET, UNDECIDED = ">= 0.5 mm", ">= 1.2 mm", ">= 0.87 mm"
 
@@ -53,7 +51,7 @@ def test_a_line_for_each_limit_and_the_same_as_json(runs):
     }  # fmt: skip
 
 
-def test_commands_that_run_trials_end_with_0(runs, tmp_path, no_pages):  # noqa: F811
+def test_commands_that_run_trials_end_with_0(runs, tmp_path, no_pages):
     study = chain(tmp_path, "missed", limit=NOT_MET)
     assert call("run", study).exit_code == 0
     run = study.with_suffix(".h5")
@@ -63,7 +61,7 @@ def test_commands_that_run_trials_end_with_0(runs, tmp_path, no_pages):  # noqa:
 
 
 @pytest.mark.parametrize(("limit", "code"), [(MET, 0), (NOT_MET, 3), (UNDECIDED, 4)])
-def test_the_option_ends_as_the_command(tmp_path, no_pages, limit, code):  # noqa: F811
+def test_the_option_ends_as_the_command(tmp_path, no_pages, limit, code):
     study = chain(tmp_path, "study", limit=limit, trials=5000)
     run = study.with_suffix(".h5")
     for words in (
@@ -74,7 +72,7 @@ def test_the_option_ends_as_the_command(tmp_path, no_pages, limit, code):  # noq
         assert done.exit_code == code, (words, done.output)
 
 
-def test_no_limit_is_refused_before_anything_runs(tmp_path, no_pages):  # noqa: F811
+def test_no_limit_is_refused_before_anything_runs(tmp_path, no_pages):
     study = chain(tmp_path, "free")
     text = study.read_text()
     study.write_text(text[: text.index("[limits]")])
@@ -89,7 +87,7 @@ def test_no_limit_is_refused_before_anything_runs(tmp_path, no_pages):  # noqa: 
         assert done.exit_code == 2 and "no limit to check" in done.stderr
 
 
-def test_a_run_in_part_is_refused_with_its_command(half):  # noqa: F811
+def test_a_run_in_part_is_refused_with_its_command(half):
     done = call("check", half.path)
     assert (
         done.exit_code == 2 and f"{half.ended} of 1000 trials have run" in done.stderr

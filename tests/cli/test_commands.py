@@ -7,7 +7,6 @@ import json
 import re
 import shlex
 import subprocess
-import sys
 from pathlib import Path
 
 import h5py
@@ -16,17 +15,12 @@ import pytest
 from click.testing import CliRunner
 
 import tolstat
+from tests.cli.command_line import TOLSTAT, call
 from tests.render.made_tables import table
 from tolstat.answers.sweep.extremes_document import table_rows
 from tolstat.cli.main import FILES, main
 from tolstat.document.blocks import Column
 from tolstat.render.screen import UNBOUNDED, Screen, as_text, show_table
-
-TOLSTAT = Path(sys.executable).with_name("tolstat")
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(each) for each in arguments])
 
 
 def test_help_and_version():

@@ -15,11 +15,10 @@ import pyarrow
 import pytest
 
 import tolstat
-from tests.cli.test_batch import chain
-from tests.cli.test_commands import TOLSTAT, call
+from tests.cli.command_line import TOLSTAT, call, chain
 from tests.conftest import Toy
 from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.store.lock import Lock
 from tolstat.study.study import load
 

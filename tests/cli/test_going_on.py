@@ -7,15 +7,10 @@ import re
 import shlex
 
 import h5py
-import pytest
 
 import tolstat
-from tests.cli.test_batch import chain
-from tests.cli.test_commands import call
+from tests.cli.command_line import call
 from tests.store.tampering import resealed
-from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import Workers
-from tolstat.study.study import load
 
 NEVER = """\
 from tolstat import Contributor, Description, Model, Outcome, Response
@@ -84,16 +79,6 @@ def advised(done):
     """The commands that a refusal names, as a shell reads them."""
     found = re.findall(r"`tolstat ([^`]+)`", done.stderr)
     return [shlex.split(each) for each in found]
-
-
-@pytest.fixture
-def half(tmp_path):
-    """A run that was stopped, in a folder whose name needs quotes."""
-    folder = tmp_path / "my runs"
-    folder.mkdir()
-    study, looked = chain(folder, "half"), []
-    with Workers(1, lambda: len(looked) > 20 or looked.append(0), block=50) as crew:
-        return execute(load(study), study.with_suffix(".h5"), crew)
 
 
 def test_the_resume_command_of_a_refusal_works(half):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tests.cli.test_commands import TOLSTAT
+from tests.cli.command_line import TOLSTAT, wait_for_trials
 from tests.execution.rare_chain import CHAIN as RARE
 
 
@@ -23,14 +23,6 @@ def start(file, *options, command="run"):
         stderr=subprocess.PIPE,
         text=True,
     )
-
-
-def wait_for_trials(path, process, trials):
-    while process.poll() is None:
-        if path.exists() and tolstat.open(path).counts["done"] >= trials:
-            return
-        time.sleep(0.2)  # reading takes as long as some trials
-    raise AssertionError(process.communicate())
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -9,26 +9,26 @@ from scipy.special import ndtr, ndtri
 
 from tests.coverage.problems import PROBLEMS, SIZES, limit_of, simulated
 from tolstat.deviations.samplers import REPLICATES, Latin, Sobol
-from tolstat.statistics.intervals.convergence import (
-    FIRST,
-    Precision,
-    next_stage,
-    trials_wanted,
-)
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.replicates import share_from_replicates
 from tolstat.statistics.intervals.shares import anytime_valid, proportion
-from tolstat.statistics.intervals.statistic import (
-    Statistic,
-    as_sampled,
-    for_any,
-    quantiles_at,
-)
 from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_share
 from tolstat.statistics.limits.limit import Limit, ppk_of
 from tolstat.statistics.limits.sample_size import trials_that_decide
 from tolstat.statistics.point_mass import point_mass_of
-from tolstat.statistics.sample import Sample
+from tolstat.statistics.precision import (
+    FIRST,
+    Precision,
+    Statistic,
+    next_stage,
+    trials_wanted,
+)
+from tolstat.statistics.sample import (
+    Sample,
+    as_sampled,
+    for_any,
+    quantiles_at,
+)
 from tolstat.statistics.summary import QUANTILES, summarize
 from tolstat.status import Status
 

@@ -13,8 +13,7 @@ from scipy.special import ndtri
 from scipy.stats import chi2, t
 
 from tolstat.deviations.samplers import REPLICATES, Latin, Sobol
-from tolstat.statistics.intervals.statistic import as_sampled
-from tolstat.statistics.sample import Sample
+from tolstat.statistics.sample import Sample, as_sampled
 from tolstat.status import Status
 
 TABLE = Path(__file__).with_name("widths.csv")

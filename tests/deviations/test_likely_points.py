@@ -7,7 +7,12 @@ import pytest
 from scipy.stats import norm
 
 from tests.deviations.searched import led
-from tolstat.deviations.likely_points import APART, about, apart, likely_points
+from tolstat.deviations.likely_points import (
+    APART,
+    likely_points,
+    separated,
+    study_around,
+)
 
 RNG = np.random.default_rng(1)
 
@@ -75,13 +80,13 @@ def test_trials_stay_out_of_limit_and_none_go_away_from_the_middle():
 
 
 def test_points_are_apart_and_the_likeliest_comes_first():
-    points = apart(RNG.normal(size=(300, 2)) * 3)
+    points = separated(RNG.normal(size=(300, 2)) * 3)
     squares = ((points[:, None] - points) ** 2).sum(axis=2)
     np.fill_diagonal(squares, np.inf)
     assert squares.min() >= APART**2
     distance = np.linalg.norm(points, axis=1)
     assert np.all(np.diff(distance) >= 0)
-    mixture = about(points)
+    mixture = study_around(points)
     assert len(mixture.shares) == min(len(points), 60)
     np.testing.assert_array_equal(mixture.means[0], points[0])
 

@@ -2,51 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
 import tolstat
-from tolstat import Contributor, Description, Model, Outcome, Response, setting
+from tests.execution.audited import Cliff, CliffSettings
+from tolstat import Description, Response
 from tolstat.answers.report.gather import report_of
 from tolstat.deviations.samplers import Random
-from tolstat.execution.diagnostics.audit import (
-    choose,
+from tolstat.execution.diagnostics.audit_selection import (
     next_to,
     random_trials,
+    select,
     spread,
 )
 from tolstat.execution.execute import execute
 from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
 from tolstat.store.run_records import Reason
 from tolstat.study.study import load
-
-
-@dataclass(frozen=True)
-class CliffSettings:
-    rtol: float = setting(1e-3, "how roughly it is integrated", above=0.0)
-
-
-class Cliff(Model):
-    """A force wrong by 1 N beyond 12.5 N, else by 1 mN; another errs with it."""
-
-    name = "cliff"
-    settings = CliffSettings
-
-    def describe(self, settings):
-        parts = tuple(Contributor(f"part_{i}", "m") for i in (1, 2))
-        return Description(parts, (Response("force", "N"), Response("other", "N")))
-
-    def evaluate(self, deviations, settings):
-        force = 10 + 1e3 * deviations[:, 0]
-        error = settings.rtol * np.where(force > 12.5, 1e3, np.sin(1e3 * force))
-        other = 1e3 * deviations[:, 1] + error
-        status = np.where(deviations[:, 1] > 2.9e-3, 4, 1)
-        return Outcome(np.stack([force + error, other], axis=1), status)
 
 
 class Wavy(Cliff):
@@ -111,10 +87,10 @@ def test_a_jam_within_the_limit_is_found():
     apart = np.arange(7, 4000, 400)
     y[apart] = np.linspace(0.3, 0.9, len(apart))
     # of a seed by which chance alone meets none of them
-    chosen = choose(planned(y), {"y": Limit(-np.inf, 0.95)}, 3)
+    chosen = select(planned(y), {"y": Limit(-np.inf, 0.95)}, 3)
     at_random = chosen.trials[chosen.at_random]
     assert not np.isin(apart, at_random).any()
-    spread = chosen.trials[(chosen.chosen_by["y"] & Reason.SPREAD) > 0]
+    spread = chosen.trials[(chosen.reasons["y"] & Reason.SPREAD) > 0]
     assert np.isin(apart, spread).sum() >= 8
 
 
@@ -124,8 +100,8 @@ def test_both_sides_of_each_end_of_a_limit():
     status[::7] = Status.NOT_FINITE
     y[::7] = np.nan
     limit = Limit(-1.0, 2.0)
-    chosen = choose(planned(y, status), {"y": limit}, 1)
-    near = chosen.trials[(chosen.chosen_by["y"] & Reason.NEAR) > 0]
+    chosen = select(planned(y, status), {"y": limit}, 1)
+    near = chosen.trials[(chosen.reasons["y"] & Reason.NEAR) > 0]
     done = np.flatnonzero(status == Status.DONE)
     for end in limit.permitted:
         below, above = done[y[done] < end], done[y[done] > end]
@@ -209,7 +185,7 @@ def test_an_audit_is_cheap():
     rng = np.random.default_rng(2)
     for trials in (50, 1000, 100_000):
         limit = {"y": Limit(-1.0, 1.0)}
-        chosen = choose(planned(rng.normal(size=trials)), limit, 1)
+        chosen = select(planned(rng.normal(size=trials)), limit, 1)
         assert len(chosen.trials) <= 2 * np.ceil(trials / 100) + 2 * 8 + 12 + 10 + 20
 
 

@@ -26,7 +26,7 @@ def digest():
     found = hashlib.sha256()
     with tempfile.TemporaryDirectory() as folder:
         run = tolstat.run(STUDY, output=f"{folder}/run.h5")
-        for name in (*run.known, "gap"):
+        for name in (*run.input_names, "gap"):
             found.update(run.column(name).tobytes())
     return found.hexdigest()
 

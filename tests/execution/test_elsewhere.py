@@ -15,13 +15,15 @@ import pytest
 from dask_jobqueue.slurm import SLURMJob
 
 import tolstat
-from tests.cli.test_batch import chain
+from tests.cli.command_line import chain
 from tests.conftest import ROOT
-from tests.execution.test_cluster import same
-from tolstat.errors import BrokenError
+from tests.execution.same_answers import same
+from tolstat.errors import BrokenError, Remedy
 from tolstat.execution.workers import remote_blocks as parcel
-from tolstat.execution.workers.crew import Workers, processors
-from tolstat.execution.workers.remote_blocks import Mismatch, carried_out, packed
+from tolstat.execution.workers.block import Mismatch
+from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.execution.workers.remote_blocks import carried_out, packed
+from tolstat.operating_system import processors
 
 BIN = Path(sys.executable).parent
 MPI = """\
@@ -87,8 +89,8 @@ def test_errors_of_a_pool_are_messages(tmp_path):
         pytest.raises(BrokenError, match=r"0 of 1000 trials are stored$") as broken,
     ):
         tolstat.run(study, executor=executor)
-    assert [(each.what, each.path) for each in broken.value.advice] == [
-        ("resume", path)
+    assert [(each.remedy, each.path) for each in broken.value.advice] == [
+        (Remedy.RESUME, path)
     ]
     assert Workers(executor=executor).number == processors()
     assert tolstat.resume(path).complete

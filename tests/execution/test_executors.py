@@ -7,7 +7,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 import pytest
 
 import tolstat
-from tests.cli.test_batch import chain
+from tests.cli.command_line import chain
 from tests.conftest import ROOT
 from tolstat import catalogue
 from tolstat.errors import BrokenError, ModelError

@@ -10,14 +10,14 @@ import pytest
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
 from tolstat.answers.report.gather import report_of
-from tolstat.execution.diagnostics.audit import random_trials
+from tolstat.execution.diagnostics.audit_selection import random_trials
 from tolstat.execution.diagnostics.slopes_and_corners import (
     Target,
     slopes,
     worst_corners,
 )
 from tolstat.execution.execute import execute, resume
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.limits.limit import worst_trials
 from tolstat.status import Status
 from tolstat.study.study import load

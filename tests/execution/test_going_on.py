@@ -12,11 +12,12 @@ import pytest
 
 import tolstat
 from tests.conftest import Toy
+from tests.execution.same_runs import Enough, same
 from tests.store.tampering import resealed
 from tolstat.answers.report.gather import report_of
-from tolstat.errors import ModelError, RunFileError, StoppedError, StudyError
+from tolstat.errors import ModelError, Remedy, RunFileError, StoppedError, StudyError
 from tolstat.execution.execute import execute, go_on
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.study.study import load
 
 HEAD = """\
@@ -63,42 +64,11 @@ def written(tmp_path, text):
     return path
 
 
-class Enough:
-    """Stops a run once so many of its trials are over."""
-
-    def __init__(self, trials):
-        self.trials, self.over = trials, 0
-
-    def __call__(self):
-        return self.over >= self.trials
-
-    def tell(self, progress):
-        self.over = progress.over
-
-
 def stopped(study, path, trials):
     enough = Enough(trials)
     with Workers(2, enough, block=20) as crew:
         asked = load(study, model=Toy())
         return execute(asked, path, crew, progress=enough.tell)
-
-
-def same(one, other, but=""):
-    """Everything but times and names."""
-    for name in (*one.units, "status"):
-        np.testing.assert_array_equal(one.column(name), other.column(name))
-    for found in (
-        "nominal_values",
-        "diagnostics",
-        "stopped",
-        "notes",
-        "limits",
-        "study",
-    ):
-        alike = repr(getattr(one, found)) == repr(getattr(other, found))
-        assert alike or found == but, found
-    assert repr(one.audited) == repr(other.audited)
-    return True
 
 
 @pytest.mark.parametrize("sampling", STUDIES)
@@ -237,7 +207,7 @@ def test_other_sources_and_processors_are_named(tmp_path):
         tolstat.resume(path, model=Toy())
     for words in ("(0123, not", "processor abacus", "numba 0.1", "code for an"):
         assert words in str(refused.value)
-    assert "resume regardless" in [each.what for each in refused.value.advice]
+    assert Remedy.RESUME_REGARDLESS in [each.remedy for each in refused.value.advice]
     run = tolstat.resume(path, model=Toy(), regardless=True)
     assert run.frame().equals(whole.frame())
     assert "another source (0123, not" in run.notes[-1]

@@ -23,9 +23,9 @@ from scipy.stats import norm
 import tolstat
 from tests.answers.browser import Page
 from tests.answers.page_checks import rows_of, words_in
+from tests.execution.audited import Cliff
 from tests.execution.rare_chain import CHAIN
-from tests.execution.test_audit import Cliff
-from tests.execution.test_going_on import Enough, same
+from tests.execution.same_runs import Enough, same
 from tests.store.tampering import resealed
 from tolstat.answers.rare.failure_points import normal_score
 from tolstat.answers.rare.rare_answer import rare_summary
@@ -34,7 +34,7 @@ from tolstat.answers.run_entries import RunIndex, entry_of
 from tolstat.cli.main import main
 from tolstat.errors import PictureError, RunFileError, StudyError
 from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.render.screen import as_text
 from tolstat.store.run_records import SCORES, Assumed
 from tolstat.study.study import load

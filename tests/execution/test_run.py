@@ -13,7 +13,7 @@ import pytest
 import tolstat
 from tolstat.errors import ModelError, PictureError, RunFileError
 from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import BlockSize, Workers
+from tolstat.execution.workers.block_scheduler import BlockSize, Workers
 from tolstat.model.checked import simulate
 from tolstat.render.screen import show
 from tolstat.status import Status
@@ -181,20 +181,20 @@ def test_every_trial_is_in_one_block(toy):
 def test_blocks_grow_until_they_last_half_a_second():
     """Seconds are handed over: no clock."""
     size, left = BlockSize(2, None), 10_000_000
-    sizes = [size.of(left)]
+    sizes = [size.next(left)]
     while sizes[-1] < 500_000 and len(sizes) < 20:
         size.learn(sizes[-1], sizes[-1] * 1e-6)  # a microsecond a trial
-        sizes.append(size.of(left))
+        sizes.append(size.next(left))
     assert sizes[0] == 32 and sizes[-1] == 500_000 and len(sizes) < 8
     size.learn(500_000, 500_000 * 0.02)  # the machine has become slow
-    assert size.of(left) == 25
+    assert size.next(left) == 25
     size.learn(25, 100.0)
-    assert size.of(left) == 8
-    assert BlockSize(2, None).of(64) == 32
+    assert size.next(left) == 8
+    assert BlockSize(2, None).next(64) == 32
     # towards the end blocks are short again, so that no worker waits for the other
     quick = BlockSize(2, None)
     quick.learn(1_000_000, 0.5)
-    assert quick.of(1000) == 250
+    assert quick.next(1000) == 250
 
 
 def test_a_grid_without_any_trial_says_so(toy, tmp_path, capsys):

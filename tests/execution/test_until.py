@@ -10,7 +10,7 @@ import pytest
 
 import tolstat
 from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.study.study import load
 
@@ -108,7 +108,7 @@ def test_sobol_trials_can_be_extended_until(toy, study):
 
 
 @pytest.mark.parametrize(
-    "slow", ["run_loop.trials_wanted", "diagnostics.after_run.halved_shares"]
+    "slow", ["proposers.trials_wanted", "diagnostics.after_run.halved_shares"]
 )
 def test_it_stops_during_a_long_check(toy, study, monkeypatch, slow):
     """Means and sigmas of a million trials take ten seconds."""

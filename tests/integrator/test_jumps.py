@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
+from tests.integrator.phases import END, by_phases, event, same
 from tolstat.integrator.friction import dry_friction
 from tolstat.integrator.integrate import integrate
 from tolstat.integrator.problem import SIDES, Accuracy, System
@@ -19,39 +19,6 @@ from tolstat.lanes.rows import rows, write
 from tolstat.status import Status
 
 RTOL = 10.0 ** -np.arange(3, 10)
-END = 12.0  # s
-
-
-def event(function, direction):
-    """An event of SciPy that ends the phase."""
-
-    def found(t, y):
-        return function(t, y)
-
-    found.terminal, found.direction = True, direction
-    return found
-
-
-def by_phases(phases, start, y):
-    """Integrate phase after phase: name -> (rates, {next phase: (event, jump)})."""
-    t, name = 0.0, start
-    while t < END:
-        rates, exits = phases[name]
-        events = [each for each, _ in exits.values()]
-        found = solve_ivp(
-            rates, (t, END), y, "DOP853", events=events, rtol=1e-12, atol=1e-13,
-            max_step=0.05,
-        )  # fmt: skip
-        t, y = found.t[-1], found.y[:, -1]
-        if found.status == 1:
-            hit = next(i for i, times in enumerate(found.t_events) if len(times))
-            name, (_, jump) = list(exits.items())[hit]
-            y = jump(y)
-    return y
-
-
-def same(y):
-    return y
 
 
 def errors(system, start, p, longest=0.1):

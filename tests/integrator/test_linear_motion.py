@@ -170,9 +170,9 @@ def test_a_search_without_end_fails():
     """One round is too few for the peak of any step; uncompiled, for its constant."""
     code = (
         "from tests.integrator.test_linear_motion import coupled\n"
-        "from tolstat.integrator import linear_motion, propagator\n"
+        "from tolstat.integrator import linear_motion, linear_peaks\n"
         "print(*linear_motion.solve(coupled()).status)\n"
-        "propagator.ROUNDS = 1\n"
+        "linear_peaks.ROUNDS = 1\n"
         "print(*linear_motion.solve(coupled()).status)"
     )
     found = subprocess.run(

@@ -11,6 +11,11 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigvals, null_space
 
+from tolstat.machines.ring.declarations import description_of
+from tolstat.machines.ring.machine import Ring
+from tolstat.machines.ring.trials import simulated
+from tolstat.model.settings import make
+
 DEG = np.pi / 180.0
 CASES = {
     "A": {"radius": 3.025, "thickness": 0.05, "tool_stiffness": 1e5},
@@ -136,3 +141,14 @@ def cut(s, times):
         return s.depth + U + X + blank(s, times), U, X
 
     return seen(np.asarray(times, float)), seen(np.linspace(0, s.duration, 40001))[0]
+
+
+def settings_of(**given):
+    return make(Ring(), given)
+
+
+def states_of(settings, times):
+    """States at the times, and the rings, of the nominal machine."""
+    nominal = np.zeros((1, len(description_of(settings).contributors)))
+    trials = simulated(nominal, settings, np.asarray(times, float))
+    return trials.solution.history[0], trials.rings

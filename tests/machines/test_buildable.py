@@ -22,14 +22,8 @@ from tolstat import (
 from tolstat.cli.main import main
 from tolstat.errors import ModelError, StudyError
 from tolstat.execution.execute import Progress
-from tolstat.model.checked import (
-    check_model,
-    described,
-    history_of,
-    impossible,
-    shown,
-    simulate,
-)
+from tolstat.model.checked import check_model, described, impossible, simulate
+from tolstat.model.checked_views import checked_view, history_of
 from tolstat.model.settings import make
 from tolstat.status import words_of
 
@@ -229,10 +223,10 @@ class Shown(Nominal):
 def test_impossible_trials_are_in_no_view():
     rows = np.zeros((4, 2))
     rows[:, 0] = 1e-3, -2e-3, 3e-3, -4e-3
-    (found,) = shown(Shown(), ROWS, rows, None).values
+    (found,) = checked_view(Shown(), ROWS, rows, None).values
     assert found.tolist() == [1e-3, 3e-3]
     with pytest.raises(ModelError, match="cannot be built: too short"):
-        shown(Shown(), ROWS, rows[1:], None)
+        checked_view(Shown(), ROWS, rows[1:], None)
 
 
 def test_the_history_of_an_impossible_trial_is_empty():

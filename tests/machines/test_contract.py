@@ -17,7 +17,8 @@ from tests.conftest import ROOT, Toy
 from tests.model.rich import Rich
 from tolstat import Contributor, Description, Model, Outcome, Response, catalogue
 from tolstat.errors import ModelError, StudyError
-from tolstat.model.checked import described, offers, simulate
+from tolstat.model.checked import described, simulate
+from tolstat.model.checked_views import offers
 from tolstat.model.settings import make, settings_of
 from tolstat.status import Status, words_of
 
@@ -95,7 +96,7 @@ def test_the_digest_is_of_the_source_of_this_model_only(tmp_path):
         "from tolstat.lanes import digest\n"
         "stand, stack = catalogue.find('stand'), catalogue.load('stack.py:Stack')\n"
         "for _ in sys.stdin:\n"
-        "    digest.forget()\n"  # as if started anew
+        "    digest.digest.cache_clear()\n"  # as if started anew
         "    print(stand.source_digest, stack.source_digest, flush=True)\n"
     )
     process = subprocess.Popen(

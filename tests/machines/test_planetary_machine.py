@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 import tolstat
-from tests.machines.test_planetary_synthesis import CATALOGUE
+from tests.machines.planetary_catalogue import CATALOGUE
 from tolstat.errors import ModelError
 from tolstat.machines.planetary import designs
 from tolstat.machines.planetary.declarations import Settings

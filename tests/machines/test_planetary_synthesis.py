@@ -10,18 +10,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.machines.planetary_catalogue import CATALOGUE
 from tolstat.errors import ModelError
 from tolstat.machines.planetary import designs, synthesis
 from tolstat.machines.planetary.declarations import Settings
 from tolstat.machines.planetary.scheme import SCHEMES
 from tolstat.units.grammar import Range
 
-EIGHT_TO_THIRTY = math.radians(8), math.radians(30)
-CATALOGUE = {
-    "scheme": "AI", "ratio": 7, "ratio_tolerance": 0.01, "satellites": 3,
-    "z1": (17, 26), "z2": (17, 60), "z3": (17, 60), "z4": (61, 130),
-    "helix": EIGHT_TO_THIRTY,
-}  # fmt: skip
 AA = {
     "scheme": "AA", "ratio": -1.0, "ratio_tolerance": 0.1, "satellites": 3,
     "z1": (20, 27), "z2": (20, 36), "z3": (20, 36), "z4": (20, 36), "helix": (0.1, 0.6),

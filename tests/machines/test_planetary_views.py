@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import tolstat
-from tests.machines.test_planetary_synthesis import CATALOGUE, EIGHT_TO_THIRTY
+from tests.machines.planetary_catalogue import CATALOGUE, EIGHT_TO_THIRTY
 from tolstat.errors import TolstatError
 from tolstat.machines.planetary import designs, existence
 

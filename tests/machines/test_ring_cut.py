@@ -9,14 +9,21 @@ import pytest
 from scipy.optimize import brentq
 
 import tolstat
-from tests.machines.ring_reference import CASES, DEG, blank, cut, forces
+from tests.machines.ring_reference import (
+    CASES,
+    DEG,
+    blank,
+    cut,
+    forces,
+    settings_of,
+    states_of,
+)
 from tolstat.errors import ModelError
 from tolstat.lanes.vector import WIDTH
 from tolstat.machines.ring.declarations import RELATIVE, Settings, description_of
 from tolstat.machines.ring.machine import Ring
-from tolstat.machines.ring.trials import depth_of_cut, simulated
+from tolstat.machines.ring.trials import depth_of_cut
 from tolstat.model.checked import simulate
-from tolstat.model.settings import make
 
 TIGHT = {"rtol": 1e-10}
 TABLE = {  # thickness, m: computed, mm, at 1e5, 5e5, 1e6 N/m; printed
@@ -33,17 +40,6 @@ PRINTED = {  # mm: min, max, X(T), U(T), t_R(T); N: P_R, P_T at t_R0
     "C": (1.6567160, 2.0, -0.2014368, -0.0001195, 1.7984437, 186.019504, 315.646050),
     "F": (1.0915595, 2.0180645, -0.3873884, 0.0203154, 1.6329270, 168.698069, 300.591139),
 }  # fmt: skip
-
-
-def settings_of(**given):
-    return make(Ring(), given)
-
-
-def states_of(settings, times):
-    """States at the times, and the rings, of the nominal machine."""
-    nominal = np.zeros((1, len(description_of(settings).contributors)))
-    trials = simulated(nominal, settings, np.asarray(times, float))
-    return trials.solution.history[0], trials.rings
 
 
 @pytest.mark.parametrize("case", CASES)

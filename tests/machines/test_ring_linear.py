@@ -129,9 +129,11 @@ def test_eigenvalues_and_compliance_against_a_null_space_projection(N):
         # |U/P| at complex frequencies
         C = harmonics(N).C
         push = np.concatenate(
-            [np.zeros(2 * N - 2), inverse(ring.on.s, C)[0] @ ring.at.u_a[0], inverse(ring.on.t, C)[0] @ ring.at.u_b[0]]
+            [np.zeros(2 * N - 2), inverse(ring.on.s, C)[0] @ ring.tool_place.u_a[0], inverse(ring.on.t, C)[0] @ ring.tool_place.u_b[0]]
         )  # fmt: skip
-        sees = np.concatenate([ring.at.u_a[0], ring.at.u_b[0], np.zeros(2 * N - 2)])
+        sees = np.concatenate(
+            [ring.tool_place.u_a[0], ring.tool_place.u_b[0], np.zeros(2 * N - 2)]
+        )
         A = ring_matrix(ring, ring.Omega, s.hoop)[0]
         for x in (3.0 + 20j, -1.0 + 200j, 50.0 + 0j):
             here = sees @ np.linalg.solve(x * np.eye(len(A)) - A, push)

@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 import tolstat
-from tests.machines.ring_reference import CASES, DEG, full, pulls
-from tests.machines.test_ring_cut import settings_of, states_of
+from tests.machines.ring_reference import (
+    CASES,
+    DEG,
+    full,
+    pulls,
+    settings_of,
+    states_of,
+)
 from tolstat.machines.ring import spectrum
 from tolstat.machines.ring.motion import HEAD, Tool, cutting_forces, reactions
 from tolstat.machines.ring.trials import rows_of

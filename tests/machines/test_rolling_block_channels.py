@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import tolstat
-from tests.machines.test_rolling_block_modes import RPM, B, scattered
+from tests.machines.rolling_blocks import RPM, B, scattered
 from tolstat.errors import ModelError
 from tolstat.machines.rolling_block import structure
 from tolstat.machines.rolling_block.channels import (

@@ -11,6 +11,7 @@ import scipy.linalg
 
 import tolstat
 from tests.machines import rolling_block_reference as known
+from tests.machines.rolling_blocks import FREE, RPM, B, scattered, solved
 from tolstat.errors import ModelError
 from tolstat.machines.rolling_block import structure as gearbox
 from tolstat.machines.rolling_block.channels import Input, loads, output_of, transfer
@@ -24,7 +25,8 @@ from tolstat.machines.rolling_block.modes import (
     tracked,
     unit_shapes,
 )
-from tolstat.machines.rolling_block.parameters import drives, exist, nominal
+from tolstat.machines.rolling_block.motion import damping_matrix
+from tolstat.machines.rolling_block.parameters import drives, nominal
 from tolstat.machines.rolling_block.resonance import (
     forbidden,
     free_gaps,
@@ -32,28 +34,9 @@ from tolstat.machines.rolling_block.resonance import (
     named_orders,
     speed_margin,
 )
-from tolstat.machines.rolling_block.trials import damping_matrix
 
-RPM = np.pi / 30
 SHAFT = Settings()
 M12 = output_of("12", SHAFT)
-B = np.zeros((8, 9))  # twists of the links from the angles, by the paper's numbers
-for row, (i, j) in enumerate(known.LINKS):
-    B[row, int(i) - 1], B[row, int(j) - 1] = 1.0, -1.0
-
-
-def solved(settings=None):
-    drive = nominal(settings or Settings())
-    return drive, drive.modes
-
-
-def scattered(trials, seed=3, settings=None):
-    """Drives with stiffnesses 5 %, inertias 2 % off (one standard deviation)."""
-    spread = np.array([0.02] * 9 + [0.05] * 8 + [0.1])
-    deviations = spread * np.random.default_rng(seed).standard_normal((trials, 18))
-    drive = drives(deviations, settings or Settings())
-    assert exist(deviations).all()
-    return drive, drive.modes
 
 
 def test_table_1_to_every_printed_digit():
@@ -330,21 +313,6 @@ def test_deviations_act_on_reduced_quantities():
     inertias, stiffnesses = gearbox.reduction(settings.combination)
     np.testing.assert_allclose(now.Q, then.Q * inertias, rtol=1e-14)
     np.testing.assert_allclose(now.C, then.C * stiffnesses, rtol=1e-14)
-
-
-FREE = [
-    (
-        {},
-        [(850, 1147.599852), (1268.399836, 1295.701258), (1432.090864, 1434.382545),
-         (1585.370181, 1700)],
-        441.822773,
-    ),
-    (
-        {"rolls": True},
-        [(850, 964.129792), (1132.371873, 1147.599852), (1268.399836, 1295.701258)],
-        156.659192,
-    ),
-]  # fmt: skip
 
 
 @pytest.mark.parametrize(("given", "ranges", "total"), FREE)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tests.machines.test_rolling_block_modes import scattered
+from tests.machines.rolling_blocks import scattered
 from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.parameters import nominal
 from tolstat.machines.rolling_block.regulator import closed_loop

@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg
 
 import tolstat
-from tests.machines.test_rolling_block_modes import B
+from tests.machines.rolling_blocks import B
 from tolstat.errors import ModelError
 from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.modes import contributions

@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 
 import tolstat
 from tests.machines import rolling_block_reference as known
-from tests.machines.test_rolling_block_modes import FREE, RPM
+from tests.machines.rolling_blocks import FREE, RPM
 from tolstat.answers.views.view_file import save_view
 from tolstat.errors import ModelError
 from tolstat.render.figures import draw as draw_view

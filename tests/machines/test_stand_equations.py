@@ -11,22 +11,17 @@ from tests.deviations.drawing import draw
 from tolstat.lanes.vector import WIDTH
 from tolstat.machines.stand import parameters
 from tolstat.machines.stand.declarations import (
+    END,
     NAMES,
     RESPONSES,
+    WINDOW,
     Settings,
     description_of,
 )
 from tolstat.machines.stand.machine import Stand
 from tolstat.machines.stand.motion import Loads, Powers, State, motion
 from tolstat.machines.stand.parameters import Parts, friction_arm, gear_deformations
-from tolstat.machines.stand.trials import (
-    END,
-    WINDOW,
-    marks_of,
-    moved,
-    responses_of,
-    simulated,
-)
+from tolstat.machines.stand.trials import marks_of, moved, responses_of, simulated
 from tolstat.model.checked import simulate
 from tolstat.moving import Moment
 from tolstat.status import words_of

@@ -171,3 +171,21 @@ class Rich(Model):
             StudyNumber("reach", "m", sum(s.upper for s in spreads.values())),
             StudyNumber("wheels", "1", len(settings.teeth), "how many", "count"),
         )
+
+
+WRITTEN = {
+    "masses": ["2 kg", "500 g", "1.5 kg"],
+    "teeth": [17, 31, 90],
+    "formula": "A1 - A2 - B",
+    "hoop": False,
+    "size": "45 deg",
+    "order": 4,
+    "law": "sudden",
+    "speeds": "60..600 rpm",
+    "links": {
+        "A1": {"nominal": "12 cm", "teeth": 20},
+        "B": {"nominal": "30 mm", "teeth": 9},
+    },
+    "load": [{"time": "20 ms", "moment": "1.5 kN m"}],
+    "extra": {"C": "5 mm"},
+}

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tests.cli.test_commands import call
+from tests.cli.command_line import call
 from tests.conftest import Toy
 from tolstat import Outcome, catalogue
 from tolstat.errors import ModelError, TolstatError

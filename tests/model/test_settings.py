@@ -11,30 +11,12 @@ import numpy as np
 import pytest
 
 import tolstat
-from tests.model.rich import Rich
+from tests.model.rich import WRITTEN, Rich
 from tolstat import Description
 from tolstat.errors import ModelError, StudyError
 from tolstat.model.setting_kinds import Number
 from tolstat.model.settings import make, read, settings_of
 from tolstat.study.study import load
-
-WRITTEN = {
-    "masses": ["2 kg", "500 g", "1.5 kg"],
-    "teeth": [17, 31, 90],
-    "formula": "A1 - A2 - B",
-    "hoop": False,
-    "size": "45 deg",
-    "order": 4,
-    "law": "sudden",
-    "speeds": "60..600 rpm",
-    "links": {
-        "A1": {"nominal": "12 cm", "teeth": 20},
-        "B": {"nominal": "30 mm", "teeth": 9},
-    },
-    "load": [{"time": "20 ms", "moment": "1.5 kN m"}],
-    "extra": {"C": "5 mm"},
-}
-
 
 LINKS_A = {name: {"nominal": "12 cm", "teeth": 20} for name in ("A1", "A2")}
 LINKS_B = {name: {"nominal": "13 cm", "teeth": 20} for name in ("A1", "A2")}

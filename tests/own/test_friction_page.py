@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ROOT
-from tests.integrator.test_jumps import by_phases, event, same
+from tests.integrator.phases import by_phases, event, same
 
 PAGE = ROOT / "runs" / "how-to" / "own-motion.md"
 

@@ -13,8 +13,8 @@ from tests.coverage.halving_problems import intervals as of_halving
 from tests.coverage.index_problems import intervals as of_indices
 from tests.coverage.measure import FAMILIES, TABLE, digest, measure
 from tests.coverage.one_response import failing, intervals, until_quantile
-from tolstat.statistics.intervals.convergence import FIRST
 from tolstat.statistics.intervals.quantiles import quantiles
+from tolstat.statistics.precision import FIRST
 
 SURE = 3.5  # standard errors
 EXACT, APPROXIMATE = 0.95, 0.93  # what they claim to cover

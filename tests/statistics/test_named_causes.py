@@ -15,8 +15,7 @@ from tests.coverage.causes import (
     innocent,
     rates,
 )
-from tests.statistics.test_out_of_limit import parts
-from tests.statistics.test_pairs import worst
+from tests.statistics.failing_parts import parts, worst
 from tolstat.statistics.sensitivity.named_causes import Effect, named_causes
 
 

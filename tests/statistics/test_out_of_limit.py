@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from tests.statistics.failing_parts import parts
 from tolstat.statistics.intervals.weighted_estimates import weighted_share
 from tolstat.statistics.intervals.weights import (
     LEAST_EFFECTIVE,
@@ -17,11 +18,6 @@ from tolstat.statistics.sensitivity.out_of_limit import (
     differences,
     holm,
 )
-
-
-def parts(n, k, seed):
-    X = np.random.default_rng(seed).normal(size=(k, n))
-    return {f"part_{i + 1}": x for i, x in enumerate(X)}
 
 
 @pytest.mark.parametrize("digits", [16, 0])

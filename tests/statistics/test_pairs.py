@@ -6,17 +6,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tests.statistics.test_out_of_limit import parts
+from tests.statistics.failing_parts import parts, worst
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 from tolstat.statistics.sensitivity.pairs import BOTH_FAR, DIFFERENCE, MORE, SUM, pairs
 
 
 def of_one(X, beyond):
     return pairs(X, {"y": beyond})["y"]
-
-
-def worst(y, m):
-    return y >= np.sort(y)[-m]
 
 
 PLANTED = {

@@ -19,11 +19,10 @@ from tolstat.statistics.intervals.moments import (
 )
 from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.statistics.intervals.shares import anytime_valid
-from tolstat.statistics.intervals.statistic import quantiles_at
 from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_share
 from tolstat.statistics.limits.limit import Limit, ppk_of, yield_of_ppk
 from tolstat.statistics.limits.yields import joint_yield, yield_of
-from tolstat.statistics.sample import Sample
+from tolstat.statistics.sample import Sample, quantiles_at
 from tolstat.status import Status
 
 INF = math.inf

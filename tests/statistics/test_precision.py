@@ -7,12 +7,12 @@ import pytest
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import integration_error
-from tolstat.statistics.intervals.convergence import (
+from tolstat.statistics.precision import (
     Precision,
+    Statistic,
     next_stage,
     trials_wanted,
 )
-from tolstat.statistics.intervals.statistic import Statistic
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import h5py
 
 from tolstat.store.checksums import fingerprints
-from tolstat.store.layout import CHECKSUM, columns_of, places_of
+from tolstat.store.layout import CHECKSUM, columns_of, extents_of
 from tolstat.store.seal import write_seal
 
 
@@ -20,7 +20,21 @@ def resealed(path):
         columns = [file[name][...] for name in columns_of(file)]
         if len({len(each) for each in columns}) == 1:
             file[CHECKSUM][...] = fingerprints(columns)
-        block, places = file.userblock_size, places_of(file).values()
-    holes = [each.hole for each in places]
+        block, extents = file.userblock_size, extents_of(file).values()
+    holes = [extent.hole for extent in extents]
     with path.open("r+b", buffering=0) as file:
         write_seal(file, block, holes)
+
+
+def everything(run):
+    """All that a run says, in words that NaN does not divide."""
+    columns = {name: run.column(name).tobytes() for name in (*run.units, "status")}
+    rest = (
+        run.nominal_values,
+        run.diagnostics,
+        run.audited,
+        run.provenance,
+        run.limits,
+    )
+    words = (run.study, run.settings, run.assumed, run.notes, run.contributors)
+    return repr((columns, rest, words, run.responses, run.sampled, run.title))

@@ -13,7 +13,7 @@ import pytest
 import tolstat
 from tests.conftest import Toy
 from tests.store.tampering import resealed
-from tolstat.errors import BrokenError, ModelError, RunFileError, StudyError
+from tolstat.errors import BrokenError, ModelError, Remedy, RunFileError, StudyError
 from tolstat.store.temporary_files import aside_of, check_room
 
 STUDY = {
@@ -119,7 +119,7 @@ def test_a_failing_model_leaves_done_trials_or_no_file(tmp_path):
     with pytest.raises(BrokenError, match=r"late.*of 300 trials are stored") as said:
         tolstat.run(STUDY, model=machine, output=path, workers=1)
     (advice,) = said.value.advice
-    assert advice.what == "resume" and advice.path == path
+    assert advice.remedy is Remedy.RESUME and advice.path == path
     assert 0 < tolstat.open(path).ended < 300
 
 

@@ -62,7 +62,7 @@ def test_audit_and_assumptions_of_a_run(run):
 
 def test_a_run_that_was_stopped_has_no_audit_yet(tmp_path):
     from tolstat.execution.execute import execute
-    from tolstat.execution.workers.crew import Workers
+    from tolstat.execution.workers.block_scheduler import Workers
     from tolstat.study.study import load
 
     asked = load("runs/khpt75.toml", trials=300)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tests.store.tampering import resealed
+from tests.store.tampering import everything, resealed
 from tolstat.errors import DamagedError, RunFileError
 from tolstat.store.checksums import fingerprints, ranges_of
 from tolstat.store.memory_file import MemoryFile
@@ -71,20 +71,6 @@ def test_a_file_in_memory_is_a_file():
     assert copy.getvalue() == known.getvalue()
     ours.truncate(100_000)
     assert ours.seek(0, 2) == 100_000 and ours.read() == b""
-
-
-def everything(run):
-    """All that a run says, in words that NaN does not divide."""
-    columns = {name: run.column(name).tobytes() for name in (*run.units, "status")}
-    rest = (
-        run.nominal_values,
-        run.diagnostics,
-        run.audited,
-        run.provenance,
-        run.limits,
-    )
-    words = (run.study, run.settings, run.assumed, run.notes, run.contributors)
-    return repr((columns, rest, words, run.responses, run.sampled, run.title))
 
 
 def test_flipped_bytes_are_found_without_a_crash(run, tmp_path):

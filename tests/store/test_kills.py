@@ -12,7 +12,7 @@ import pytest
 import tolstat
 from tests.conftest import Toy
 from tolstat.execution.execute import execute, go_on
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.store import run_writer
 from tolstat.study.study import load
 

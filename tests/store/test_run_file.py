@@ -16,7 +16,7 @@ import tolstat
 from tests.conftest import Toy
 from tolstat import Contributor
 from tolstat.errors import BrokenError, RunFileError
-from tolstat.store.layout import Rows, places_of
+from tolstat.store.layout import Rows, extents_of
 from tolstat.store.lock import Lock
 
 
@@ -100,8 +100,8 @@ def test_no_number_lies_across_two_pages(toy, toy_study):
     """A kill tears pages, not numbers."""
     run = tolstat.run(toy_study, model=toy)
     with h5py.File(run.path) as file:
-        for place in places_of(file).values():
-            assert place.offset % place.dtype.itemsize == 0
+        for extent in extents_of(file).values():
+            assert extent.offset % extent.dtype.itemsize == 0
 
 
 def test_status_comes_after_the_data_are_on_the_disk(toy, toy_study, monkeypatch):

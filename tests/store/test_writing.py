@@ -15,7 +15,7 @@ import tolstat
 from tests.conftest import TOY_STUDY, Toy
 from tolstat.errors import BrokenError, ModelError, RunFileError
 from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.store import run_writer, temporary_files
 from tolstat.store.lock import Lock
 from tolstat.study.study import load

@@ -9,7 +9,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 import tolstat
-from tests.cli.test_commands import call
+from tests.cli.command_line import call
 from tests.conftest import ROOT
 from tests.model.rich import Rich
 from tolstat import catalogue

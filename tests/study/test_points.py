@@ -13,7 +13,7 @@ import tolstat
 from tolstat.answers.sweep.extremes_document import comparisons
 from tolstat.errors import StudyError
 from tolstat.execution.execute import execute
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.description import Description
 from tolstat.study.study import load
 

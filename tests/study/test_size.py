@@ -45,7 +45,7 @@ def test_large_studies_have_a_warning_or_are_refused(monkeypatch):
 
 
 def test_a_limit_of_the_process_counts():
-    code = "from tolstat.study.memory_needed import memory; print(memory())"
+    code = "from tolstat.operating_system import memory; print(memory())"
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (2 * 10**9,) * 2),

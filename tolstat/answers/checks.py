@@ -7,7 +7,7 @@ import numpy as np
 from tolstat.answers.next_steps import to_resume, to_run_again
 from tolstat.document.blocks import Document, Facts, Paragraph, paragraph, table_of
 from tolstat.document.inline import Parts, Typed, counted, listed, text
-from tolstat.execution.compatibility import why_drawn_otherwise
+from tolstat.execution.compatibility import why_sampled_differently
 from tolstat.execution.self_check import Check
 from tolstat.execution.verification import Verification
 from tolstat.status import Status
@@ -60,7 +60,7 @@ def _conclusion(path: Path, verification: Verification) -> Paragraph:
     if not verification.reasons:
         why += ", or an answer depends on the other trials of its block"
     if run.aim and len(verification.drawn_otherwise):
-        why = why_drawn_otherwise(run)
+        why = why_sampled_differently(run)
     again = to_run_again(run)
     return paragraph(
         f"{path} is as it was written, but its study has other results here: {why}",

@@ -5,7 +5,8 @@ from tolstat.document.blocks import Document, Given, paragraph, shown, table_of
 from tolstat.document.inline import Name
 from tolstat.errors import ModelError
 from tolstat.model import settings as model_settings
-from tolstat.model.checked import described, offers
+from tolstat.model.checked import described
+from tolstat.model.checked_views import offers
 from tolstat.model.description import Contributor
 from tolstat.units.scale import scale_of
 

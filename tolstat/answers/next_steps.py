@@ -13,7 +13,7 @@ from tolstat.answers.halved_entries import (
 from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
-from tolstat.errors import Advice, TolstatError
+from tolstat.errors import Advice, Remedy, TolstatError
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import free_name
 from tolstat.study.nominal_size import DeviationReader
@@ -27,8 +27,8 @@ DEFAULT_TIGHTEST, ROOM = 0.25, 1.05
 # keys that a shifted zone replaces, and those of cost and batch
 OF_THE_ZONE = ("tolerance", "size", "iso1328", "module", "cost", "common")
 WORDS = {
-    "custom model": "name a custom model by --machine FILE.py:NAME",
-    "replace": "--force replaces it, -o gives another name",
+    Remedy.CUSTOM_MODEL: "name a custom model by --machine FILE.py:NAME",
+    Remedy.REPLACE: "--force replaces it, -o gives another name",
 }
 
 
@@ -227,30 +227,30 @@ def worded(error: TolstatError) -> str:
 
 def _typed(advice: Advice) -> str:
     path, trials = advice.path, advice.trials
-    if advice.what in WORDS:
-        return WORDS[advice.what]
-    if advice.what == "run again":
+    if advice.remedy in WORDS:
+        return WORDS[advice.remedy]
+    if advice.remedy is Remedy.RUN_AGAIN:
         if typed := to_run_again(advice.run, trials or None):
             return f"`{typed}` runs its study again; -o gives it another name"
         return "run its study again, with --force or under another name (-o)"
     extend, resume = ("extend", path, "--trials", trials), ("resume", path)
     response = []
-    if advice.what == "plot" and not responses_of_interest(advice.run):
+    if advice.remedy is Remedy.PLOT and not responses_of_interest(advice.run):
         response = ["--response", advice.run.responses[0].name]
     table, picture = (path.parent / f"{path.stem}.{end}" for end in ("csv", "png"))
-    commands: dict[str, tuple[tuple[object, ...], str]] = {
-        "run": (("run", path), "runs it"),
-        "replace run": (("run", path, "--force"), "replaces it"),
-        "repair": (resume, "repairs it"),
-        "resume": (resume, "continues it"),
-        "resume regardless": (
+    commands: dict[Remedy, tuple[tuple[object, ...], str]] = {
+        Remedy.RUN: (("run", path), "runs it"),
+        Remedy.REPLACE_RUN: (("run", path, "--force"), "replaces it"),
+        Remedy.REPAIR: (resume, "repairs it"),
+        Remedy.RESUME: (resume, "continues it"),
+        Remedy.RESUME_REGARDLESS: (
             (*(extend if trials else resume), "--regardless"),
             "continues with what the run has stored",
         ),
-        "extend": (extend, "adds them"),
-        "report": (("report", path), "writes it"),
-        "export": (("export", path, "-o", table), "shows them"),
-        "plot": (("show", path, "--plot", picture, *response), "shows them"),
+        Remedy.EXTEND: (extend, "adds them"),
+        Remedy.REPORT: (("report", path), "writes it"),
+        Remedy.EXPORT: (("export", path, "-o", table), "shows them"),
+        Remedy.PLOT: (("show", path, "--plot", picture, *response), "shows them"),
     }
-    words, what = commands[advice.what]
+    words, what = commands[advice.remedy]
     return f"`{command(*words, machine=advice.machine)}` {what}"

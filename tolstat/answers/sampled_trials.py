@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.samplers import OWN
-from tolstat.errors import Advice, PictureError
+from tolstat.errors import Advice, PictureError, Remedy
 from tolstat.statistics.integration_error import response_ends
 from tolstat.statistics.limits.audited_response import AuditedResponse
 from tolstat.statistics.limits.limit import NO_LIMIT, within
@@ -118,9 +118,11 @@ def no_sample(run: Run) -> PictureError:
             f"{run.path}: trials of a rare run are no random sample; its report has "
             f"the fraction out of the limit of {run.aim}; all other answers need a run "
             'with sampling = "random"',
-            Advice("report", run.path, run.machine),
+            Advice(Remedy.REPORT, run.path, run.machine),
         )
     return PictureError(
         f"{run.path}: trials of a grid or a table are no sample: no statistics",
-        Advice("plot" if run.grid else "export", run.path, run.machine, run=run),
+        Advice(
+            Remedy.PLOT if run.grid else Remedy.EXPORT, run.path, run.machine, run=run
+        ),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tolstat.errors import Advice, BrokenError, RunFileError
+from tolstat.errors import Advice, BrokenError, Remedy, RunFileError
 from tolstat.literal import csv_cell
 from tolstat.render.output_file import check_ending, replace
 from tolstat.store.stored_run import Run
@@ -32,7 +32,7 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
     if path.exists() and not (force and path.is_file()):
         raise RunFileError(
             f"{path} already exists, and is replaced only by force",
-            Advice("replace", path),
+            Advice(Remedy.REPLACE, path),
         )
     frame = run.frame()
     units = frame.attrs.pop("units")
@@ -58,8 +58,8 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
 
 def _as_cells(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table in which no text is a formula to a spreadsheet."""
-    found = table.copy(deep=False)
+    cells = table.copy(deep=False)
     for name, column in table.items():
         if column.dtype.kind not in "iuf":
-            found[name] = column.astype(object).map(csv_cell)
-    return found.rename(columns=csv_cell)
+            cells[name] = column.astype(object).map(csv_cell)
+    return cells.rename(columns=csv_cell)

@@ -16,8 +16,8 @@ from tolstat.catalogue import place_of
 from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, leave, stop_on_interrupt
 from tolstat.cli.progress import ProgressBar
-from tolstat.errors import Advice, RunFileError
-from tolstat.execution.workers.crew import Interrupted
+from tolstat.errors import Advice, Remedy, RunFileError
+from tolstat.execution.workers.block_scheduler import Interrupted
 from tolstat.literal import visible
 from tolstat.render.output_file import check_ending, replace
 from tolstat.study.study import Study, load
@@ -89,6 +89,6 @@ def _check_output(output: Path, study: Study, *, force: bool) -> None:
     if output.exists() and output.samefile(study.path):
         raise RunFileError(f"{output} is the study itself; give another name")
     if output.exists() and not force:
-        raise RunFileError(f"{output} exists already", Advice("replace"))
+        raise RunFileError(f"{output} exists already", Advice(Remedy.REPLACE))
     table = tomllib.loads(study.text)
     study_in(output.parent, table, study.model, study.deviating, study.path)

@@ -21,9 +21,9 @@ from tolstat.cli.check import checked
 from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
 from tolstat.cli.progress import AFTERWARDS, notes_of
 from tolstat.errors import RunFileError, StoppedError, TolstatError
-from tolstat.execution.execute import run_of, work_off
+from tolstat.execution.execute import complete, run_of
 from tolstat.execution.run_loop import Progress
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.render.output_file import check_folder, replace
 from tolstat.render.screen import Screen, as_rich, show_table
 from tolstat.store.open_run import open as open_run
@@ -117,7 +117,7 @@ class Queue:
 
         self._set(study, state=RUNNING)
         try:
-            run, how, notes = work_off(study, crew, tell)
+            run, how, notes = complete(study, crew, tell)
             note(notes)
             self.entries[study] = entry_of(run)._replace(study=study.stem)
             self._set(study, state=how if run.complete else STOPPED)

@@ -19,11 +19,11 @@ from tolstat.answers.run_entries import judged
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
 from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, LIMITS_UNDECIDED
-from tolstat.errors import Advice, PictureError
+from tolstat.errors import Advice, PictureError, Remedy
 from tolstat.literal import visible
 from tolstat.render.screen import Screen, as_text
 from tolstat.render.serialize import as_json
-from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, worded
+from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, Verdict, worded
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
@@ -34,7 +34,7 @@ class CheckedLimit(NamedTuple):
     run: str
     response: str
     limit: str  # as written
-    verdict: str
+    verdict: Verdict
     reason: str  # why it is undecided, or on which condition the limit is met
 
 
@@ -106,13 +106,13 @@ def _limits_of(run: Run) -> list[CheckedLimit]:
         raise PictureError(
             f"{run.path}: {run.ended} of {run.trials} trials have run; a check needs "
             "all of them and their audit",
-            Advice("resume", run.path, run.machine),
+            Advice(Remedy.RESUME, run.path, run.machine),
         )
     if not (known := judged(run)):
         raise no_sample(run)
     found = []
     for name, limit in run.limits.items():
-        of = UNDECIDED, f"a rare run judges {run.aim} only"
+        of: tuple[Verdict, str] = UNDECIDED, f"a rare run judges {run.aim} only"
         if name in known:
             of = known[name].verdict, known[name].reason
         found.append(CheckedLimit(run.path.name, name, limit.words, *of))

@@ -9,9 +9,10 @@ from threading import Event
 from types import FrameType
 from typing import Any, NoReturn
 
+from tolstat.operating_system import STOP_SIGNALS
+
 INTERRUPTED = 130
 LIMITS_NOT_MET, LIMITS_UNDECIDED = 3, 4
-SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # not every system has the last
 
 Handler = Callable[[int, FrameType | None], object]
 
@@ -50,10 +51,9 @@ def on_interrupt(handler: Handler) -> dict[signal.Signals, Any]:
     Ignored signals stay ignored: `nohup`, background jobs.
     """
     before: dict[signal.Signals, Any] = {}
-    for name in SIGNALS:
-        number = getattr(signal, name, None)
-        if number and (known := signal.getsignal(number)) is not signal.SIG_IGN:
-            before[number] = known
+    for number in STOP_SIGNALS:
+        if (handled_by := signal.getsignal(number)) is not signal.SIG_IGN:
+            before[number] = handled_by
             signal.signal(number, handler)
     return before
 

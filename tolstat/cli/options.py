@@ -15,7 +15,7 @@ from tolstat.literal import visible
 
 if TYPE_CHECKING:
     from tolstat.answers.answer import Answer
-    from tolstat.execution.workers.crew import Workers
+    from tolstat.execution.workers.block_scheduler import Workers
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
@@ -107,7 +107,7 @@ class Compute(NamedTuple):
     @contextmanager
     def crew(self, stopping: Callable[[], bool]) -> Iterator[Workers]:
         """Start workers; end them when they are not needed, or have to stop."""
-        from tolstat.execution.workers.crew import Workers
+        from tolstat.execution.workers.block_scheduler import Workers
 
         with ExitStack() as stack:
             cluster = None

@@ -10,7 +10,7 @@ from tolstat.answers.views.replay import nominal_trial, replay
 from tolstat.answers.views.view_file import VIEWS, save_view, view_on_screen
 from tolstat.cli.options import output_option, path_argument, plot_option
 from tolstat.errors import ModelError
-from tolstat.model.checked import offers
+from tolstat.model.checked_views import offers
 from tolstat.render.output_file import check_ending
 from tolstat.render.screen import screen, show
 from tolstat.study.study import load

@@ -13,7 +13,7 @@ from tolstat.answers.checks import (
 from tolstat.answers.examined_model import Health, examined
 from tolstat.cli.options import run_file, workers
 from tolstat.execution import verification
-from tolstat.execution.self_check import check, surroundings
+from tolstat.execution.self_check import check, environment
 from tolstat.render.screen import show
 
 EXIT_CODES = {Health.GOOD: 0, Health.NO_AUDIT: 1, Health.UNHEALTHY: 3}
@@ -50,7 +50,7 @@ def doctor(what: str | None) -> None:
         document, health = examined(what)
         show(document)
         sys.exit(EXIT_CODES[health])
-    show(surroundings_document(surroundings()))
+    show(surroundings_document(environment()))
     repeated = check()
     show(check_document(repeated))
     if not repeated.same:

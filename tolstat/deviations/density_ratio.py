@@ -37,15 +37,15 @@ class Density:
     def __init__(
         self, distribution: Distribution, reference: Density | None = None
     ) -> None:
-        at = distribution.deviations(np.asarray(ndtr(SCORES), np.float64))
-        if not np.all(np.diff(at) > 0):
+        deviations = distribution.deviations(np.asarray(ndtr(SCORES), np.float64))
+        if not np.all(np.diff(deviations) > 0):
             raise DistributionError("many parts have nearly the same deviation")
-        slope = np.gradient(at, SCORES)
-        self.ends = float(at[0]), float(at[-1])
+        slope = np.gradient(deviations, SCORES)
+        self.ends = float(deviations[0]), float(deviations[-1])
         self.width = float(slope.max())
         ratio = self.width / reference.width if reference else 1.0
         self.size = 2.0 ** round(math.log2(ratio))
-        self._at, self._log_slope = at, np.log(slope / self.size)
+        self._at, self._log_slope = deviations, np.log(slope / self.size)
 
     def scores(self, deviations: Array) -> Array:
         """Return normal scores of float64[trial]; infinite outside the ends."""
@@ -54,14 +54,14 @@ class Density:
     def log_slope(self, scores: Array) -> Array:
         """Return the logarithm of slope over size at float64[trial] normal scores."""
         # in place: there may be a million scores
-        place = np.clip(scores, -FARTHEST, FARTHEST)
-        place += FARTHEST
-        place *= (STEPS - 1) / (2 * FARTHEST)
-        below = np.minimum(place.astype(np.int64), STEPS - 2)
-        place -= below
-        place *= np.diff(self._log_slope)[below]
-        place += self._log_slope[below]
-        return np.asarray(place, np.float64)
+        position = np.clip(scores, -FARTHEST, FARTHEST)
+        position += FARTHEST
+        position *= (STEPS - 1) / (2 * FARTHEST)
+        below = np.minimum(position.astype(np.int64), STEPS - 2)
+        position -= below
+        position *= np.diff(self._log_slope)[below]
+        position += self._log_slope[below]
+        return np.asarray(position, np.float64)
 
 
 class DensityRatio:
@@ -101,13 +101,13 @@ class DensityRatio:
         log_weight, outside = np.zeros(trials), np.zeros(trials, np.bool_)
         scores = {}
         for name in names:
-            drawn, before = self._sampled_density(name)
-            density = Density(new[name], drawn)
+            sampled, before = self._sampled_density(name)
+            density = Density(new[name], sampled)
             after = density.scores(self.deviations[name])
             outside |= np.isinf(after)
             log_weight += (
-                np.log(drawn.size / density.size)
-                + drawn.log_slope(before)
+                np.log(sampled.size / density.size)
+                + sampled.log_slope(before)
                 - density.log_slope(after)
             )
             scores[name] = after
@@ -145,8 +145,8 @@ class DensityRatio:
             return False
         if not set(equal) <= set(new):
             raise DistributionError("all parts of its batch are equal")
-        for of in (self.distributions, new):
-            if any(of[other] != of[name] for other in equal):
+        for distributions in (self.distributions, new):
+            if any(distributions[other] != distributions[name] for other in equal):
                 raise DistributionError(
                     "the parts of its batch have different tolerances"
                 )
@@ -159,7 +159,7 @@ def equal_parts(name: str, dependence: Dependence) -> list[str]:
     batch = batches.get(name)
     if batch is None or batch.share < 1:
         return [name]
-    return [each for each, other in batches.items() if other.name == batch.name]
+    return [part for part, other in batches.items() if other.name == batch.name]
 
 
 def dependent_groups(names: Iterable[str], dependence: Dependence) -> list[list[str]]:
@@ -169,9 +169,9 @@ def dependent_groups(names: Iterable[str], dependence: Dependence) -> list[list[
         if batch.share < 1:
             batches.setdefault(batch.name, []).append(name)
     several = [*groups(dependence.correlations), *batches.values()]
-    found = [group for group in several if set(group) & set(names)]
-    joined = {name for group in found for name in group}
-    return found + [[name] for name in names if name not in joined]
+    touched = [group for group in several if set(group) & set(names)]
+    joined = {name for group in touched for name in group}
+    return touched + [[name] for name in names if name not in joined]
 
 
 def correlations(names: list[str], dependence: Dependence) -> Array:
@@ -180,15 +180,15 @@ def correlations(names: list[str], dependence: Dependence) -> Array:
     Of normal deviations these are the correlations of the deviations themselves.
     """
     R = np.eye(len(names))
-    place = {name: i for i, name in enumerate(names)}
+    row = {name: i for i, name in enumerate(names)}
     for joint in dependent_groups(names, dependence):
-        own = correlation_of(joint, dependence)
-        for (i, one), (j, other) in product(enumerate(joint), repeat=2):
-            if one in place and other in place:
-                R[place[one], place[other]] = own[i, j]
-    for one, other in product(names, repeat=2):
-        if other in equal_parts(one, dependence):
-            R[place[one], place[other]] = 1.0
+        of_group = correlation_of(joint, dependence)
+        for (i, first), (j, second) in product(enumerate(joint), repeat=2):
+            if first in row and second in row:
+                R[row[first], row[second]] = of_group[i, j]
+    for first, second in product(names, repeat=2):
+        if second in equal_parts(first, dependence):
+            R[row[first], row[second]] = 1.0
     return R
 
 

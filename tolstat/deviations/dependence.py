@@ -46,13 +46,15 @@ def joined(unit: Mapping[str, Array], dependence: Dependence) -> dict[str, Array
 
     Each float64[trial] stays uniform; independent contributors do not change a bit.
     """
-    found = dict(unit)
+    samples = dict(unit)
     for name, (batch, share) in dependence.batches.items():
         if share == 1:
-            found[name] = unit[batch]
+            samples[name] = unit[batch]
         else:
-            shift, own = ndtri(unit[batch]), ndtri(unit[name])
-            found[name] = _unit(np.sqrt(share) * shift + np.sqrt(1 - share) * own)
+            shift, own_scores = ndtri(unit[batch]), ndtri(unit[name])
+            samples[name] = _unit(
+                np.sqrt(share) * shift + np.sqrt(1 - share) * own_scores
+            )
     for group in groups(dependence.correlations):
         mixing = np.linalg.cholesky(correlation_of_scores(group, dependence))
         scores = [np.asarray(ndtri(unit[name])) for name in group]
@@ -61,8 +63,8 @@ def joined(unit: Mapping[str, Array], dependence: Dependence) -> dict[str, Array
             mixed = mixing[row, 0] * scores[0]
             for column in range(1, row + 1):
                 mixed = mixed + mixing[row, column] * scores[column]
-            found[name] = _unit(mixed)
-    return found
+            samples[name] = _unit(mixed)
+    return samples
 
 
 def _unit(scores: Array) -> Array:
@@ -72,13 +74,13 @@ def _unit(scores: Array) -> Array:
 
 def groups(pairs: Iterable[Pair]) -> list[list[str]]:
     """List independent groups of correlated names, each in order."""
-    found: list[list[str]] = []
+    separate: list[list[str]] = []
     for first, second in pairs:
-        touched = [group for group in found if first in group or second in group]
+        touched = [group for group in separate if first in group or second in group]
         merged = [name for group in touched for name in group]
         merged += [name for name in (first, second) if name not in merged]
-        found = [group for group in found if group not in touched] + [merged]
-    return [sorted(group) for group in found]
+        separate = [group for group in separate if group not in touched] + [merged]
+    return [sorted(group) for group in separate]
 
 
 def correlation_of_scores(group: list[str], dependence: Dependence) -> Array:
@@ -91,12 +93,12 @@ def correlation_of_scores(group: list[str], dependence: Dependence) -> Array:
     named.
     """
     R = np.eye(len(group))
-    given = {}
+    ranks = {}
     for pair, rank in dependence.correlations.items():
         if pair[0] in group:
             i, j = (group.index(name) for name in pair)
             R[i, j] = R[j, i] = scores_of_rank(rank)
-            given[pair] = rank
+            ranks[pair] = rank
     values, vectors = np.linalg.eigh(R)
     if values[0] < LEAST_EIGENVALUE:
         # these deviations would have a combination of negative variance
@@ -104,7 +106,7 @@ def correlation_of_scores(group: list[str], dependence: Dependence) -> Array:
         cause = {n for n, w in zip(group, weight, strict=True) if w > 0.1}
         named = [
             f"{a} with {b} ({rank:g})"
-            for (a, b), rank in given.items()
+            for (a, b), rank in ranks.items()
             if {a, b} <= cause
         ]
         raise DependenceError(
@@ -174,9 +176,13 @@ def _hermite(distribution: Distribution, terms: int) -> Array:
     x = distribution.deviations(ndtr(z))
     x = x - weight @ x
     x = x / math.sqrt(weight @ x**2)
-    before, polynomial, found = np.zeros_like(z), np.ones_like(z), np.empty(terms)
+    before, polynomial, coefficients = (
+        np.zeros_like(z),
+        np.ones_like(z),
+        np.empty(terms),
+    )
     for k in range(terms):
         after = (z * polynomial - math.sqrt(k) * before) / math.sqrt(k + 1)
         before, polynomial = polynomial, after
-        found[k] = weight @ (x * polynomial)
-    return found
+        coefficients[k] = weight @ (x * polynomial)
+    return coefficients

@@ -54,8 +54,8 @@ def streams_of(
     dependence: Dependence,
 ) -> dict[str, int]:
     """Return the independent streams with their numbers, in order: see `Sampler`."""
-    wanted = factors(distributions, dependence)
-    return {name: i for name, i in _numbers(contributors).items() if name in wanted}
+    varying = factors(distributions, dependence)
+    return {name: i for name, i in _numbers(contributors).items() if name in varying}
 
 
 def _deviations(
@@ -84,13 +84,13 @@ def factors(
     A part that equals its batch is not a separate factor.
     """
     batches = dependence.batches
-    own = {
+    separate = {
         name
         for name, distribution in distributions.items()
         if not isinstance(distribution, Constant)
         and not (name in batches and batches[name].share == 1)
     }
-    return own | {batch.name for batch in batches.values()}
+    return separate | {batch.name for batch in batches.values()}
 
 
 def _numbers(contributors: Sequence[str]) -> dict[str, int]:

@@ -83,12 +83,12 @@ def zone(text: str, size: float) -> Tolerance:
     "h7" below it (a shaft), "H7" above it (a hole). Raises `GradeError` if the grade is
     unknown, or the standard's table lacks this size.
     """
-    found = _WRITTEN.fullmatch(text.strip())
-    if found is None or found[1] not in ("IT", *POSITIONS):
+    match = _WRITTEN.fullmatch(text.strip())
+    if match is None or match[1] not in ("IT", *POSITIONS):
         raise GradeError(
             f"'{text}': grades are IT1 to IT18, alone or as h, H, js, JS; write other "
             "positions as their limits, lower..upper in mm, from the standard's table"
         )
-    whole = width(int(found[2]), size)
-    lower = {"h": -whole, "H": 0.0}.get(found[1], -0.5 * whole)
-    return Tolerance(lower, lower + whole)
+    full = width(int(match[2]), size)
+    lower = {"h": -full, "H": 0.0}.get(match[1], -0.5 * full)
+    return Tolerance(lower, lower + full)

@@ -60,8 +60,8 @@ def likely_points(
         which = uniform(seed, "ways", len(points), f"of {name}")
         way = chosen(shares, which)
         choice = uniform(seed, "factors", len(points), f"of {name}")
-        some = ndtr(normal_scores(seed, streams, len(points), name))
-        tried = _nearer(points, way, choice, some)
+        chance = ndtr(normal_scores(seed, streams, len(points), name))
+        tried = _nearer(points, way, choice, chance)
         margins = yield stage_of(tried, 1.0, np.nan)
         before, after = (np.einsum("ni,ni->n", x, x) for x in (points, tried))
         moved = (margins < 0) & (after < before)
@@ -71,45 +71,45 @@ def likely_points(
         points = np.where(moved[:, None], tried, points)
         idle = 0 if moved.any() else idle + 1
         if step % EVERY == 0:
-            points = apart(points)
-    return apart(points), used
+            points = separated(points)
+    return separated(points), used
 
 
-def _nearer(points: Array, way: Integers, choice: Array, some: Array) -> Array:
+def _nearer(points: Array, way: Integers, choice: Array, chance: Array) -> Array:
     """Return float64[point, direction], each after a move of its kind.
 
-    `choice` float64[point] and `some` float64[point, direction] are unit samples.
+    `choice` float64[point] and `chance` float64[point, direction] are unit samples.
     """
     n, directions = points.shape
 
     def one_of(values: Array) -> Array:
         return values[(choice * len(values)).astype(np.int64)][:, None]
 
-    block = np.where(some < one_of(HOW_MANY), one_of(SOME), 1.0)
+    block = np.where(chance < one_of(HOW_MANY), one_of(SOME), 1.0)
     rank = np.argsort(np.argsort(-np.abs(points), axis=1, kind="stable"), axis=1)
     largest = rank < np.round(directions**choice)[:, None]
     squares = np.einsum("ni,ni->n", points, points)
     between = squares[:, None] + squares - 2 * np.einsum("ni,mi->nm", points, points)
     np.fill_diagonal(between, np.inf)
-    near = np.argsort(between, axis=1, kind="stable")[:, : min(NEIGHBOURS, n)]
-    place = (choice * near.shape[1]).astype(np.int64)
-    half_way = (points + points[near[np.arange(n), place]]) / 2
+    neighbours = np.argsort(between, axis=1, kind="stable")[:, : min(NEIGHBOURS, n)]
+    neighbour = (choice * neighbours.shape[1]).astype(np.int64)
+    half_way = (points + points[neighbours[np.arange(n), neighbour]]) / 2
     ways = block * points, one_of(FACTORS) * points, half_way, largest * points
     return np.asarray(np.select([way[:, None] == i for i in range(WAYS)], ways))
 
 
-def apart(points: Array) -> Array:
+def separated(points: Array) -> Array:
     """Return points that are not beside one that is likelier, the likeliest first."""
     points = points[np.argsort(np.einsum("ni,ni->n", points, points), kind="stable")]
-    left, kept = np.ones(len(points), np.bool_), []
+    uncovered, centres = np.ones(len(points), np.bool_), []
     for i, point in enumerate(points):
-        if left[i]:
-            kept.append(i)
-            left &= ((points - point) ** 2).sum(axis=1) >= APART**2
-    return points[kept]
+        if uncovered[i]:
+            centres.append(i)
+            uncovered &= ((points - point) ** 2).sum(axis=1) >= APART**2
+    return points[centres]
 
 
-def about(points: Array) -> Mixture:
+def study_around(points: Array) -> Mixture:
     """Return the study's distribution about each of the likeliest points."""
     means = points[:MOST]
     return centred(np.ones(len(means)), means.shape[1])._replace(means=means)

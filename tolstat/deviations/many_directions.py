@@ -21,17 +21,17 @@ def normal_of(halves: Sequence[Array]) -> Mixture:
     principal axis of the first half has its own if its variance in the second half
     differs by more than the factor `SPECIAL`.
     """
-    one, other = (half.mean(axis=0) for half in halves)
+    mean_1, mean_2 = (half.mean(axis=0) for half in halves)
     first, second = (half - half.mean(axis=0) for half in halves)
     n, d = len(first) + len(second), first.shape[1]
-    chance = float(((one - other) ** 2).sum()) / (4 * d)
-    mean = (one + other) / 2
+    chance = float(((mean_1 - mean_2) ** 2).sum()) / (4 * d)
+    mean = (mean_1 + mean_2) / 2
     mean = mean * np.maximum(1 - 2 * chance / np.maximum(mean**2, 1e-300), 0.0)
     total = float((first**2).sum() + (second**2).sum()) / n + d * chance
     vectors = np.linalg.eigh(np.einsum("ni,nj->ij", first, first))[1].T
     axes = np.concatenate([vectors[:AXES], vectors[max(AXES, d - AXES) :]])
-    own = (np.einsum("ni,ai->na", second, axes) ** 2).mean(axis=0)
-    ratio = own * d / max(total, LEAST)
+    variances = (np.einsum("ni,ai->na", second, axes) ** 2).mean(axis=0)
+    ratio = variances * d / max(total, LEAST)
     axes = axes[(ratio > SPECIAL) | (ratio < 1 / SPECIAL)]
     away = np.concatenate([first, second])
     along = (np.einsum("ni,ai->na", away, axes) ** 2).mean(axis=0)

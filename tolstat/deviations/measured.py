@@ -81,7 +81,7 @@ def _p_value(values: Array) -> float:
 
     if len(values) <= MOST_SIMULATED:
         return float(tested(values, RESAMPLES).pvalue)
-    own = tested(values, 1).statistic
+    statistic = tested(values, 1).statistic
     scores = ndtri((np.arange(MOST_SIMULATED) + 0.5) / MOST_SIMULATED)
-    others = tested(scores, RESAMPLES).null_distribution
-    return float((np.count_nonzero(others >= own) + 1) / (RESAMPLES + 1))
+    simulated = tested(scores, RESAMPLES).null_distribution
+    return float((np.count_nonzero(simulated >= statistic) + 1) / (RESAMPLES + 1))

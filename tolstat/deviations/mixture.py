@@ -38,17 +38,17 @@ class Mixture(NamedTuple):
 
     def log_parts(self, points: Array) -> Array:
         """Return float64[part, point], the logarithm of each part's density."""
-        found = np.empty((len(self.shares), len(points)))
+        logs = np.empty((len(self.shares), len(points)))
         for i, (share, mean, root) in enumerate(zip(*self, strict=True)):
             away = points - mean
             if np.count_nonzero(root) == len(root):  # parts along the axes: fast
                 away = away / np.diag(root)
             else:  # einsum, not BLAS: the same for any number of threads
                 away = np.einsum("nj,ij->ni", away, np.linalg.inv(root))
-            found[i] = np.log(share) - 0.5 * np.einsum("ni,ni->n", away, away)
-            found[i] -= np.log(np.diag(root)).sum()
-        found -= 0.5 * points.shape[1] * np.log(2 * np.pi)
-        return found
+            logs[i] = np.log(share) - 0.5 * np.einsum("ni,ni->n", away, away)
+            logs[i] -= np.log(np.diag(root)).sum()
+        logs -= 0.5 * points.shape[1] * np.log(2 * np.pi)
+        return logs
 
     def log_density(self, points: Array) -> Array:
         """Return float64[point], the logarithm of the density at [point, direction]."""
@@ -64,11 +64,11 @@ class Mixture(NamedTuple):
         float64[point] unit samples choose parts; scores are float64[point, direction].
         """
         part = self.parts(which)
-        found = np.empty_like(scores)
+        points = np.empty_like(scores)
         for i in range(len(self.shares)):
-            own = part == i
-            found[own] = np.einsum("nj,ij->ni", scores[own], self.roots[i])
-        return found + self.means[part]
+            inside = part == i
+            points[inside] = np.einsum("nj,ij->ni", scores[inside], self.roots[i])
+        return points + self.means[part]
 
     def beside(self, share: float, other: Mixture) -> Mixture:
         """Return a mixture of this one and another, which has a given share."""
@@ -117,10 +117,10 @@ def fitted(points: Array, logs: Array, start: Mixture) -> Mixture:
     halves = [(points[i::2], logs[i::2]) for i in (0, 1)]
 
     def suits(parts: Mixture) -> float:
-        each = [_even(_iterated(*half, parts)).log_density for half in halves]
+        densities = [_even(_iterated(*half, parts)).log_density for half in halves]
         return sum(
             float(np.average(density(x), weights=tempered(log)[0]))
-            for density, (x, log) in zip(each, halves[::-1], strict=True)
+            for density, (x, log) in zip(densities, halves[::-1], strict=True)
         )
 
     best = max((centred(np.ones(1), points.shape[1]), start), key=suits)
@@ -140,39 +140,39 @@ def tempered(logs: Array) -> tuple[Array, Array]:
     """
     table = np.exp(POWERS[:, None] * (logs - logs.max()))
     worth = table.sum(axis=1) ** 2 / np.square(table).sum(axis=1)
-    place = int((worth >= min(worth.max() / 2, WANTED)).argmax())
-    return table[place] / table[place].sum(), table
+    power = int((worth >= min(worth.max() / 2, WANTED)).argmax())
+    return table[power] / table[power].sum(), table
 
 
 def _iterated(points: Array, logs: Array, start: Mixture) -> Mixture:
     """Return a fit with as many parts, or fewer."""
     weights, table = tempered(logs)
-    found, before = start, -np.inf
-    each = start.log_parts(points)
+    mixture, last = start, -np.inf
+    logs_of_parts = start.log_parts(points)
     for _ in range(ROUNDS):
-        total = np.logaddexp.reduce(each)
-        belongs = np.exp(each - total)
+        total = np.logaddexp.reduce(logs_of_parts)
+        belongs = np.exp(logs_of_parts - total)
         powered = np.einsum("kn,pn->kpn", belongs, table)
         sums = powered.sum(axis=2)
         worths = sums**2 / np.maximum(np.square(powered).sum(axis=2), 1e-300)
         enough = np.minimum(OF_PART, worths.max(axis=1, keepdims=True) / 2)
-        place = (worths >= enough).argmax(axis=1)
-        every = np.arange(len(place))
-        worth = worths[every, place]
-        kept = np.flatnonzero(worth >= min(LEAST, worth.max()))
+        power = (worths >= enough).argmax(axis=1)
+        parts_of_all = np.arange(len(power))
+        worth = worths[parts_of_all, power]
+        lasting = np.flatnonzero(worth >= min(LEAST, worth.max()))
         parts = [
-            _part(points, powered[i, place[i]] / sums[i, place[i]], worth[i])
-            for i in kept
+            _part(points, powered[i, power[i]] / sums[i, power[i]], worth[i])
+            for i in lasting
         ]
         means, roots = zip(*parts, strict=True)
-        shares = np.maximum(np.einsum("kn,n->k", belongs[kept], weights), 1e-6)
-        found = Mixture(shares / shares.sum(), np.array(means), np.array(roots))
-        each = found.log_parts(points)
-        mean = float(np.average(np.logaddexp.reduce(each), weights=weights))
-        if mean - before < LEAST_RISE:
+        shares = np.maximum(np.einsum("kn,n->k", belongs[lasting], weights), 1e-6)
+        mixture = Mixture(shares / shares.sum(), np.array(means), np.array(roots))
+        logs_of_parts = mixture.log_parts(points)
+        mean = float(np.average(np.logaddexp.reduce(logs_of_parts), weights=weights))
+        if mean - last < LEAST_RISE:
             break
-        before = mean
-    return found
+        last = mean
+    return mixture
 
 
 def _part(points: Array, weights: Array, worth: float) -> tuple[Array, Array]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from tolstat.errors import ModelError, allowed_names
 
 
-def expand(name: str, known: Sequence[str]) -> list[str]:
+def expand(name: str, allowed: Sequence[str]) -> list[str]:
     """Return the known names that a name stands for, at least one.
 
     A known name, or one without its number: NAME means exactly NAME_<number> (runout is
@@ -14,20 +14,20 @@ def expand(name: str, known: Sequence[str]) -> list[str]:
 
     Raises `ModelError` if it stands for none; the message names the nearest known name.
     """
-    if name in known:
+    if name in allowed:
         return [name]
     numbered = re.compile(re.escape(name) + r"_[0-9]+")
-    found = [each for each in known if numbered.fullmatch(each)]
-    if not found:
-        raise ModelError(f"unknown; {allowed_names(name, known_or_general(known))}")
-    return found
+    members = [other for other in allowed if numbered.fullmatch(other)]
+    if not members:
+        raise ModelError(f"unknown; {allowed_names(name, known_or_general(allowed))}")
+    return members
 
 
-def known_or_general(known: Iterable[str]) -> list[str]:
+def known_or_general(numbered: Iterable[str]) -> list[str]:
     """Return names, each numbered family also without its number."""
     names: dict[str, None] = {}
-    for each in known:
-        names |= {general(each): None, each: None}
+    for name in numbered:
+        names |= {general(name): None, name: None}
     return list(names)
 
 

@@ -33,19 +33,19 @@ class Overlap(NamedTuple):
     cut: float  # share of the new units above the cap
 
 
-def check_overlap(drawn: Distribution, new: Distribution) -> float:
+def check_overlap(sampled: Distribution, new: Distribution) -> float:
     """Return the effective sample size per trial with a new distribution of one part.
 
     Raises `DistributionError` if there is no ratio of densities, if new parts lie
     outside the sampled distribution, or if few weights would dominate.
     """
     parts = new.deviations((np.arange(PARTS) + 0.5) / PARTS)
-    weights = DensityRatio({"": parts}, {"": drawn}, Dependence()).weights({"": new})
+    weights = DensityRatio({"": parts}, {"": sampled}, Dependence()).weights({"": new})
     if _dominated_by_few(weights):
         raise DistributionError(
             "its tails are too heavy for the sampled ones: few parts would dominate"
         )
-    uncovered = float(np.mean(_outside(parts, Density(drawn))))
+    uncovered = float(np.mean(_outside(parts, Density(sampled))))
     if uncovered > MOST_UNCOVERED:
         raise DistributionError(
             f"{100 * uncovered:.2g} % of these parts lie outside the sampled range"
@@ -66,7 +66,7 @@ def overlap_of(
     """
     joint = dependent_groups(new, dependence)
     names = dict.fromkeys(name for group in joint for name in group)
-    batches = {n: each for n, each in dependence.batches.items() if n in names}
+    batches = {n: batch for n, batch in dependence.batches.items() if n in names}
     pairs = {p: rank for p, rank in dependence.correlations.items() if p[0] in names}
     together = Dependence(batches, pairs)
     rng = np.random.RandomState(PARTS)  # its numbers never change
@@ -92,9 +92,9 @@ def overlap_of(
     return Overlap(float(efficiency), float(heavy[best]), cut)
 
 
-def _outside(parts: Array, drawn: Density) -> Truths:
+def _outside(parts: Array, sampled: Density) -> Truths:
     """Return which of float64[part] parts lie outside a sampled distribution."""
-    lower, upper = drawn.ends
+    lower, upper = sampled.ends
     edge = 1e-9 * (upper - lower)  # rounding of equal ends
     return np.asarray((parts < lower - edge) | (parts > upper + edge))
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.deviations import rare_stage
-from tolstat.deviations.likely_points import MOST, about, likely_points
+from tolstat.deviations.likely_points import MOST, likely_points, study_around
 from tolstat.deviations.mixture import centred
 from tolstat.deviations.rare_search import (
     FOR_MOVES,
@@ -113,27 +113,33 @@ class Rare(Sampler):
     ) -> Generator[rare_stage.RareStage, Array, None]:
         """Yield stages; the arguments are as of `Sampler.stages`."""
         search, directions = Search(seed, streams, trials), len(streams)
-        many = directions >= MANY
+        is_large = directions >= MANY
         yield from search.stage(centred(SPREADS, directions), FIRST)
-        step = max(round((STEP_OF_MANY if many else STEP) * trials), LEAST_OF_STEP)
+        step = max(round((STEP_OF_MANY if is_large else STEP) * trials), LEAST_OF_STEP)
         halves = yield from search.counted(approach(seed, streams, step))
-        survivors, found = np.concatenate(halves), search.out_of_limit
-        number = round((STARTS_OF_MANY if many else STARTS) * trials)
-        some = min(round(SURVIVORS * number), len(survivors))
-        others = min(number - some, len(found))
-        starts = in_equal_numbers(found, others), in_equal_numbers(survivors, some)
+        survivors, failures = np.concatenate(halves), search.out_of_limit
+        number = round((STARTS_OF_MANY if is_large else STARTS) * trials)
+        from_survivors = min(round(SURVIVORS * number), len(survivors))
+        others = min(number - from_survivors, len(failures))
+        starts = (
+            in_equal_numbers(failures, others),
+            in_equal_numbers(survivors, from_survivors),
+        )
         # enough trials stay for the later stages
-        after = round((LAST + (FOR_MOVES if many else FOR_STAGES)) * trials)
+        after = round((LAST + (FOR_MOVES if is_large else FOR_STAGES)) * trials)
         led = min(round(LED * trials), search.left - after)
         points = yield from search.counted(
             likely_points(seed, streams, np.concatenate(starts), led)
         )
         mixture = centred(np.ones(1), directions)  # if no response leads out of limit
         if len(points):
-            near, reached = about(points), len(points) < min(MOST, REACHED * number)
+            centres, reached = (
+                study_around(points),
+                len(points) < min(MOST, REACHED * number),
+            )
             kinds = reached and len(points) > 1
             if directions >= (MANY_OF_KINDS if kinds else MANY):
-                mixture = yield from search.at_once(near, halves, reached=reached)
+                mixture = yield from search.at_once(centres, halves, reached=reached)
             else:
-                mixture = yield from search.in_stages(near, halves)
+                mixture = yield from search.in_stages(centres, halves)
         yield from search.last_stage(mixture)

@@ -50,9 +50,9 @@ class Search:
 
     def counted(self, going: Stages[tuple[Found, int]]) -> Stages[Found]:
         """Yield stages that return their number of trials, too."""
-        found, used = yield from going
+        result, used = yield from going
         self.left -= used
-        return found
+        return result
 
     def stage(self, mixture: Mixture, share: float) -> Stages[None]:
         """Yield a stage of a share of the trials; the first one is of `SPREADS`."""
@@ -80,7 +80,7 @@ class Search:
         scores = normal_scores(self.seed, self.streams, trials, purpose)
         return mixture.points(which, scores), which
 
-    def in_stages(self, near: Mixture, halves: Sequence[Array]) -> Stages[Mixture]:
+    def in_stages(self, centres: Mixture, halves: Sequence[Array]) -> Stages[Mixture]:
         """Yield stages about likely points, and from fits to what they found.
 
         If the median trial is out of limit, it is the only likely point, and failures
@@ -88,22 +88,22 @@ class Search:
         is added.
         """
         if all(map(len, halves)):
-            near = near.beside(1 / (1 + len(near.shares)), normal_of(halves))
-        mixture = near
+            centres = centres.beside(1 / (1 + len(centres.shares)), normal_of(halves))
+        mixture = centres
         for stage in range(STAGES):
             yield from self.stage(_beside_study(mixture), EACH)
             share = NEAR_LAST if stage == STAGES - 1 else NEAR
-            mixture = self._fit(near).beside(share, near)
+            mixture = self._fit(centres).beside(share, centres)
         return mixture
 
     def at_once(
-        self, near: Mixture, halves: Sequence[Array], *, reached: bool
+        self, centres: Mixture, halves: Sequence[Array], *, reached: bool
     ) -> Stages[Mixture]:
         """Yield a stage about likely points, then moves of out-of-limit trials.
 
         Parameters
         ----------
-        near : Mixture
+        centres : Mixture
             About the likely points.
         halves : sequence of two float64[trial, direction]
             Out-of-limit trials of subset simulation. If there is one likely point, they
@@ -112,34 +112,38 @@ class Search:
             Whether trials came together at the likely points. If they did not, and are
             still far from the median trial, the points are not used.
         """
-        yield from self.stage(near, EACH)
-        each = self.counts[-1]
-        tried, margins = self.points[-each:], self.margins[-each:]
+        yield from self.stage(centres, EACH)
+        trials = self.counts[-1]
+        tried, margins = self.points[-trials:], self.margins[-trials:]
         led, survivors = tried[margins < 0], np.concatenate(halves)
-        single, there = len(near.shares) == 1, all(map(len, halves))
+        single, survived = len(centres.shares) == 1, all(map(len, halves))
         if len(led) < LEAST:
             led = led[:0]
         elif single:
-            there = False
-        elif there and not reached:
-            far, less = (float((x**2).sum(axis=1).mean()) for x in (led, survivors))
-            if far - less > FARTHER:
+            survived = False
+        elif survived and not reached:
+            of_led, of_survivors = (
+                float((x**2).sum(axis=1).mean()) for x in (led, survivors)
+            )
+            if of_led - of_survivors > FARTHER:
                 led = led[:0]
-        if not len(led) and not there:
-            return near
+        if not len(led) and not survived:
+            return centres
         groups = [led[0::2], led[1::2]] if len(led) else []
-        groups += halves if there else []
-        groups = yield from self._moved(groups, near, tried, margins)
-        if len(groups) == 2 and (single or there):
+        groups += halves if survived else []
+        groups = yield from self._moved(groups, centres, tried, margins)
+        if len(groups) == 2 and (single or survived):
             return normal_of(groups)
         points = np.concatenate(groups[:2])
-        found = fitted(points, np.zeros(len(points)), near).beside(NEAR_LAST, near)
-        if not there:
-            return found
-        return (yield from self._chosen(found, normal_of(groups[2:])))
+        mixture = fitted(points, np.zeros(len(points)), centres).beside(
+            NEAR_LAST, centres
+        )
+        if not survived:
+            return mixture
+        return (yield from self._chosen(mixture, normal_of(groups[2:])))
 
     def _moved(
-        self, groups: Sequence[Array], near: Mixture, tried: Array, margins: Array
+        self, groups: Sequence[Array], centres: Mixture, tried: Array, margins: Array
     ) -> Stages[list[Array]]:
         """Yield moves of groups of trials; return as many trials of each, moved."""
         most = round(CHAINS * self.trials) // len(groups)
@@ -147,57 +151,57 @@ class Search:
         points = np.concatenate([in_equal_numbers(x, number) for x in groups])
         sweeps = round(MOVES * self.trials) // len(points)
         # the slope of each kind, or its direction where its trials are few
-        kind, axes = near.log_parts(tried).argmax(axis=0), near.means.copy()
+        kind, axes = centres.log_parts(tried).argmax(axis=0), centres.means.copy()
         for i in np.unique(kind):
             axes[i] = slope(tried[kind == i], margins[kind == i])
         length = np.sqrt(np.einsum("ki,ki->k", axes, axes))[:, None]
         axes = axes / np.maximum(length, 1e-9)
-        axes = axes[near.log_parts(points).argmax(axis=0)]
+        axes = axes[centres.log_parts(points).argmax(axis=0)]
         points = yield from relaxed(
             self.seed, self.streams, points, sweeps, (tried, margins), axes
         )
         self.left -= sweeps * len(points)
         return np.split(points, len(groups))
 
-    def _chosen(self, one: Mixture, other: Mixture) -> Stages[Mixture]:
+    def _chosen(self, first: Mixture, second: Mixture) -> Stages[Mixture]:
         """Yield a stage of two mixtures, and return them in the shares that suit."""
         share = 0.5
-        yield from self.stage(_beside_study(one.beside(share, other)), CHOICE)
+        yield from self.stage(_beside_study(first.beside(share, second)), CHOICE)
         last = slice(-self.counts[-1], None)
         points = self.points[last][self.margins[last] < 0]
         if not len(points):
-            return one.beside(share, other)
+            return first.beside(share, second)
         weights, _ = tempered(_excess(points, self.mixtures[-1]))
-        logs = np.array([each.log_density(points) for each in (one, other)])
+        logs = np.array([mixture.log_density(points) for mixture in (first, second)])
         for _ in range(50):  # expectation-maximisation of the shares
-            each = logs + np.log([[1 - share], [share]])
-            belongs = np.exp(each[1] - np.logaddexp.reduce(each))
+            weighted = logs + np.log([[1 - share], [share]])
+            belongs = np.exp(weighted[1] - np.logaddexp.reduce(weighted))
             share = float(np.average(belongs, weights=weights))
             share = min(max(share, LEAST_SHARE), 1 - LEAST_SHARE)
-        return one.beside(share, other)
+        return first.beside(share, second)
 
-    def _fit(self, near: Mixture) -> Mixture:
+    def _fit(self, centres: Mixture) -> Mixture:
         """Return a mixture fitted to the trials out of limit.
 
         Those of the first stage are many and far; they count if they help.
         """
-        later, whole = self._weighted(1), self._weighted(0)
-        few, more = (_effective(logs) for _, logs in (later, whole))
-        points, logs = whole if more > WHOLE * few else later
+        later, of_all = self._weighted(1), self._weighted(0)
+        of_few, more = (_effective(logs) for _, logs in (later, of_all))
+        points, logs = of_all if more > WHOLE * of_few else later
         if not len(points):
-            return near
-        kept = logs > logs.max() + LIGHTEST
-        return _extended(fitted(points[kept], logs[kept], near), points, logs)
+            return centres
+        heavy = logs > logs.max() + LIGHTEST
+        return _extended(fitted(points[heavy], logs[heavy], centres), points, logs)
 
     def _weighted(self, first: int) -> tuple[Array, Array]:
         """Return trials out of limit of stages, and the logarithms of their weights."""
-        at = slice(sum(self.counts[:first]), None)
-        points = self.points[at][self.margins[at] < 0]
+        start = slice(sum(self.counts[:first]), None)
+        points = self.points[start][self.margins[start] < 0]
         counts = np.array(self.counts[first:])
-        each = [mixture.log_density(points) for mixture in self.mixtures[first:]]
-        drawn = np.array(each) + np.log(counts / counts.sum())[:, None]
+        part = [mixture.log_density(points) for mixture in self.mixtures[first:]]
+        sampled = np.array(part) + np.log(counts / counts.sum())[:, None]
         study = log_normal(np.einsum("ni,ni->n", points, points), 1.0, points.shape[1])
-        return points, study - np.logaddexp.reduce(drawn)
+        return points, study - np.logaddexp.reduce(sampled)
 
 
 def in_equal_numbers(points: Array, number: int) -> Array:
@@ -231,11 +235,13 @@ def _extended(mixture: Mixture, points: Array, logs: Array) -> Mixture:
     """
     squares = np.einsum("ni,ni->n", points, points)
     aimed = logs + log_normal(squares, 1.0, points.shape[1])
-    drawn = mixture.log_density(points)
+    sampled = mixture.log_density(points)
     for _ in range(ADDED):
-        place = (aimed - drawn).argmax()
-        one = centred(np.ones(1), points.shape[1])._replace(means=points[[place]])
-        mixture = mixture.beside(ADDED_SHARE, one)
-        own = one.log_density(points)
-        drawn = np.logaddexp(np.log1p(-ADDED_SHARE) + drawn, np.log(ADDED_SHARE) + own)
+        heaviest = (aimed - sampled).argmax()
+        part = centred(np.ones(1), points.shape[1])._replace(means=points[[heaviest]])
+        mixture = mixture.beside(ADDED_SHARE, part)
+        of_part = part.log_density(points)
+        sampled = np.logaddexp(
+            np.log1p(-ADDED_SHARE) + sampled, np.log(ADDED_SHARE) + of_part
+        )
     return mixture

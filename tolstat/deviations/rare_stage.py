@@ -75,9 +75,9 @@ def better_shares(kind: Integers, gains: Array, number: int, least: float) -> Ar
     `kind` int64[trial] is below `number`; no share is below `least`.
     """
     trials = np.maximum(np.bincount(kind, minlength=number), 1)
-    each = np.bincount(kind, gains, number) / trials
-    each = each / each.sum() if each.any() else np.full(number, 1 / number)
-    return np.asarray(least + (1 - number * least) * each)
+    mean = np.bincount(kind, gains, number) / trials
+    mean = mean / mean.sum() if mean.any() else np.full(number, 1 / number)
+    return np.asarray(least + (1 - number * least) * mean)
 
 
 def normal_scores(

@@ -176,10 +176,10 @@ class Sobol(Sampler):
         most = math.ceil(trials / REPLICATES)
         points = engine.random_base2(math.ceil(math.log2(most)))
         for column, (name, dimension) in enumerate(streams.items()):
-            whole = (points[:, dimension] * 2.0**BITS).astype(np.uint64)
+            integers = (points[:, dimension] * 2.0**BITS).astype(np.uint64)
             for replicate in range(min(REPLICATES, trials)):
                 n = len(range(replicate, trials, REPLICATES))
-                bits = _scrambled(whole[:n], seed, name, replicate)
+                bits = _scrambled(integers[:n], seed, name, replicate)
                 samples[replicate::REPLICATES, column] = unit_samples_of(bits)
         return samples
 
@@ -189,17 +189,17 @@ def _scrambled(
 ) -> NDArray[np.uint64]:
     """Return 64 bits: each mixed with the higher ones, the lower ones filled."""
     masks = random_bits(seed, name, 64, f"sobol {replicate}: matrix")
-    found = np.full_like(
+    scrambled = np.full_like(
         points, random_bits(seed, name, 1, f"sobol {replicate}: shift")[0]
     )
     for i in range(64):
-        place = max(BITS - 1 - i, 0)
-        mask = masks[i] & np.uint64(2**BITS - 2**place)
+        position = max(BITS - 1 - i, 0)
+        mask = masks[i] & np.uint64(2**BITS - 2**position)
         if i < BITS:
-            mask |= np.uint64(2**place)
+            mask |= np.uint64(2**position)
         parity = np.bitwise_count(points & mask) & np.uint8(1)
-        found ^= parity.astype(np.uint64) << np.uint64(63 - i)
-    return found
+        scrambled ^= parity.astype(np.uint64) << np.uint64(63 - i)
+    return scrambled
 
 
 class Saltelli(Sampler):
@@ -230,10 +230,10 @@ class Saltelli(Sampler):
         if trials % group == 0:
             return ""
         below = trials // group * group
-        near = " or ".join(str(n) for n in (below, below + group) if n)
+        multiples = " or ".join(str(n) for n in (below, below + group) if n)
         return (
             f"a multiple of {group} is expected, {factors} contributors that deviate "
-            f"and {OWN} for each point: {near}"
+            f"and {OWN} for each point: {multiples}"
         )
 
     def unit_samples(self, seed: int, streams: Mapping[str, int], trials: int) -> Array:

@@ -176,14 +176,16 @@ def in_zone(distribution: Distribution, zone: Tolerance) -> Distribution:
     ratio = zone.half / old.half
 
     def across(x: float) -> float:
-        place = min(max(zone.lower + ratio * (x - old.lower), zone.lower), zone.upper)
-        return place if abs(place) > ROUNDING * zone.half else 0.0
+        moved = min(max(zone.lower + ratio * (x - old.lower), zone.lower), zone.upper)
+        return moved if abs(moved) > ROUNDING * zone.half else 0.0
 
     keys: dict[str, Any] = {"tolerance": zone}
     for key in PLACES:
-        if (place := getattr(distribution, key, None)) is not None:
-            plateau = isinstance(place, Tolerance)
-            keys[key] = Tolerance(*map(across, place)) if plateau else across(place)
+        if (key_value := getattr(distribution, key, None)) is not None:
+            plateau = isinstance(key_value, Tolerance)
+            keys[key] = (
+                Tolerance(*map(across, key_value)) if plateau else across(key_value)
+            )
     if (shift := getattr(distribution, "shift", None)) is not None:
         keys["shift"] = ratio * shift
     return cast(Distribution, dataclasses.replace(cast(Any, distribution), **keys))

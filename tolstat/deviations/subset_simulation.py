@@ -82,7 +82,7 @@ def relaxed(
     streams: Mapping[str, int],
     points: Array,
     sweeps: int,
-    known: tuple[Array, Array],
+    evaluated: tuple[Array, Array],
     axes: Array,
 ) -> Generator[RareStage, Array, Array]:
     """Yield moves of out-of-limit trials; return them distributed as in the study.
@@ -95,12 +95,12 @@ def relaxed(
         Out-of-limit trials in normal scores.
     sweeps : int
         Number of moves of each point.
-    known : tuple of (float64[trial, direction], float64[trial])
+    evaluated : tuple of (float64[trial, direction], float64[trial])
         Trials and their margins, which give the first slope.
     axes : float64[point, direction]
         Of length 1; every second sweep moves along and across these.
     """
-    moves, margins = Moves(seed, streams, *known), np.full(len(points), OUT)
+    moves, margins = Moves(seed, streams, *evaluated), np.full(len(points), OUT)
     for sweep in range(sweeps):
         points, margins = yield from moves.made(
             points, margins, OUT, f"relax {sweep}", axes if sweep % 2 else None
@@ -144,16 +144,18 @@ class Moves:
         which = uniform(self.seed, "moves", len(points), f"of {name}")
         move = chosen(self.shares, which)
         scores = normal_scores(self.seed, self.streams, len(points), name)
-        some = ndtr(normal_scores(self.seed, self.streams, len(points), f"some {name}"))
+        chance = ndtr(
+            normal_scores(self.seed, self.streams, len(points), f"some {name}")
+        )
         if axes is None:
             axes = np.tile(slope(self.tried, self.answers), (len(points), 1))
-        self.tried = moved(points, scores, axes, FAR[move], some)
+        self.tried = moved(points, scores, axes, FAR[move], chance)
         self.answers = yield stage_of(self.tried, 1.0, np.nan)
-        kept = self.answers <= level
-        gains = np.where(kept, _distances(self.tried - points, axes), 0.0)
+        accepted = self.answers <= level
+        gains = np.where(accepted, _distances(self.tried - points, axes), 0.0)
         self.shares = better_shares(move, gains, len(FAR), LEAST_SHARE)
-        points = np.where(kept[:, None], self.tried, points)
-        return points, np.where(kept, self.answers, margins)
+        points = np.where(accepted[:, None], self.tried, points)
+        return points, np.where(accepted, self.answers, margins)
 
 
 def _parents(seed: int, margins: Array, level: float, name: str) -> Integers:
@@ -165,49 +167,51 @@ def _parents(seed: int, margins: Array, level: float, name: str) -> Integers:
             inside = np.flatnonzero(margins <= level)
         offset = uniform(seed, "parents", 1, f"{first} of {name}")[0]
         # not in a fixed place: the expected numbers are equal
-        place = (np.arange(half) + offset) * (len(inside) / half)
-        chosen.append(inside[np.minimum(place.astype(np.int64), len(inside) - 1)])
+        position = (np.arange(half) + offset) * (len(inside) / half)
+        chosen.append(inside[np.minimum(position.astype(np.int64), len(inside) - 1)])
     return np.concatenate(chosen)
 
 
-def moved(points: Array, scores: Array, axes: Array, far: Array, some: Array) -> Array:
+def moved(
+    points: Array, scores: Array, axes: Array, reach: Array, chance: Array
+) -> Array:
     """Return moved points: each move keeps the distribution of the study.
 
     `axes` are float64[point, direction] of length 1; float64[point, 4] tells how far,
     as in `FAR`; float64[point, direction] unit samples choose directions.
     """
-    along, across, part, turned = far.T[:, :, None]
-    x, z = (np.einsum("ni,ni->n", each, axes)[:, None] for each in (points, scores))
+    along, across, part, turned = reach.T[:, :, None]
+    x, z = (np.einsum("ni,ni->n", rows, axes)[:, None] for rows in (points, scores))
     before = points - x * axes
     after = np.sqrt(1 - across**2) * before + across * (scores - z * axes)
-    one, two = (np.einsum("ni,ni->n", each, each)[:, None] for each in (before, after))
-    same = np.sqrt(one / np.maximum(two, 1e-300))
-    whole = np.where(turned == 1, same * after, after)
-    whole = whole + (np.sqrt(1 - along**2) * x + along * z) * axes
+    one_2, two_2 = (np.einsum("ni,ni->n", x, x)[:, None] for x in (before, after))
+    same = np.sqrt(one_2 / np.maximum(two_2, 1e-300))
+    turned_points = np.where(turned == 1, same * after, after)
+    turned_points = turned_points + (np.sqrt(1 - along**2) * x + along * z) * axes
     new = np.sqrt(1 - across**2) * points + across * scores
-    return np.where(part == 1, whole, np.where(some < part, new, points))
+    return np.where(part == 1, turned_points, np.where(chance < part, new, points))
 
 
 def slope(points: Array, margins: Array) -> Array:
     """Return float64[direction] of length 1, in which a response falls or rises."""
-    sure = np.isfinite(margins)
-    points, margins = points[sure], margins[sure]
+    finite = np.isfinite(margins)
+    points, margins = points[finite], margins[finite]
     mean = points.mean(axis=0) if len(points) else np.ones(points.shape[1])
     away, falls = points - mean, np.zeros(points.shape[1])
-    many = len(points) >= 2 * points.shape[1]
-    ends = np.quantile(margins, [OUTER, 1 - OUTER]) if many else (0.0, 0.0)
+    enough = len(points) >= 2 * points.shape[1]
+    ends = np.quantile(margins, [OUTER, 1 - OUTER]) if enough else (0.0, 0.0)
     if ends[0] < ends[1]:
         margins = np.clip(margins, *ends)
         moments = np.einsum("ni,nj->ij", away, away)
         ridge = 1e-6 * np.trace(moments) * np.eye(len(mean))
         falls = np.linalg.solve(moments + ridge, np.einsum("ni,n->i", away, margins))
-    found = falls if falls.any() else mean
-    return np.asarray(found / math.sqrt(np.einsum("i,i->", found, found)))
+    direction = falls if falls.any() else mean
+    return np.asarray(direction / math.sqrt(np.einsum("i,i->", direction, direction)))
 
 
 def _distances(jump: Array, axes: Array) -> Array:
     """Return float64[point]: how far each moves, along and across alike on average."""
     along = np.einsum("ni,ni->n", jump, axes) ** 2
     across = np.einsum("ni,ni->n", jump, jump) - along
-    one, two = (max(float(each.mean()), 1e-300) for each in (along, across))
-    return np.asarray(along / one + across / two)
+    scales = [max(float(squares.mean()), 1e-300) for squares in (along, across)]
+    return np.asarray(along / scales[0] + across / scales[1])

@@ -1,20 +1,25 @@
-"""Comparison of a run with its study, and whether the run can be resumed."""
+"""Comparison of plans: of a run with its study, and with this computer.
+
+A plan is compared as a mapping of names to values, of those that matter.
+"""
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.catalogue import place_of
 from tolstat.deviations.draw import SAMPLERS
-from tolstat.errors import Advice, DataError, RunFileError, StudyError
+from tolstat.errors import Advice, DataError, Remedy, RunFileError, StudyError
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.checksums import ranges_of
+from tolstat.store.plan import Plan
+from tolstat.store.provenance import decisive
 from tolstat.store.stored_run import Run
 from tolstat.study.files import study_text
 from tolstat.study.study import Study, load
@@ -34,29 +39,63 @@ def study_of(run: Run, trials: int | None = None, model: Model | None = None) ->
     )
 
 
-def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
+class Difference(NamedTuple):
+    """A value that two plans do not share; None where one has none."""
+
+    name: str
+    stored: Any
+    current: Any
+
+
+def differences(
+    stored: Mapping[str, Any], current: Mapping[str, Any]
+) -> list[Difference]:
+    """Return the differences of two mappings, also of those in them."""
+    differing = []
+    for name in dict.fromkeys([*stored, *current]):
+        old, new = stored.get(name), current.get(name)
+        if isinstance(old, Mapping) and isinstance(new, Mapping):
+            inner = differences(old, new)
+            differing += [d._replace(name=f"{name}.{d.name}") for d in inner]
+        elif old != new:
+            differing.append(Difference(name, old, new))
+    return differing
+
+
+def study_differs(run: Plan, study_file: Path | None = None) -> list[str]:
     """Return the changes of the study file since a run was made from it."""
     path = study_file or run.study_file
     try:
-        text = study_text(path) if path else run.study.text
-        now = tomllib.loads(text)
+        table = tomllib.loads(study_text(path)) if path else run.study.table
     except (DataError, ValueError, RecursionError):
         return []  # moved, or being edited: the run stores its text
     return [
-        f"{path}: {key} was {was!r} when the run was made, and is {is_now!r}"
-        for key, was, is_now in _changes(run.study.table, now)
+        f"{path}: {name} was {old!r} when the run was made, and is {new!r}"
+        for name, old, new in differences(run.study.table, table)
     ]
 
 
-def _changes(
-    was: Mapping[str, Any], now: Mapping[str, Any], within: str = ""
-) -> Iterator[tuple[str, Any, Any]]:
-    for key in dict.fromkeys([*was, *now]):
-        a, b = was.get(key), now.get(key)
-        if isinstance(a, Mapping) and isinstance(b, Mapping):
-            yield from _changes(a, b, f"{within}{key}.")
-        elif a != b:
-            yield f"{within}{key}", a, b
+def made_differently(run: Plan, source_digest: str) -> list[str]:
+    """Return reasons why a trial evaluated here may differ in its bits.
+
+    They are source (of the model as it is now), processor, compiler and versions;
+    empty if there are none. An older run does not know its machine code.
+    """
+    stored, current = run.made, decisive()
+    names = {f"version_{fact}": fact for fact in current}
+    names |= {fact.replace(" ", "_"): fact for fact in current}
+    recorded = {fact: stored[name] for name, fact in names.items() if name in stored}
+    reasons = [
+        f"the run was made with {fact} {old}, and this is {new}"
+        for fact, old, new in differences(recorded, {f: current[f] for f in recorded})
+    ]
+    if run.source_digest != source_digest:
+        source = (
+            f"the run was made by tolstat {stored['version_tolstat']} of another "
+            f"source ({run.source_digest}, not {source_digest})"
+        )
+        reasons.insert(0, source)
+    return reasons
 
 
 def check_same(run: Run, again: Run) -> None:
@@ -64,37 +103,40 @@ def check_same(run: Run, again: Run) -> None:
 
     `again` is the run planned from the study as it is now, before any trial has run.
     """
-    changes = _changes(_deciding(run), _deciding(again))
-    said = [f"{key}: {a}, now {b}" for key, a, b in changes]
-    if not said:
-        other = trials_drawn_otherwise(run, again)
+    changes = [
+        f"{name}: {old}, now {new}"
+        for name, old, new in differences(_compared(run), _compared(again))
+    ]
+    if not changes:
+        other = trials_sampled_differently(run, again)
         healthy = np.setdiff1d(other[run.status[other] > 0], run.damage.trials)
         if len(healthy):
-            said.append(
+            changes.append(
                 f"the deviations of trials {ranges_of(healthy)} differ from those that "
-                f"the study samples now: {why_drawn_otherwise(run)}"
+                f"the study samples now: {why_sampled_differently(run)}"
             )
-    if said:
+    if changes:
         raise RunFileError(
-            f"{run.path} cannot be resumed: {'; '.join(said)}",
-            Advice("run again", run.path, run.machine, run=run),
+            f"{run.path} cannot be resumed: {'; '.join(changes)}",
+            Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
         )
 
 
-def _deciding(run: Run) -> dict[str, Any]:
-    """Return the properties, beside the deviations, that two equal runs share."""
-    points = run.reference.columns if run.reference else {}
-    return {
-        **{f"column {each.name}": each.unit for each in run.described},
-        **{f"setting {name}": each.words for name, each in run.settings.items()},
-        **{f"limit {name}": each.words for name, each in run.limits.items()},
-        **{f"deviation {name}": each.words for name, each in run.assumed.items()},
-        **{f"status {code}": word for code, word in run.words.items()},
-        **{f"points of the reference, {n}": p.tolist() for n, p in points.items()},
+def _compared(plan: Plan) -> dict[str, Any]:
+    """Return what two plans of the same run share, beside the deviations."""
+    reference = plan.reference.columns if plan.reference else {}
+    tables: dict[str, Mapping[Any, Any]] = {
+        "column": plan.units,
+        "setting": {name: chosen.words for name, chosen in plan.settings.items()},
+        "limit": {name: limit.words for name, limit in plan.limits.items()},
+        "deviation": {name: assumed.words for name, assumed in plan.assumed.items()},
+        "status": plan.words,
+        "points of the reference,": {n: p.tolist() for n, p in reference.items()},
     }
+    return {f"{kind} {key}": v for kind, t in tables.items() for key, v in t.items()}
 
 
-def why_drawn_otherwise(run: Run) -> str:
+def why_sampled_differently(run: Plan) -> str:
     """Return why a study may sample other trials than those of its run."""
     if not run.aim:
         return "its data or number of trials differ"
@@ -105,25 +147,25 @@ def why_drawn_otherwise(run: Run) -> str:
     )
 
 
-def trials_drawn_otherwise(run: Run, again: Run) -> NDArray[np.int64]:
+def trials_sampled_differently(run: Run, again: Run) -> NDArray[np.int64]:
     """Return the trials of a run whose deviations differ when sampled again.
 
     Stages are left out that were not sampled yet, or cannot be sampled again because
     answers are missing.
     """
-    other, known = np.zeros(run.trials, bool), np.ones(run.trials, bool)
-    for each in again.contributors:
-        known &= ~np.isnan(again.column(each.name)[: run.trials])
-        missing = np.isnan(run.column(each.name))
-        known &= (run.status != Status.NOT_RUN) | ~missing
-    for name in again.known:
-        drawn, stored = again.column(name)[: run.trials], run.column(name)
-        if drawn.dtype.kind == "f":  # bit for bit
-            drawn, stored = (
-                np.ascontiguousarray(each).view(np.uint64) for each in (drawn, stored)
+    differ, sampled = np.zeros(run.trials, bool), np.ones(run.trials, bool)
+    for contributor in again.contributors:
+        sampled &= ~np.isnan(again.column(contributor.name)[: run.trials])
+        missing = np.isnan(run.column(contributor.name))
+        sampled &= (run.status != Status.NOT_RUN) | ~missing
+    for name in again.input_names:
+        stored, new = run.column(name), again.column(name)[: run.trials]
+        if new.dtype.kind == "f":  # bit for bit
+            stored, new = (
+                np.ascontiguousarray(x).view(np.uint64) for x in (stored, new)
             )
-        other |= drawn != stored
-    return np.flatnonzero(other & known)
+        differ |= stored != new
+    return np.flatnonzero(differ & sampled)
 
 
 def check_extensible(run: Run, trials: int) -> None:
@@ -137,7 +179,7 @@ def check_extensible(run: Run, trials: int) -> None:
         raise RunFileError(
             f"{run.path} is not complete: {run.ended} of at most {run.trials} trials "
             "have run; finish it first",
-            Advice("resume", run.path, run.machine),
+            Advice(Remedy.RESUME, run.path, run.machine),
         )
     if trials <= run.trials:
         raise RunFileError(
@@ -147,30 +189,29 @@ def check_extensible(run: Run, trials: int) -> None:
         raise StudyError(
             f'{run.path} cannot be extended: with sampling = "{run.sampling}" every '
             f"trial depends on the number of trials, and would change with {trials}",
-            Advice("run again", run.path, run.machine, trials, run),
+            Advice(Remedy.RUN_AGAIN, run.path, run.machine, trials, run),
         )
 
 
 def check_asked(run: Run, study: Study) -> None:
     """Refuse a run of another study, of another seed, or of fewer trials."""
-    said, machine = study_differs(run, study.path), place_of(study.model)
+    changes, machine = study_differs(run, study.path), place_of(study.model)
     advice = []
     if run.sampled and run.sampled.seed != study.seed:
-        said.append(f"seed: the run has {run.sampled.seed}, the study {study.seed}")
+        changes.append(f"seed: the run has {run.sampled.seed}, the study {study.seed}")
     if run.sampled and study.until and not run.rules:
-        said.append(
+        changes.append(
             f"trials: the run has {run.trials} without a stopping rule; the study runs "
             f"until {', '.join(study.until.rules)}"
         )
     elif run.sampled and not run.rules and run.trials < study.trials:
-        more = f"trials: the run has {run.trials}, the study {study.trials}"
-        if not said and SAMPLERS[run.sampling].extensible:
-            advice.append(Advice("extend", run.path, machine, study.trials))
-        said.append(more)
-    if said:
+        if not changes and SAMPLERS[run.sampling].extensible:
+            advice.append(Advice(Remedy.EXTEND, run.path, machine, study.trials))
+        changes.append(f"trials: the run has {run.trials}, the study {study.trials}")
+    if changes:
         assert study.path
         raise RunFileError(
-            f"{run.path} is a run of another study: {'; '.join(said)}; it is kept",
+            f"{run.path} is a run of another study: {'; '.join(changes)}; it is kept",
             *advice,
-            Advice("replace run", study.path, machine),
+            Advice(Remedy.REPLACE_RUN, study.path, machine),
         )

@@ -4,22 +4,24 @@ import os
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
-from tolstat.errors import Advice, RunFileError, StoppedError, StudyError
+from tolstat.errors import Advice, Remedy, RunFileError, StoppedError
 from tolstat.execution import compatibility
-from tolstat.execution.planning import cannot_be_built, plan_of
+from tolstat.execution.planning import cannot_be_built, planned_run
+from tolstat.execution.proposers import SampledStages, drawn_again
 from tolstat.execution.run_loop import Progress, Telling, carry_out
-from tolstat.execution.trial_table import Stages, Trials, drawn_again
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.trial_table import Trials
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.lock import Lock
 from tolstat.store.open_run import existing
 from tolstat.store.open_run import open as open_run
 from tolstat.store.provenance import now
+from tolstat.store.recorder import MemoryRecorder
 from tolstat.store.run_writer import RunWriter
-from tolstat.store.stored_run import Run
+from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.store.temporary_files import check_replaceable
 from tolstat.study.study import Source, Study, load
 
@@ -38,7 +40,7 @@ def run(
     progress: Telling | None = None,
     executor: Executor | None = None,
 ) -> Run:
-    """Run a study and store it.
+    """Run a study and store it, or keep it in memory.
 
     Parameters
     ----------
@@ -50,7 +52,8 @@ def run(
         Number of threads; by default that of processors. The results do not depend on
         it.
     output : path, optional
-        The run file; by default beside the study, with the ending .h5.
+        The run file; by default beside the study file, with the ending .h5. The run of
+        a mapping is in memory without it: `tolstat.save` writes it later.
     force : bool
         Whether an existing run file may be replaced.
     model : Model, optional
@@ -79,12 +82,10 @@ def run(
     (1000, '0.441 mm')
     """
     loaded = load(study, model=model, trials=trials, seed=seed)
-    if output is None and loaded.path is None:
-        raise StudyError(
-            'a study that is not a file needs a run file: give output="run.h5"'
-        )
-    path = Path(output) if output is not None else run_of(cast(Path, loaded.path))
+    path = Path(output) if output is not None else loaded.path and run_of(loaded.path)
     with Workers(workers, executor=executor) as crew:
+        if path is None:
+            return execute_in_memory(loaded, crew, progress=progress)
         return execute(loaded, path, crew, force=force, progress=progress)
 
 
@@ -195,9 +196,9 @@ def execute(
     tell = progress or (lambda progress: None)
     check_replaceable(path, force=True)  # no lock is laid beside a device
     with Lock(path) as lock:
-        stages = Stages(study)
-        _tell_impossible(study, stages, tell)
-        plan = plan_of(study, stages.trials, lock.path)
+        stages = SampledStages(study)
+        _tell_impossible(study, stages.trials, tell)
+        plan = planned_run(study, stages.trials, lock.path)
         with RunWriter.made(lock, plan, force=force) as file:
             carry_out(study, stages, file, workers, tell)
     if file.given_up:
@@ -207,6 +208,21 @@ def execute(
     path = file.path
     del stages, plan, file  # frees memory before the stored trials are read
     return open_run(path)
+
+
+def execute_in_memory(
+    study: Study, workers: Workers, *, progress: Telling | None = None
+) -> Run:
+    """Run a checked study without a file, and return its run.
+
+    When the workers stop, the run ends early with the finished trials.
+    """
+    tell = progress or (lambda progress: None)
+    stages = SampledStages(study)
+    _tell_impossible(study, stages.trials, tell)
+    with MemoryRecorder(planned_run(study, stages.trials, IN_MEMORY)) as recorder:
+        carry_out(study, stages, recorder, workers, tell)
+    return recorder.recorded()
 
 
 def go_on(
@@ -229,7 +245,7 @@ def go_on(
         stages = drawn_again(run, study, workers)
         plan = _plan_again(run, study, stages.trials, regardless=regardless)
         if trials is not None:
-            _tell_impossible(study, stages, tell)
+            _tell_impossible(study, stages.trials, tell)
         rerun = rerun or run.rerun is not None
         status = stages.trials.status[: run.trials]
         nominal = run.nominal_values["status"] != Status.NOT_RUN.word
@@ -242,27 +258,27 @@ def go_on(
     return open_run(path)
 
 
-def _tell_impossible(study: Study, stages: Stages, tell: Telling) -> None:
+def _tell_impossible(study: Study, trials: Trials, tell: Telling) -> None:
     """Warn before any trial runs how many cannot be built; refuse if none can."""
-    if warning := cannot_be_built(study, stages.trials.deviations):
+    if warning := cannot_be_built(study, trials.deviations):
         tell(Progress(0, 0, study.trials, warning=warning))
 
 
 def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> Run:
     """Return the plan of a stored run; refuse it if the run would change."""
-    plan = plan_of(study, trials, run.path)
+    plan = planned_run(study, trials, run.path)
     compatibility.check_same(run, plan)
     notes, longer = run.notes, study.trials != run.trials
     warnings = [
         *compatibility.study_differs(run),
-        *run.made_otherwise(study.model.source_digest),
+        *compatibility.made_differently(run, study.model.source_digest),
     ]
     if warnings and not regardless:
         more = study.trials if longer else 0
         raise RunFileError(
             f"{run.path} cannot be resumed as the same run: " + "; ".join(warnings),
-            Advice("run again", run.path, run.machine, run=run),
-            Advice("resume regardless", run.path, run.machine, more),
+            Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
+            Advice(Remedy.RESUME_REGARDLESS, run.path, run.machine, more),
         )
     if warnings:
         notes = (*notes, f"resumed at {now()} although " + "; ".join(warnings))
@@ -276,7 +292,7 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
     return replace(plan, notes=notes, rules=rules, **as_stored)
 
 
-class Done(NamedTuple):
+class Completion(NamedTuple):
     """The run of a study, and how it was completed."""
 
     run: Run  # complete, or interrupted
@@ -284,19 +300,19 @@ class Done(NamedTuple):
     notes: tuple[str, ...] = ()  # warnings for the user
 
 
-def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
+def complete(study_file: Path, workers: Workers, tell: Telling) -> Completion:
     """Return the complete run of a study; refuse the run of another study."""
     study, path = load(study_file), run_of(study_file)
     if not os.path.lexists(path):
         run = execute(study, path, workers, progress=tell)
-        return Done(run, FINISHED, study.warnings)
+        return Completion(run, FINISHED, study.warnings)
     run = open_run(path, damaged=True)
     compatibility.check_asked(run, study)
     if run.complete and not run.damage:
         again = compatibility.study_of(run)
-        drawn = drawn_again(run, again, workers).trials
-        compatibility.check_same(run, plan_of(again, drawn, path))
-        notes = run.made_otherwise(study.model.source_digest)
-        return Done(run, FINISHED_BEFORE, tuple(notes))
+        trials = drawn_again(run, again, workers).trials
+        compatibility.check_same(run, planned_run(again, trials, path))
+        notes = compatibility.made_differently(run, study.model.source_digest)
+        return Completion(run, FINISHED_BEFORE, tuple(notes))
     del run  # frees memory
-    return Done(go_on(path, workers, progress=tell), RESUMED)
+    return Completion(go_on(path, workers, progress=tell), RESUMED)

@@ -1,4 +1,4 @@
-"""The run of a study before any of its trials has run."""
+"""The plan of a study, and its run before any trial has run."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -21,7 +21,7 @@ from tolstat.model.settings import settings_of
 from tolstat.model.view import typed_unit
 from tolstat.status import Status, words_of
 from tolstat.store import run_records as records
-from tolstat.store.layout import STATUS, STEPS
+from tolstat.store.plan import STATUS, STEPS, Plan
 from tolstat.store.provenance import now, provenance
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
@@ -35,16 +35,19 @@ NO_STEPS = (
 Column = TypeVar("Column", Contributor, Response)
 
 
-def plan_of(study: Study, trials: Trials, path: Path) -> Run:
+def planned_run(study: Study, trials: Trials, path: Path) -> Run:
     """Return the run of a study before any of its trials has run."""
-    model, points, asked = study.model, study.points, study.document
+    return Run.planned(plan_of(study), path, _columns(study, trials))
+
+
+def plan_of(study: Study) -> Plan:
+    """Return what a run of a study is asked to do."""
+    model, points = study.model, study.points
     columns = study.sampler.columns if study.sampler else {}
     assumed = assumed_of(study.deviating, scores=bool(study.aim))
     independent = study.deviating.dependence == Dependence()
     spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
-    reaches = _reaches(study, trials)
-    return Run(
-        path=path,
+    return Plan(
         study=records.StudyText(study.text),
         study_file=study.path.resolve() if study.path else None,
         title=study.title,
@@ -52,20 +55,22 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         sampling=study.sampling,
         machine=catalogue.place_of(model),
         source_digest=model.source_digest,
-        document={k: v.strip() for k, v in asked.document.items() if v.strip()},
+        document={
+            k: v.strip() for k, v in study.document.document.items() if v.strip()
+        },
         sampled=_sampled(study),
         rules=study.until.rules if study.until else (),
-        contributors=_shown(study.description.contributors, study.shown),
-        responses=_shown(study.description.responses, study.shown),
+        contributors=_in_units(study.description.contributors, study.shown),
+        responses=_in_units(study.description.responses, study.shown),
         swept=_swept(study),
-        details=tuple(records.DrawDetail(n, "1", each) for n, each in columns.items()),
+        details=tuple(records.DrawDetail(n, "1", s) for n, s in columns.items()),
         settings={
             name: records.Chosen(
-                study.typed.get(name, each.kind.words(getattr(study.settings, name))),
-                each.sentence,
+                study.typed.get(name, s.kind.words(getattr(study.settings, name))),
+                s.sentence,
                 name in study.typed,
             )
-            for name, each in settings_of(model).items()
+            for name, s in settings_of(model).items()
         },
         limits=study.limits,
         assumed=assumed,
@@ -81,42 +86,43 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         warnings=(
             *study.reading_warnings,
             *([NO_STEPS] if model.integrates and not model.audits_steps else []),
-            *model_warnings(model, study.settings, reaches),
+            *model_warnings(model, study.settings, _reaches(study)),
         ),
-        columns=_columns(study, trials),
     )
 
 
-def _reaches(study: Study, trials: Trials) -> dict[str, Spread]:
+def _reaches(study: Study) -> dict[str, Spread]:
     """Return the spread of each deviation from end to end of what trials reach."""
     if study.points is None:
         return {n: reach_of(d) for n, d in study.deviating.distributions.items()}
-    names = [each.name for each in study.description.contributors]
+    names = [contributor.name for contributor in study.description.contributors]
     return {
         name: Spread(*map(float, (x.min(), x.max(), x.mean(), x.std())))
-        for name, x in zip(names, trials.deviations.T, strict=True)
+        for name, x in zip(names, study.deviations().T, strict=True)
         if np.any(x)
     }
 
 
-def _shown(columns: tuple[Column, ...], shown: Mapping[str, str]) -> tuple[Column, ...]:
+def _in_units(
+    columns: tuple[Column, ...], units: Mapping[str, str]
+) -> tuple[Column, ...]:
     """Return columns shown in the units that the study uses."""
-    return tuple(replace(e, shown=typed_unit(e, shown)) for e in columns)
+    return tuple(replace(c, shown=typed_unit(c, units)) for c in columns)
 
 
 def _columns(study: Study, trials: Trials) -> dict[str, NDArray[Any]]:
     """Return the columns of a run; those that trials fill take no memory."""
     contributors, responses = study.description
     n = len(trials.deviations)
-    found = dict(study.points.settings or {}) if study.points else {}
-    for column, contributor in enumerate(contributors):
-        found[contributor.name] = trials.deviations[:, column]
-    found |= trials.drawn
-    found |= {each.name: np.broadcast_to(np.nan, n) for each in responses}
-    found[STATUS] = np.broadcast_to(np.uint8(Status.NOT_RUN), n)
+    columns = dict(study.points.settings or {}) if study.points else {}
+    for number, contributor in enumerate(contributors):
+        columns[contributor.name] = trials.deviations[:, number]
+    columns |= trials.drawn
+    columns |= {response.name: np.broadcast_to(np.nan, n) for response in responses}
+    columns[STATUS] = np.broadcast_to(np.uint8(Status.NOT_RUN), n)
     if study.model.integrates:
-        found[STEPS] = np.broadcast_to(np.int64(0), n)
-    return found
+        columns[STEPS] = np.broadcast_to(np.int64(0), n)
+    return columns
 
 
 def cannot_be_built(study: Study, deviations: Array) -> str:
@@ -185,10 +191,10 @@ def _ranks(study: Study) -> dict[str, dict[str, float]]:
     typed = study.document.correlation
     if all(isinstance(x, float) for others in typed.values() for x in others.values()):
         return cast(dict[str, dict[str, float]], typed)
-    found = dict[str, dict[str, float]]()
+    ranks = dict[str, dict[str, float]]()
     for (first, second), rank in study.deviating.dependence.correlations.items():
-        found.setdefault(first, {})[second] = rank
-    return found
+        ranks.setdefault(first, {})[second] = rank
+    return ranks
 
 
 def _numbers(
@@ -204,12 +210,12 @@ def assumed_of(
     deviating: Deviations, *, scores: bool = False
 ) -> dict[str, records.Assumed]:
     """Return the assumptions on each deviation; with scores also its quantiles."""
-    found = {}
+    assumed = {}
     for name, distribution in deviating.distributions.items():
         lower, upper, mean, sigma = spread_of(distribution)
         batch = deviating.dependence.batches.get(name)
         at_scores = distribution.deviations(ndtr(records.SCORES)).tolist()
-        found[name] = records.Assumed(
+        assumed[name] = records.Assumed(
             (lower, upper),
             deviating.words[name],
             batch.name if batch and batch.share == 1 else "",
@@ -217,4 +223,4 @@ def assumed_of(
             sigma,
             tuple(at_scores) if scores else (),
         )
-    return found
+    return assumed

@@ -1,4 +1,4 @@
-"""The loop of a run: nominal trial, stages in blocks, audit, diagnostics."""
+"""The loop: a proposer gives a stage, workers evaluate it, the record takes it."""
 
 from collections.abc import Callable
 from contextlib import chdir, suppress
@@ -6,21 +6,20 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.errors import LostError, ModelError
-from tolstat.execution.diagnostics.after_run import gather
-from tolstat.execution.diagnostics.audit import Choice, audit, evaluated_again
-from tolstat.execution.trial_table import Stages, Trials
+from tolstat.execution.diagnostics.after_run import diagnostics_of
+from tolstat.execution.diagnostics.audit import audit, evaluated_again
+from tolstat.execution.diagnostics.audit_selection import Selection
+from tolstat.execution.proposers import Proposer, SampledStages, UntilPrecise
+from tolstat.execution.trial_table import Trials
 from tolstat.execution.verification import check_block
-from tolstat.execution.workers.crew import Interrupted, Workers
-from tolstat.statistics.intervals.convergence import FIRST, next_stage, trials_wanted
-from tolstat.statistics.sample import Sample
+from tolstat.execution.workers.block_scheduler import Interrupted, Workers
+from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
-from tolstat.store.run_records import Audited, Diagnostics, Stopped
-from tolstat.store.run_writer import RunWriter
+from tolstat.store.recorder import Recorder
+from tolstat.store.run_records import Audited, Diagnostics
 from tolstat.store.stored_run import Run
-from tolstat.study.given_points import Case
 from tolstat.study.study import Study
 
 LONGER = 10  # times as long as every checked block is the next one
@@ -43,12 +42,49 @@ class Progress(NamedTuple):
 
 
 Telling = Callable[[Progress], None]
+Blocks = list[tuple[int, Answers]]
+
+
+def evaluate_stages(
+    model: Model,
+    proposer: Proposer,
+    trials: Trials,
+    workers: Workers,
+    tell: Telling,
+    *,
+    doing: str = "trials",
+    file: Recorder | None = None,
+    check: Callable[[Blocks], None] = lambda blocks: None,
+) -> int:
+    """Evaluate stages until the proposer has none; return the number of trials.
+
+    Trials that are over are not evaluated again. With a file, deviations are stored
+    before their trials run, and blocks once they are checked. `Interrupted` if the
+    workers stop.
+    """
+    stop = trials.sampled
+    while stage := workers.call(proposer.next, trials):
+        if stage.shortfall:
+            state = Progress(trials.ended, trials.failed, trials.ended, doing)
+            tell(state._replace(**stage.shortfall._asdict()))
+        if trials.add(stage) and file:
+            file.write_drawn(slice(stage.first, stage.stop))
+        stop = stage.stop
+        for blocks in workers.blocks(model, trials.missing(stage), trials.deviations):
+            check(blocks)
+            if file:
+                file.write_blocks(blocks)
+            trials.take(blocks)
+            tell(Progress(trials.ended, trials.failed, stop, doing))
+        if not trials.status[:stop].all():
+            raise Interrupted
+    return stop
 
 
 def carry_out(
     study: Study,
-    stages: Stages,
-    file: RunWriter,
+    stages: SampledStages,
+    file: Recorder,
     workers: Workers,
     tell: Telling,
     *,
@@ -61,143 +97,77 @@ def carry_out(
     nominal trial is stored already. `rerun`: failed trials are evaluated again at the
     end. A complete run keeps its diagnostics.
     """
+    trials = stages.trials
+    until = UntilPrecise(study) if study.until else None
     try:
         with suppress(Interrupted), chdir("."):  # a model may leave it
             try:
                 if not nominal:
                     # first and alone: code that is not compiled yet is compiled once
                     alone = np.zeros((1, len(study.description.contributors)))
-                    found = workers.simulate(study.model, alone, study.settings)
-                    file.write_nominal(found)
-                looks, wanted = _evaluate(study, stages, file, workers, tell)
+                    answers = workers.simulate(study.model, alone, study.settings)
+                    file.write_nominal(answers)
+                number = evaluate_stages(
+                    study.model, until or stages, trials, workers, tell, file=file,
+                    check=_BlockCheck(study, trials, workers),
+                )  # fmt: skip
             except ModelError as error:
                 if (broken := file.failed(error)) is error:
                     raise
                 raise broken from error
-            over = stages.trials.first(looks[-1])
+            trials = trials.first(number)
             ended = run = file.run
             if not run.complete:
-                ended = _ended(run, study, over, looks, wanted, workers, tell)
-            if rerun and over.failed:
-                ended = replace(ended, rerun=_rerun(study, over, workers))
+                ended = _with_diagnostics(run, study, trials, workers, tell)
+                ended = replace(ended, stopped=until.stopped if until else None)
+            if rerun and trials.failed:
+                ended = replace(ended, rerun=_rerun(study, trials, workers))
             if ended is not run:
                 file.finish(ended)
     except LostError as error:
         raise file.failed(error) from error
 
 
-def _evaluate(
-    study: Study,
-    stages: Stages,
-    file: RunWriter,
-    workers: Workers,
-    tell: Telling,
-) -> tuple[list[int], float]:
-    """Evaluate the missing trials, stage by stage.
+class _BlockCheck:
+    """Checks the first block and each far longer one, while trials alone are exact."""
 
-    While trials alone are exact, the first block and each far longer one is checked.
-    Return the number of finished trials at each look of the stopping rule, and how many
-    it wants at the last one.
-    """
-    trials, until, looks, wanted = stages.trials, study.until, list[int](), 0.0
-    most, checked, exact = stages.latest.stop, 1 / LONGER, True
-    stop = min(FIRST, most) if until else most
-    while True:
-        cases = _missing(study.cases, trials.status[:stop])
-        for blocks in workers.blocks(study.model, cases, trials.deviations):
-            first, block = max(blocks, key=lambda each: len(each[1].status))
-            if exact and len(block.status) > LONGER * checked:
-                checked = len(block.status)
-                with suppress(Interrupted):  # finished blocks are written
-                    exact = check_block(study, first, block, trials.deviations, workers)
-            file.write_blocks(blocks)
-            trials.take(blocks)
-            tell(Progress(trials.over, trials.failed, stop))
-        if not trials.status[:stop].all():
-            raise Interrupted
-        looks.append(stop)
-        wanted = _wanted(study, trials, stop, workers) if until else 0.0
-        if until and wanted and stop < most:
-            if wanted > most and stop == FIRST:
-                state = Progress(trials.over, trials.failed, stop)
-                tell(state._replace(wanted=wanted, rules=until.rules, at_most=most))
-            stop = min(next_stage(stop, wanted), most)
-        elif stop == most and stages.draw_next(workers):
-            file.write_drawn(stages.latest)
-            stop = most = stages.latest.stop
-        else:
-            return looks, wanted
+    def __init__(self, study: Study, trials: Trials, workers: Workers) -> None:
+        self._study, self._trials, self._workers = study, trials, workers
+        self._longest, self._exact = 1 / LONGER, True
+
+    def __call__(self, blocks: Blocks) -> None:
+        first, block = max(blocks, key=lambda block: len(block[1].status))
+        if self._exact and len(block.status) > LONGER * self._longest:
+            self._longest = len(block.status)
+            with suppress(Interrupted):  # finished blocks are written
+                self._exact = check_block(
+                    self._study, first, block, self._trials.deviations, self._workers
+                )
 
 
-def _missing(cases: tuple[Case, ...], status: NDArray[np.uint8]) -> list[Case]:
-    """Return the parts of the cases that have not run: trials without a status."""
-    found = []
-    for case in cases:
-        missing = status[case.first : case.stop] == Status.NOT_RUN
-        ends = np.flatnonzero(np.diff(np.pad(missing.astype(np.int8), 1)))
-        for first, stop in (case.first + ends.reshape(-1, 2)).tolist():
-            found.append(case._replace(first=first, stop=stop))
-    return found
-
-
-def _wanted(study: Study, trials: Trials, over: int, workers: Workers) -> float:
-    """Return how many trials the stopping rule needs in all; 0 if there are enough.
-
-    With many trials that takes seconds: `Interrupted` once the workers stop.
-    """
-    assert study.until and study.sampler  # checked with the study
-    responses = study.description.responses
-    names = [response.name for response in responses]
-    wanted: float = workers.here(
-        trials_wanted,
-        study.until.precisions,
-        dict(zip(names, trials.responses[:over].T, strict=True)),
-        Sample(trials.status[:over], study.sampler.replicates),
-        {name: limit.permitted for name, limit in study.limits.items()},
-        {each.name: each.range for each in responses if each.range},
-    )
-    return wanted
-
-
-def _ended(
-    run: Run,
-    study: Study,
-    trials: Trials,
-    looks: list[int],
-    wanted: float,
-    workers: Workers,
-    tell: Telling,
+def _with_diagnostics(
+    run: Run, study: Study, trials: Trials, workers: Workers, tell: Telling
 ) -> Run:
     """Return the complete run: audit and diagnostics follow its trials."""
-    stopped, over = None, len(trials.status)
-    if study.until:
-        stopped = Stopped(
-            study.until.rules, not wanted, tuple(looks), study.trials, wanted
-        )
-    audited = None
+    audited, number = None, len(trials.status)
     try:
-        tell(Progress(over, trials.failed, over, "audit"))
+        tell(Progress(number, trials.failed, number, "audit"))
         audited = audit(study, trials, workers)
-        tell(Progress(over, trials.failed, over, "diagnostics"))
-        diagnostics = gather(study, trials, workers)
+        tell(Progress(number, trials.failed, number, "diagnostics"))
+        diagnostics = diagnostics_of(study, trials, workers)
     except ModelError as error:  # keep the trials although diagnostics fail
         diagnostics = Diagnostics(missing=str(error))
-    return replace(
-        run.first(over),
-        stopped=stopped,
-        audited=audited,
-        diagnostics=diagnostics,
-        complete=True,
-    )
+    ended = run.first(number)
+    return replace(ended, audited=audited, diagnostics=diagnostics, complete=True)
 
 
 def _rerun(study: Study, trials: Trials, workers: Workers) -> Audited:
     """Return the failed trials, evaluated again with tighter settings."""
     failed = np.flatnonzero(trials.status != Status.DONE)
-    found = evaluated_again(study, trials, Choice(failed, failed < 0, {}), workers)
-    if found is None:
+    again = evaluated_again(study, trials, Selection(failed, failed < 0, {}), workers)
+    if again is None:
         raise ModelError(
             f"model '{study.model.name}' has no tighter settings, so failed trials "
             "would fail again"
         )
-    return found
+    return again

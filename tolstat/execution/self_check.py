@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tolstat.execution.verification import other_answers
-from tolstat.execution.workers.crew import Workers, processors
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.lanes import cache
+from tolstat.operating_system import processors
 from tolstat.store.provenance import provenance
 from tolstat.study.study import load
 
@@ -43,37 +44,41 @@ def check() -> Check:
     began, trials, same = time.perf_counter(), 0, True
     with Workers() as crew:
         while (seconds := time.perf_counter() - began) < LASTING:
-            found = crew.simulate(study.model, rows, study.settings)
-            same &= not other_answers(found, first).any()
+            again = crew.simulate(study.model, rows, study.settings)
+            same &= not other_answers(again, first).any()
             trials += len(rows)
     return Check(ready, trials, seconds, same)
 
 
-def surroundings() -> dict[str, str]:
+def environment() -> dict[str, str]:
     """Return versions, processor and whatever else decides numbers and speed."""
     facts = provenance()
-    mark = "version_"
-    found = {n[len(mark) :]: v for n, v in facts.items() if n.startswith(mark)}
+    prefix = "version_"
+    environment = {
+        name.removeprefix(prefix): fact
+        for name, fact in facts.items()
+        if name.startswith(prefix)
+    }
     for name, extra in EXTRAS.items():
         try:
-            found[name] = version(name)
+            environment[name] = version(name)
         except PackageNotFoundError:
-            found[name] = f"not installed: pip install '{extra}'"
+            environment[name] = f"not installed: pip install '{extra}'"
     for name in ("platform", "processor", "machine_code"):
-        found[name.replace("_", " ")] = facts[name]
-    found["cores"] = str(processors())
-    found["source"] = load(STUDY).model.source_digest
-    found["compiled code"] = kept_code()
-    return found
+        environment[name.replace("_", " ")] = facts[name]
+    environment["cores"] = str(processors())
+    environment["source"] = load(STUDY).model.source_digest
+    environment["compiled code"] = compiled_code()
+    return environment
 
 
-def kept_code() -> str:
+def compiled_code() -> str:
     """Return where compiled code is kept, and its size."""
-    with warnings.catch_warnings(record=True) as said:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         folder = cache.cache_folder(Path(cache.__file__), "doctor")
     if folder is None:
-        return str(said[-1].message) if said else "is not kept"
+        return str(caught[-1].message) if caught else "is not kept"
     home = Path(folder).parents[1]
     files = [p for p in home.glob("tolstat-*/**/*.nb[ic]") if p.is_file()]
     sources = len({path.relative_to(home).parts[0] for path in files})

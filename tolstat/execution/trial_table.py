@@ -1,22 +1,45 @@
-"""The trials of a run in memory, sampled stage by stage."""
+"""The trials of a run in memory: deviations, and the answers so far."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.errors import Advice, StoppedError
-from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.model.contract import Answers
 from tolstat.model.description import Description
-from tolstat.statistics.limits.limit import margins
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
-from tolstat.study.study import Study
+from tolstat.study.given_points import Case
+
+
+class Shortfall(NamedTuple):
+    """A stopping rule that seems to need more trials than it may have."""
+
+    wanted: float  # trials that it needs; infinite if not known yet
+    rules: tuple[str, ...]  # as they are written
+    at_most: int  # most trials that it may have
+
+
+class Stage(NamedTuple):
+    """Trials that are evaluated before more are proposed."""
+
+    number: int  # from 0
+    first: int  # number of its first trial
+    deviations: Array  # float64[trial, contributor], SI
+    cases: Sequence[Case]  # settings, by the number of the trial
+    # of the sampler, such as the logarithm of the density ratio: float64[trial]
+    columns: Mapping[str, Array] = {}
+    shortfall: Shortfall | None = None
+
+    @property
+    def stop(self) -> int:
+        """The number after its last trial."""
+        return self.first + len(self.deviations)
 
 
 @dataclass
@@ -24,9 +47,10 @@ class Trials:
     """Deviations, and the answers so far."""
 
     description: Description  # names of the columns
-    deviations: Array  # float64[trial, contributor], SI
+    deviations: Array  # float64[trial, contributor], SI; NaN where not sampled yet
     status: NDArray[np.uint8]  # uint8[trial]: 0 where a trial has not run
     responses: Array  # float64[trial, response], SI; NaN where there is none
+    sampled: int  # how many have deviations
     # mapping of str to float64[trial]: columns of the sampler
     drawn: Mapping[str, Array] = field(default_factory=dict)
 
@@ -35,17 +59,52 @@ class Trials:
         """Return trials of which none has run."""
         n = len(deviations)
         answers = np.full((n, len(description.responses)), np.nan)
-        return cls(description, deviations, np.zeros(n, np.uint8), answers)
+        return cls(description, deviations, np.zeros(n, np.uint8), answers, n)
+
+    @classmethod
+    def begun(cls, description: Description, stage: Stage, trials: int) -> Trials:
+        """Return so many trials, those of the first stage sampled."""
+        room = trials - stage.stop
+        trials_of_all = cls.planned(description, _longer(stage.deviations, room))
+        trials_of_all.sampled = stage.stop
+        trials_of_all.drawn = {
+            name: _longer(values, room) for name, values in stage.columns.items()
+        }
+        return trials_of_all
 
     @property
-    def over(self) -> int:
-        """Number of trials that are over."""
+    def ended(self) -> int:
+        """Number of trials that have ended."""
         return int(np.count_nonzero(self.status))
 
     @property
     def failed(self) -> int:
         """Number of those that failed."""
         return int(np.count_nonzero(self.status > Status.DONE))
+
+    def add(self, stage: Stage) -> bool:
+        """Note the deviations of a stage; return whether they were not sampled yet."""
+        if stage.stop <= self.sampled:
+            return False
+        if (room := stage.stop - len(self.status)) > 0:
+            self.deviations = _longer(self.deviations, room)
+            self.responses = _longer(self.responses, room)
+            self.status = np.pad(self.status, (0, room))
+        rows = slice(stage.first, stage.stop)
+        self.deviations[rows], self.sampled = stage.deviations, stage.stop
+        for name, values in stage.columns.items():
+            self.drawn[name][rows] = values
+        return True
+
+    def missing(self, stage: Stage) -> list[Case]:
+        """Return the parts of cases that have not run, up to the end of a stage."""
+        cases = []
+        for case in stage.cases:
+            missing = self.status[case.first : min(case.stop, stage.stop)] == 0
+            ends = np.flatnonzero(np.diff(np.pad(missing.astype(np.int8), 1)))
+            for first, stop in (case.first + ends.reshape(-1, 2)).tolist():
+                cases.append(case._replace(first=first, stop=stop))
+        return cases
 
     def take(self, blocks: list[tuple[int, Answers]]) -> None:
         """Keep finished blocks."""
@@ -55,11 +114,11 @@ class Trials:
 
     def take_stored(self, run: Run, which: Truths) -> None:
         """Keep the stored answers of a run, for the trials in `which`, bool[trial]."""
-        whole = np.flatnonzero(which)
-        self.status[whole] = run.status[whole]
+        rows = np.flatnonzero(which)
+        self.status[rows] = run.status[rows]
         for column, response in enumerate(self.description.responses):
             if response.name in run.units:
-                self.responses[whole, column] = run.column(response.name)[whole]
+                self.responses[rows, column] = run.column(response.name)[rows]
 
     def first(self, trials: int) -> Trials:
         """Return the first trials."""
@@ -68,88 +127,18 @@ class Trials:
             self.deviations[:trials],
             self.status[:trials],
             self.responses[:trials],
+            trials,
         )
 
     def response(self, name: str) -> Array:
         """Return a response of all trials."""
-        names = [each.name for each in self.description.responses]
+        names = [response.name for response in self.description.responses]
         column: Array = self.responses[:, names.index(name)]
         return column
 
 
-class Stages:
-    """Trials whose first stage is sampled at once, later ones on request.
-
-    Attributes
-    ----------
-    trials : Trials
-        All of them; deviations and columns are NaN where they are not sampled yet.
-    latest : slice
-        The trials of the latest stage that is sampled.
-    """
-
-    def __init__(self, study: Study) -> None:
-        self._limit = study.limits.get(study.aim)
-        self._aim, self._course, self._number = study.aim, study.stages(), 0
-        stage, drawn = next(self._course)
-        n, columns = study.trials, study.sampler.columns if study.sampler else ()
-        missing = np.full((n - len(drawn), drawn.shape[1]), np.nan)
-        every = np.concatenate([drawn, missing]) if len(missing) else drawn
-        self.trials = Trials.planned(study.description, every)
-        self.trials.drawn = {name: np.full(n, np.nan) for name in columns}
-        self.latest = slice(0, len(drawn))
-        self._note(stage.columns(0))
-
-    def draw_next(self, workers: Workers | None = None) -> bool:
-        """Sample a stage, once all trials of the latest are over; false after the last.
-
-        A fit in a hundred directions takes many seconds; it raises `Interrupted` once
-        the workers stop.
-        """
-        answered, rows = np.empty(0), self.latest
-        if self._limit:
-            answered = margins(
-                self.trials.response(self._aim)[rows], self._limit.permitted
-            )
-            # failed trials are out of limit
-            answered[self.trials.status[rows] != Status.DONE] = -np.inf
-        send = self._course.send
-        try:
-            stage, deviations = (
-                workers.here(send, answered) if workers else send(answered)
-            )
-        except StopIteration:
-            return False
-        self.latest = slice(rows.stop, rows.stop + len(deviations))
-        self._number += 1
-        self.trials.deviations[self.latest] = deviations
-        self._note(stage.columns(self._number))
-        return True
-
-    def _note(self, columns: Mapping[str, Array]) -> None:
-        for name, values in columns.items():
-            self.trials.drawn[name][self.latest] = values
-
-
-def drawn_again(run: Run, study: Study, workers: Workers | None = None) -> Stages:
-    """Return the trials of a stored run, sampled again, with their stored answers.
-
-    Stages that depend on missing answers are left out. Workers as in
-    `Stages.draw_next`; StoppedError once they stop.
-    """
-    stages = Stages(study)
-    whole = run.status != Status.NOT_RUN
-    whole[run.damage.trials] = False
-    trials = stages.trials
-    trials.take_stored(run, whole)
-    try:
-        while trials.status[: stages.latest.stop].all() and stages.draw_next(workers):
-            pass
-    except Interrupted:
-        raise StoppedError(
-            f"stopped before any new trial ran; the run in {run.path} is unchanged",
-            Advice("resume", run.path, run.machine),
-        ) from None
-    not_drawn = slice(stages.latest.stop, None)
-    trials.status[not_drawn], trials.responses[not_drawn] = Status.NOT_RUN, np.nan
-    return stages
+def _longer(rows: Array, room: int) -> Array:
+    """Return an array with so many more rows, NaN; the same without any."""
+    if not room:
+        return rows
+    return np.concatenate([rows, np.full((room, *rows.shape[1:]), np.nan)])

@@ -9,14 +9,17 @@ import numpy as np
 
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import TolstatError
-from tolstat.execution.compatibility import study_of, trials_drawn_otherwise
-from tolstat.execution.diagnostics.audit import random_trials
-from tolstat.execution.planning import plan_of
-from tolstat.execution.trial_table import drawn_again
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.compatibility import (
+    made_differently,
+    study_of,
+    trials_sampled_differently,
+)
+from tolstat.execution.diagnostics.audit_selection import random_trials
+from tolstat.execution.planning import planned_run
+from tolstat.execution.proposers import drawn_again
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
-from tolstat.store.layout import STEPS
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import ROUNDING, Run
 from tolstat.study.given_points import cases_among
@@ -43,8 +46,13 @@ class Verification(NamedTuple):
     @property
     def trials(self) -> Integers:
         """Every trial with a finding."""
-        some = self.contradicting, self.drawn_otherwise, self.different, self.dependent
-        return np.unique(np.concatenate([self.run.damage.trials, *some]))
+        findings = (
+            self.contradicting,
+            self.drawn_otherwise,
+            self.different,
+            self.dependent,
+        )
+        return np.unique(np.concatenate([self.run.damage.trials, *findings]))
 
     @property
     def whole(self) -> bool:
@@ -95,12 +103,12 @@ def verify(
             f"sampled and evaluated again: {error}"
         ) from error
     trials = drawn_again(run, study).trials
-    plan = plan_of(study, trials, run.path)
+    again = planned_run(study, trials, run.path)
     ran = np.flatnonzero(run.status != Status.NOT_RUN)
     chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
-    otherwise = trials_drawn_otherwise(run, plan)
+    resampled = trials_sampled_differently(run, again)
     # trials with other deviations cannot be compared
-    chosen = np.setdiff1d(ran if every else chosen, otherwise)
+    chosen = np.setdiff1d(ran if every else chosen, resampled)
     chosen = chosen[~np.isnan(trials.deviations[chosen]).any(axis=1)]
     with Workers(workers, block=BLOCK) as crew, Workers(workers, block=1) as single:
         nominal = _nominal_differs(run, study, single)
@@ -110,38 +118,32 @@ def verify(
     return Verification(
         run,
         _contradicting(run),
-        otherwise,
+        resampled,
         chosen,
         different,
         alone,
         dependent,
         nominal,
-        tuple(run.made_otherwise(study.model.source_digest)),
+        tuple(made_differently(run, study.model.source_digest)),
     )
 
 
 def _contradicting(run: Run) -> Integers:
     """Return trials that are done without responses, or failed with some."""
-    finite = [np.isfinite(run.column(each.name)) for each in run.responses]
-    known = np.isin(run.status, list(run.words))
+    answered = np.isfinite(run.answers().responses).all(axis=1)
+    unknown = np.isin(run.status, list(run.words), invert=True)
     done, ran = run.status == Status.DONE, run.status != Status.NOT_RUN
-    answered = np.all(finite, axis=0)
-    return np.flatnonzero(~known | (ran & (done != answered)))
+    return np.flatnonzero(unknown | (ran & (done != answered)))
 
 
 def _nominal_differs(run: Run, study: Study, workers: Workers) -> bool:
     """Return whether the nominal trial now differs in any bit."""
-    stored = run.nominal_values
-    if stored["status"] == Status.NOT_RUN.word and not run.complete:
+    stored = run.nominal_answers
+    if not stored.status.any() and not run.complete:
         return False
-    codes = {word: code for code, word in run.words.items()}
-    status = codes.get(stored["status"], Status.NOT_RUN)
     rows = np.zeros((1, len(run.contributors)))
-    found = workers.simulate(study.model, rows, study.settings)
-    responses = np.array([[stored[each.name] for each in run.responses]])
-    steps = None if run.steps is None else np.array([stored[STEPS]])
-    known = Answers(responses, np.array([status]), steps)
-    return bool(other_answers(found, known).any())
+    again = workers.simulate(study.model, rows, study.settings)
+    return bool(other_answers(again, stored).any())
 
 
 def _differing(
@@ -151,21 +153,18 @@ def _differing(
     if not len(chosen):
         return chosen
     cases = cases_among(study.cases, chosen)
-    found = workers.simulate_cases(study.model, cases, deviations[chosen])
-    responses = np.stack([run.column(e.name)[chosen] for e in run.responses], axis=1)
-    steps = None if run.steps is None else run.steps[chosen]
-    known = Answers(responses, run.status[chosen].astype(np.int64), steps)
-    return chosen[other_answers(found, known)]
+    again = workers.simulate_cases(study.model, cases, deviations[chosen])
+    return chosen[other_answers(again, run.answers(chosen))]
 
 
-def other_answers(one: Answers, other: Answers) -> Truths:
+def other_answers(first: Answers, second: Answers) -> Truths:
     """Return which trials have other answers in any bit; one NaN is like another."""
-    a, b = (np.ascontiguousarray(each.responses) for each in (one, other))
+    a, b = (np.ascontiguousarray(x.responses) for x in (first, second))
     same = (a.view(np.uint64) == b.view(np.uint64)) | (np.isnan(a) & np.isnan(b))
-    found = ~same.all(axis=1) | (one.status != other.status)
-    if one.steps is not None and other.steps is not None:
-        found |= one.steps != other.steps
-    return np.asarray(found)
+    differ = ~same.all(axis=1) | (first.status != second.status)
+    if first.steps is not None and second.steps is not None:
+        differ |= first.steps != second.steps
+    return np.asarray(differ)
 
 
 def check_block(
@@ -190,15 +189,15 @@ def check_block(
     among = Answers(block.responses[[row]], block.status[[row]], steps)
     if not other_answers(among, alone).any():
         return True
-    said = (
+    message = (
         f"the answer of trial {trial} depends on the other trials of "
         "its block; evaluate must compute each row of deviations by itself"
     )
-    one, two = (np.nan_to_num(each.responses) for each in (among, alone))
+    values, single = (np.nan_to_num(answers.responses) for answers in (among, alone))
     sizes = np.abs(np.nan_to_num(block.responses)).max(axis=0)
-    close = np.abs(one - two) <= ROUNDING * sizes
+    close = np.abs(values - single) <= ROUNDING * sizes
     if not close.all() or (among.status != alone.status).any():
-        raise study.model.fault(said)
+        raise study.model.fault(message)
     advice = "in its last bits; write (a * b).sum(axis=1) instead of a @ b"
-    warnings.warn(f"{said} ({advice})", RuntimeWarning, stacklevel=2)
+    warnings.warn(f"{message} ({advice})", RuntimeWarning, stacklevel=2)
     return False

@@ -105,78 +105,75 @@ def _first_of(watch, t, h, permitted, i, lanes, step):
     between, value = 0.5 + 0.0 * h, m
     if np.any(visit):
         theta = np.where(visit, theta, 0.5)
-        there = side * look(watch, t, h, theta, number, lanes, step)
-        visit = visit & (np.where(starts_at_zero, there, -there) > zero)
-        between, value = np.where(visit, theta, between), np.where(visit, there, m)
+        inner = side * look(watch, t, h, theta, number, lanes, step)
+        visit = visit & (np.where(starts_at_zero, inner, -inner) > zero)
+        between, value = np.where(visit, theta, between), np.where(visit, inner, m)
 
     # the crossing lies between lower and upper
     early = ~starts_at_zero & (value < -zero)
-    own = starts_at_zero & visit
+    to_its_side = starts_at_zero & visit
     lower, f_lower = np.where(early, 0.0, between), np.where(early, a, value)
-    upper = np.where(early, between, np.where(own, 0.5, 1.0))
-    f_upper = np.where(early, value, np.where(own, m, b))
+    upper = np.where(early, between, np.where(to_its_side, 0.5, 1.0))
+    f_upper = np.where(early, value, np.where(to_its_side, m, b))
     returns = permitted & starts_at_zero & (value <= zero) & (np.minimum(m, b) < -zero)
     upper = np.where(returns, between, upper)
     for _ in range(BACK):
         if not np.any(returns):
             break
         nearer = 0.25 * upper
-        there = side * look(
-            watch, t, h, np.where(returns, nearer, 0.5), number, lanes, step
-        )
-        leaves = returns & (there > zero)
-        lower, f_lower = (
-            np.where(leaves, nearer, lower),
-            np.where(leaves, there, f_lower),
-        )
+        theta = np.where(returns, nearer, 0.5)
+        inner = side * look(watch, t, h, theta, number, lanes, step)
+        leaves = returns & (inner > zero)
+        lower = np.where(leaves, nearer, lower)
+        f_lower = np.where(leaves, inner, f_lower)
         returns = returns & ~leaves
         upper = np.where(returns, nearer, upper)
-        f_upper = np.where(returns, there, f_upper)
-    found = permitted & ~returns & (f_upper < -zero)
+        f_upper = np.where(returns, inner, f_upper)
+    crosses = permitted & ~returns & (f_upper < -zero)
 
     # interpolate, truncate, project: never more than one look above bisection
     # (I. F. D. Oliveira, R. H. C. Takahashi, ACM Trans. Math. Softw. 47 (2020) 5)
     f_lower = np.maximum(f_lower, 0.0)
-    at, looking, width = upper, found, upper - lower
+    root, looking, width = upper, crosses, upper - lower
     truncation, radius = 0.2 / width, width
     for _ in range(LOOKS):
         if not np.any(looking):
             break
         width, middle = upper - lower, 0.5 * (lower + upper)
         falsi = np.where(
-            found, (lower * f_upper - upper * f_lower) / (f_upper - f_lower), middle
+            crosses, (lower * f_upper - upper * f_lower) / (f_upper - f_lower), middle
         )
         step_back = np.minimum(truncation * width * width, np.abs(middle - falsi))
         trial = falsi + np.copysign(step_back, middle - falsi)
         most = np.maximum(radius - 0.5 * width, 0.0)
-        off = np.minimum(np.maximum(trial - middle, -most), most)
-        at = np.where(looking, middle + off, at)
+        offset = np.minimum(np.maximum(trial - middle, -most), most)
+        root = np.where(looking, middle + offset, root)
         radius = 0.5 * radius
-        f = side * look(watch, t, h, np.where(found, at, 0.5), number, lanes, step)
+        f = side * look(watch, t, h, np.where(crosses, root, 0.5), number, lanes, step)
         past = f < 0.0
-        upper, f_upper = np.where(past, at, upper), np.where(past, f, f_upper)
-        lower, f_lower = np.where(past, lower, at), np.where(past, f_lower, f)
+        upper, f_upper = np.where(past, root, upper), np.where(past, f, f_upper)
+        lower, f_lower = np.where(past, lower, root), np.where(past, f_lower, f)
         looking = looking & (np.abs(f) > NEAR_ZERO * zero)
-    at = np.where(looking, upper, at)
-    return np.where(returns, 0.0, np.where(found, at, 2.0))
+    root = np.where(looking, upper, root)
+    return np.where(returns, 0.0, np.where(crosses, root, 2.0))
 
 
 @compiled()
 def first_crossing(watch, t, h, permitted, lanes, step):
     """Return the fraction of the step at the first crossing; 2 if there is none.
 
-    That of each quantity is stored in `step.found`. Other arguments as of `_first_of`.
+    That of each quantity is stored in `step.theta`. Other arguments as of `_first_of`.
     """
     smallest = lanes.clock[SMALLEST]
     # a step of the least length ends at the crossing
     looked_at = permitted & (h > 2.0 * smallest)
     first = 2.0 + 0.0 * h
     for i in range(len(step.crossings)):
-        found = _first_of(watch, t, h, looked_at, i, lanes, step)
+        theta = _first_of(watch, t, h, looked_at, i, lanes, step)
         # so does a step that ends less than that behind it
-        found = np.where(h - h * found > smallest, found, 2.0)
-        step.found[i] = found
-        first = np.minimum(first, found)
+        theta = np.where(h - h * theta > smallest, theta, 2.0)
+        step.theta[i] = theta
+        first = np.minimum(first, theta)
     return first
 
 
@@ -210,17 +207,17 @@ def _hold(held, value, i, lanes):
 @compiled()
 def _change_from_zero(rates, watch, side, i, lanes, step):
     """Return the change of a quantity in a short time with a side, and its value."""
-    now, number = step.moment, step.crossings[i]
+    moment, number = step.moment, step.crossings[i]
     t, d = lanes.clock[TIME], PROBE * lanes.clock[STEP]
-    now[TIME], now[SIDES + i] = t, side
-    watch(now, lanes.y, lanes.p, step.filled_middle)
+    moment[TIME], moment[SIDES + i] = t, side
+    watch(moment, lanes.y, lanes.p, step.filled_middle)
     value = step.watched_middle[number]
-    rates(now, lanes.y, lanes.p, step.k[1])
+    rates(moment, lanes.y, lanes.p, step.k[1])
     for n in range(len(lanes.y)):
         step.middle[n] = lanes.y[n] + d * step.k[1][n]
-    now[TIME] = t + d
-    watch(now, step.middle, lanes.p, step.filled_middle)
-    now[TIME] = t
+    moment[TIME] = t + d
+    watch(moment, step.middle, lanes.p, step.filled_middle)
+    moment[TIME] = t
     return step.watched_middle[number] - value, value
 
 
@@ -234,8 +231,8 @@ def hold_at_zero(rates, watch, lanes, step):
     K1, K2 = step.k[0], step.k[1]
     jump = clock[EVENT] == MARK_REACHED
     for n in range(len(lanes.y)):
-        off = JUMPED * (np.abs(K1[n]) + np.abs(K2[n]))
-        jump = jump | (np.abs(K2[n] - K1[n]) > off)
+        least = JUMPED * (np.abs(K1[n]) + np.abs(K2[n]))
+        jump = jump | (np.abs(K2[n] - K1[n]) > least)
     jump = jump & (clock[EVENT] != NOTHING) & (clock[PHASE] >= 0.0)
     used = False
     for i in range(len(step.crossings)):
@@ -244,9 +241,9 @@ def hold_at_zero(rates, watch, lanes, step):
         if not np.any(may):
             continue
         used = True
-        off, _ = _change_from_zero(rates, watch, side, i, lanes, step)
+        moving, _ = _change_from_zero(rates, watch, side, i, lanes, step)
         at_rest, value = _change_from_zero(rates, watch, 0.0 * side, i, lanes, step)
-        held = may & (np.abs(at_rest) < HELD * np.abs(off))
+        held = may & (np.abs(at_rest) < HELD * np.abs(moving))
         _hold(held, value, i, lanes)
         lanes.side[i] = step.moment[SIDES + i] = np.where(held, 0.0, side)
     return used
@@ -297,18 +294,18 @@ def change_sides(accepted, aimed, first, lanes, step):
         side, was = sides[i], returned[i]
         sizes[i] = np.where(accepted, zero / ROUNDING, sizes[i])
         held = side == 0.0
-        left = (was == LEFT) | (side * m > zero) | (side * b > zero)
+        has_left = (was == LEFT) | (side * m > zero) | (side * b > zero)
         behind = (side * b < -zero) | (aimed & (side * b <= zero))
-        crosses = accepted & ~held & left & behind
+        crosses = accepted & ~held & has_left & behind
         released = accepted & held & (np.abs(b) > zero)
-        back = (first == 0.0) & (step.found[i] == 0.0)
+        back = (first == 0.0) & (step.theta[i] == 0.0)
         stays = back & (was == RETURNED)
 
         new = np.where(crosses | back, -side, side)
         new = np.where(released, np.copysign(1.0, b), new)
         sides[i] = np.where(stays, 0.0, new)
         _hold(stays, a, i, lanes)
-        was = np.where(accepted & left | released, LEFT, was)
+        was = np.where(accepted & has_left | released, LEFT, was)
         was = np.where(crosses, AT_ZERO, was)
         returned[i] = np.where(back, RETURNED, was)
         changed = changed | crosses | back | released
@@ -333,8 +330,8 @@ def go_on(h, first, accepted, max_step, clock):
     """
     again, crosses, after = first == 0.0, first < 1.0, clock[AFTER]
     resumed = np.minimum(np.maximum(clock[STEP], after), max_step)
-    wanted = np.where(accepted, resumed, clock[STEP])
+    next_step = np.where(accepted, resumed, clock[STEP])
     short = np.maximum(h * first, 2.0 * clock[SMALLEST])
-    clock[STEP] = np.where(again, h, np.where(crosses, short, wanted))
+    clock[STEP] = np.where(again, h, np.where(crosses, short, next_step))
     aimed = np.where(crosses, np.maximum(after, h), 0.0)
     clock[AFTER] = np.where(again, after, aimed)

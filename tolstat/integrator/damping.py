@@ -53,9 +53,9 @@ def begin_damping(h, step):
     undamped = len(K1) - n
     first = undamped - n * (1 + len(step.sloped))
     for j in range(n):
-        given = h * K1[first + j]
+        declared = h * K1[first + j]
         # growing coordinates and NaN get the plain step
-        lambda_h[j] = np.where((given > 0.0) & np.isfinite(given), given, 0.0)
+        lambda_h[j] = np.where((declared > 0.0) & np.isfinite(declared), declared, 0.0)
         share[j] = 1.0 / (1.0 + DIAGONAL * lambda_h[j])
         K1[step.damped[j]] = K1[undamped + j] * share[j]
     slope = step.slope

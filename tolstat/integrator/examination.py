@@ -61,8 +61,8 @@ class Examination:
         larger one, and the results depend on whether steps meet them.
         """
         least = min(self.looser, self.loosest)
-        many = self.steps.max() > FEW_STEPS
-        return many and least > STIFF and not self.by_longest and self.accurate
+        enough_steps = self.steps.max() > FEW_STEPS
+        return enough_steps and least > STIFF and not self.by_longest and self.accurate
 
     @property
     def accurate(self) -> bool:
@@ -70,45 +70,47 @@ class Examination:
         return max(self.errors.values()) <= PERMITTED
 
 
-def examine(found: Integration) -> Examination:
+def examine(integration: Integration) -> Examination:
     """Return what demands the steps of an integration, and its errors.
 
     Parameters
     ----------
-    found : Integration
+    integration : Integration
         Of a few trials: they are integrated again once for each state, and six times.
     """
-    system, block = found.system, found.block
+    system, block = integration.system, integration.block
     rtol, longest, most = block.accuracy
-    few = Accuracy(rtol, longest, min(most, MOST_STEPS))
-    base = _again(found, few)
+    capped = Accuracy(rtol, longest, min(most, MOST_STEPS))
+    base = _again(integration, capped)
 
     def share(accuracy: Accuracy, **changed: Any) -> float:
-        other = _again(found, accuracy, replace(system, **changed))
+        other = _again(integration, accuracy, replace(system, **changed))
         return float(other.steps.sum() / base.steps.sum())
 
     def alone(state: int) -> float:
         scale = FREE * np.array(system.scale, float)
         scale[state] = system.scale[state]
-        return share(few, scale=scale)
+        return share(capped, scale=scale)
 
-    tight = Accuracy(max(rtol / TIGHTER, LEAST_RTOL), longest / SHORTER, few.max_steps)
+    tight = Accuracy(
+        max(rtol / TIGHTER, LEAST_RTOL), longest / SHORTER, capped.max_steps
+    )
     undamped = None
     if system.damped:  # the rows of lambda become watched quantities
         spare = len(system.damped) * (1 + len(system.sloped))
         above = system.n_above + spare
-        undamped = share(few, damped=(), sloped=(), watch=None, n_above=above)
+        undamped = share(capped, damped=(), sloped=(), watch=None, n_above=above)
     return Examination(
         base.steps,
         base.status != Status.DONE,
         tuple(alone(i) for i in range(len(system.scale))),
-        share(few._replace(max_step=4.0 * longest)),
-        share(few._replace(rtol=LOOSER * rtol)),
-        share(few._replace(rtol=max(min(LOOSER**2 * rtol, LOOSEST), LOOSER * rtol))),
+        share(capped._replace(max_step=4.0 * longest)),
+        share(capped._replace(rtol=LOOSER * rtol)),
+        share(capped._replace(rtol=max(min(LOOSER**2 * rtol, LOOSEST), LOOSER * rtol))),
         undamped,
-        _errors(base, _again(found, tight), system.scale, rtol),
+        _errors(base, _again(integration, tight), system.scale, rtol),
         np.array(system.scale, float),
-        proposed_scale(system, *block[:3], few),
+        proposed_scale(system, *block[:3], capped),
     )
 
 
@@ -132,23 +134,23 @@ def proposed_scale(
         Rounded to one digit. A state that stays zero keeps its scale.
     """
     times = np.linspace(marks[:, 0].max(), marks[:, -1].min(), SAMPLES)
-    found = integrate(system, start, parameters, marks, accuracy, samples=times)
-    given = np.array(system.scale, float)
-    sizes = np.concatenate([found.history, found.states], axis=1)
+    solution = integrate(system, start, parameters, marks, accuracy, samples=times)
+    declared = np.array(system.scale, float)
+    sizes = np.concatenate([solution.history, solution.states], axis=1)
     with np.errstate(invalid="ignore"):
         size = np.nanmax(np.abs(sizes), axis=(0, 1), initial=0.0)
-    size = np.where(size > 0.0, size, given)
+    size = np.where(size > 0.0, size, declared)
     digit = 10.0 ** np.floor(np.log10(size))
     rounded: Array = np.round(size / digit) * digit
     return rounded
 
 
 def _again(
-    found: Integration, accuracy: Accuracy, system: System | None = None
+    integration: Integration, accuracy: Accuracy, system: System | None = None
 ) -> Solution:
-    block = found.block
+    block = integration.block
     return integrate(
-        system or found.system,
+        system or integration.system,
         block.start,
         block.parameters,
         block.marks,
@@ -158,7 +160,7 @@ def _again(
 
 
 def _errors(
-    one: Solution, other: Solution, scale: Array, rtol: float
+    base: Solution, other: Solution, scale: Array, rtol: float
 ) -> dict[str, float]:
     """Return the largest differences, of rtol times the size of what differs."""
 
@@ -166,9 +168,9 @@ def _errors(
         with np.errstate(divide="ignore", invalid="ignore"):
             return float(np.nanmax(np.abs(a - b) / (rtol * size), initial=0.0))
 
-    found = {"states": largest(one.states, other.states, np.asarray(scale))}
+    errors = {"states": largest(base.states, other.states, np.asarray(scale))}
     for name in ("quadratures", "peak"):
-        a, b = getattr(one, name), getattr(other, name)
+        a, b = getattr(base, name), getattr(other, name)
         if a.size:
-            found[name] = largest(a, b, np.abs(b).max(axis=0))
-    return found
+            errors[name] = largest(a, b, np.abs(b).max(axis=0))
+    return errors

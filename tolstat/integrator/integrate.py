@@ -52,10 +52,10 @@ _seen: ContextVar[list[Integration] | None] = ContextVar("_seen", default=None)
 @contextmanager
 def observed() -> Iterator[list[Integration]]:
     """Collect the integrations of this thread, for an examination."""
-    found: list[Integration] = []
-    token = _seen.set(found)
+    integrations: list[Integration] = []
+    token = _seen.set(integrations)
     try:
-        yield found
+        yield integrations
     finally:
         _seen.reset(token)
 
@@ -186,14 +186,14 @@ def _idle_lanes(system: System, block: Block) -> Lanes:
         "returned": len(system.crossings),
     }
     end = dict(zip(counts, np.cumsum([*counts.values()]).tolist(), strict=True))
-    whole = _lanes(end["returned"])
-    whole[[PHASE, TRIAL]] = -1.0
+    all_rows = _lanes(end["returned"])
+    all_rows[[PHASE, TRIAL]] = -1.0
     return Lanes(
-        **{name: whole[end[name] - n : end[name]] for name, n in counts.items()},
+        **{name: all_rows[end[name] - n : end[name]] for name, n in counts.items()},
         p=_lanes(block.parameters.shape[1]),
-        whole=whole,
-        arrived=whole[end["clock"] : end["quadratures"]],
-        watched=whole[end["quadratures"] : end["above"]],
+        all_rows=all_rows,
+        arrived=all_rows[end["clock"] : end["quadratures"]],
+        watched=all_rows[end["quadratures"] : end["above"]],
     )
 
 
@@ -215,7 +215,7 @@ def _room_for_steps(system: System, lanes: Lanes) -> Step:
         filled_inside=inside,
         watched_middle=middle[watched],
         watched_inside=inside[watched],
-        found=_lanes(len(system.crossings)),
+        theta=_lanes(len(system.crossings)),
         jumped=_lanes(n_states + len(system.crossings) if system.jump else 0),
         slope=_lanes(n_slopes),
         lambda_h=_lanes(n_damped),

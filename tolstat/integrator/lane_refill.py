@@ -18,8 +18,8 @@ SMALLEST_STEP = 1e-14  # of the duration of the trial
 @compiled()
 def _begin(lane, trial, lanes, block):
     """Put a trial into a lane, at its first mark."""
-    for i in range(len(lanes.whole)):
-        lanes.whole[i, lane] = 0.0
+    for i in range(len(lanes.all_rows)):
+        lanes.all_rows[i, lane] = 0.0
     for i in range(len(lanes.y)):
         lanes.y[i, lane] = block.start[trial, i]
     for i in range(len(lanes.p)):
@@ -95,8 +95,8 @@ def _status(lane, lanes, block, results):
     if clock[problem.TRIAL, lane] < 0.0:
         return Status.DONE
     if event == problem.MARK_REACHED:
-        over = _pass_marks(lane, lanes, block, results)
-        return Status.DONE if over else Status.NOT_RUN
+        ended = _pass_marks(lane, lanes, block, results)
+        return Status.DONE if ended else Status.NOT_RUN
     if event != problem.FAILED:
         return Status.NOT_RUN
     if not np.isfinite(clock[problem.ERROR, lane]):

@@ -9,11 +9,6 @@ from tolstat.integrator.mistakes import check_times, expect
 from tolstat.integrator.problem import Solution
 from tolstat.status import Status
 
-MOST_TURN = 0.5 * np.pi  # of the fastest part in a step
-MOST_STEPS = 20_000_000  # of a trial
-TERMS = 24  # of e^(G h), which thousands of steps multiply: (pi/2)^25/25! = 5e-21
-SERIES = 17  # terms of the solution inside a step: (pi/2)^18/18! = 5e-13 at its end
-
 
 class LinearMotion(NamedTuple):
     """Trials that move by z' = G z from mark to mark.
@@ -49,9 +44,9 @@ def _check(motion: LinearMotion) -> None:
         ("rest", (trials, phases, watched)),
         ("since", (trials, watched)),
     ):
-        given = getattr(motion, name).shape
+        actual = getattr(motion, name).shape
         words = f"{shape} is expected"
-        expect(given == shape, function, f"{name} has shape {given}", words)
+        expect(actual == shape, function, f"{name} has shape {actual}", words)
     divide = f"a number that divides {m} rows is expected"
     expect(parts > 0 and m % parts == 0, function, f"parts {parts}", divide)
     row, column = entries.T
@@ -94,100 +89,93 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
         the parts: 5e-13 as the Taylor series ends, the rest by the search for a peak.
     """
     # the first call loads the compiler, and compiles
-    from tolstat.integrator.propagator import KEPT, Pack, follow
+    from tolstat.integrator.linear_pack import KEPT, SERIES, Pack
+    from tolstat.integrator.linear_peaks import MOST_STEPS
+    from tolstat.integrator.propagator import follow
     from tolstat.lanes.vector import WIDTH
 
-    taken = np.zeros(0) if samples is None else np.asarray(samples, float)
+    times = np.zeros(0) if samples is None else np.asarray(samples, float)
     _check(motion)
-    check_times("solve", motion.marks, taken)
+    check_times("solve", motion.marks, times)
     row, column = np.ascontiguousarray(motion.entries.T)
     n, _, m = motion.change.shape
-    watched = motion.rest.shape[2]
+    watched, positions = motion.weight.shape[1:]
+    parts, size = motion.parts, m // motion.parts
     packs = -(-n // WIDTH)
     # the last pack is filled up with its last trial
     filled = np.minimum(np.arange(packs * WIDTH), n - 1)
-    given = [motion.G, motion.marks, motion.change, motion.weight, motion.rest]
-    finite = np.all([np.isfinite(x.reshape(n, -1)).all(axis=1) for x in given], axis=0)
-
-    def across(values: Array) -> Array:
-        still = values if finite.all() else np.where(finite, values.T, 0.0).T
-        of_trial = still[filled].reshape(packs, WIDTH, -1)
-        found = room(packs, of_trial.shape[2])
-        found[:] = of_trial.transpose(0, 2, 1)
-        return found
-
-    def back(values: Array, *shape: int) -> Array:
-        of_trial = values.transpose(0, 2, 1).reshape(packs * WIDTH, *shape)
-        found = np.ascontiguousarray(of_trial[:n])
-        found[failed] = np.nan
-        return found
+    numbers = [motion.G, motion.marks, motion.change, motion.weight, motion.rest]
+    finite = np.all(
+        [np.isfinite(x.reshape(n, -1)).all(axis=1) for x in numbers], axis=0
+    )
 
     def room(*shape: int) -> Array:
         # a vector of lanes in one line of the cache
-        size = int(np.prod(shape)) * WIDTH
-        found = np.zeros(size + WIDTH)
-        first = -found.ctypes.data % 64 // 8
-        return found[first : first + size].reshape(*shape, WIDTH)
+        length = int(np.prod(shape)) * WIDTH
+        memory = np.zeros(length + WIDTH)
+        first = -memory.ctypes.data % 64 // 8
+        return memory[first : first + length].reshape(*shape, WIDTH)
 
-    G, marks, change, weight, rest = map(across, given)
-    since = across(motion.since)
-    extreme = room(packs, 2 * watched) - np.inf
-    history = room(packs, len(taken) * watched) + np.nan
-    steps = room(packs, 1)
-    size = m // motion.parts
+    def packed(values: Array) -> Array:
+        still = values if finite.all() else np.where(finite, values.T, 0.0).T
+        by_pack = still[filled].reshape(packs, WIDTH, -1)
+        array = room(packs, by_pack.shape[2])
+        array[:] = by_pack.transpose(0, 2, 1)
+        return array
+
+    def unpacked(values: Array, *shape: int) -> Array:
+        by_lane = values.transpose(0, 2, 1).reshape(packs * WIDTH, *shape)
+        return np.ascontiguousarray(by_lane[:n])
+
+    names = "G", "marks", "change", "weight", "rest", "since"
+    of_packs = {name: packed(getattr(motion, name)) for name in names}
+    of_packs["extreme"] = extreme = room(packs, 2 * watched) - np.inf
+    of_packs["history"] = history = room(packs, len(times) * watched) + np.nan
+    of_packs["steps"] = steps = room(packs, 1)
     columns = max(size, 2 * watched)
-    same = {
-        "row": row,
-        "column": column,
-        "parts": motion.parts,
-        "driven": motion.driven,
-        "samples": np.repeat(taken[:, None], WIDTH, axis=1),
-        "clock": room(2),
-        "z": room(m),
-        "moved": room(m),
-        "P": room(m * size),
-        "power": room(m * columns),
-        "product": room(m * columns),
-        "length": room(columns),
-        "slope": room(weight.shape[1]),
-        "turn": room(motion.parts),
-        "growth": room(motion.parts),
-        "soon": room(motion.parts),
-        "ever": room(motion.parts),
-        "share": room(watched * motion.parts),
-        "value": room(watched),
-        "rate": room(watched),
-        "sharp": room(watched),
-        "reach": room(watched),
-        "series": room((1 + SERIES) * 2 * watched),
-        "above": room(2 * watched),
-        "kept": room(2 * watched * (KEPT + m)),
+    counts = {
+        "clock": 2,
+        "z moved": m,
+        "P": m * size,
+        "power product": m * columns,
+        "length": columns,
+        "slope": watched * positions,
+        "turn growth soon ever": parts,
+        "share": watched * parts,
+        "value rate sharp reach": watched,
+        "series": (1 + SERIES) * 2 * watched,
+        "above": 2 * watched,
+        "candidates": 2 * watched * (KEPT + m),
     }
+    shared = {name: room(k) for group, k in counts.items() for name in group.split()}
+    shared["samples"] = np.repeat(times[:, None], WIDTH, axis=1)
     for i in range(packs):
-        pack = Pack(
-            marks=marks[i],
-            G=G[i],
-            change=change[i],
-            weight=weight[i],
-            rest=rest[i],
-            since=since[i],
-            taken=np.zeros(WIDTH, np.int64),
-            extreme=extreme[i],
-            history=history[i],
-            steps=steps[i],
-            **same,
+        follow(
+            Pack(
+                row=row,
+                column=column,
+                parts=parts,
+                driven=motion.driven,
+                taken=np.zeros(WIDTH, np.int64),
+                **{name: array[i] for name, array in of_packs.items()},
+                **shared,
+            )
         )
-        follow(pack)
-    count = steps.transpose(0, 2, 1).reshape(-1)[:n]
+    count = unpacked(steps)
     finite &= np.isfinite(count)
-    few = count <= MOST_STEPS
-    failed = ~(finite & few)
-    extremes = back(extreme, 2 * watched)
-    status = np.where(few, Status.DONE, Status.TOO_MANY_STEPS)
-    nothing = np.zeros((n, 0))
+    in_time = count <= MOST_STEPS
+    extremes = unpacked(extreme, 2 * watched)
+    histories = unpacked(history, len(times), watched)
+    extremes[~(finite & in_time)] = histories[~(finite & in_time)] = np.nan
+    status = np.where(in_time, Status.DONE, Status.TOO_MANY_STEPS)
     return Solution(
-        np.zeros((n, 0, 0)), np.zeros((n, 0, 0)), extremes[:, :watched],
-        -extremes[:, watched:], nothing, back(history, len(taken), watched),
-        np.where(finite, status, Status.NOT_FINITE).astype(np.int64),
-        np.where(finite, count, 0).astype(np.int64), np.full((n, 2), np.nan),
-    )  # fmt: skip
+        states=np.zeros((n, 0, 0)),
+        quadratures=np.zeros((n, 0, 0)),
+        greatest=extremes[:, :watched],
+        least=-extremes[:, watched:],
+        above=np.zeros((n, 0)),
+        history=histories,
+        status=np.where(finite, status, Status.NOT_FINITE).astype(np.int64),
+        steps=np.where(finite, count, 0).astype(np.int64),
+        ended=np.full((n, 2), np.nan),
+    )

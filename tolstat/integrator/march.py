@@ -40,18 +40,21 @@ def _renew_rates(rates, watch, jump, lanes, step):
 
     The rates may jump there, and at a crossing the state.
     """
-    now, clock, damped, k = step.moment, lanes.clock, step.damped, step.k
+    moment, clock, damped, k = step.moment, lanes.clock, step.damped, step.k
     # the second stage is free between two steps
     K1, K2 = k[0], k[1]
-    now[problem.TIME], now[problem.PHASE] = clock[problem.TIME], clock[problem.PHASE]
+    moment[problem.TIME], moment[problem.PHASE] = (
+        clock[problem.TIME],
+        clock[problem.PHASE],
+    )
     if len(step.crossings) > 0:
         choose_sides(watch, lanes, step)
     if len(step.jumped) > 0:
-        jump(now, lanes.y, lanes.p, step.jumped)
+        jump(moment, lanes.y, lanes.p, step.jumped)
         take_jump(lanes, step)
-    rates(now, lanes.y, lanes.p, K2)
+    rates(moment, lanes.y, lanes.p, K2)
     if len(step.crossings) > 0 and hold_at_zero(rates, watch, lanes, step):
-        rates(now, lanes.y, lanes.p, K2)
+        rates(moment, lanes.y, lanes.p, K2)
     renewed = clock[problem.EVENT] != problem.NOTHING
     for i in range(len(K1)):
         K1[i] = np.where(renewed, K2[i], K1[i])
@@ -121,7 +124,7 @@ def march(rates, watch, jump, per_scale, lanes, step, block, results):
     """
     lanes, step = rows(lanes), rows(step)
     rtol, max_step, max_steps = block.accuracy
-    clock, now = lanes.clock, step.moment
+    clock, moment = lanes.clock, step.moment
     crossing = len(step.crossings) > 0
     # not a literal: the type of a literal would compile a second time
     n_begun, n_busy = sort_out(np.int64(0), lanes, block, results)
@@ -132,7 +135,7 @@ def march(rates, watch, jump, per_scale, lanes, step, block, results):
         h, t_new, landing = aim(t, clock[problem.STEP], clock[problem.TARGET])
         if crossing:
             h, t_new = aim_at_crossing(h, t_new, clock)
-        now[problem.PHASE] = clock[problem.PHASE]
+        moment[problem.PHASE] = clock[problem.PHASE]
         advance(rates, t, h, t_new, lanes.y, lanes.p, step)
         error = worst_error(h, step.k, per_scale) * (1.0 / rtol)
         # early: its long chain of roots runs in parallel with the next lines
@@ -149,7 +152,7 @@ def march(rates, watch, jump, per_scale, lanes, step, block, results):
         taking = accepted & (clock[problem.PHASE] >= float(block.watch_from))
         if len(step.watched_middle) > 0 and (crossing or np.any(taking)):
             halfway(h, lanes.y, step.k, step.middle)
-            now[problem.TIME] = t + 0.5 * h
+            moment[problem.TIME] = t + 0.5 * h
             watch(step.moment, step.middle, lanes.p, step.filled_middle)
             if crossing:
                 first = first_crossing(watch, t, h, accepted, lanes, step)

@@ -46,15 +46,15 @@ def check_block(system: System, block: Block) -> None:
     expect(0 < rtol < np.inf, function, f"rtol {rtol}", above)
     expect(longest > 0, function, f"max_step {longest}", above)
     expect(most > 0, function, f"max_steps {most}", above)
-    known = f"a phase from 0 to {phases - 1} is expected"
+    allowed = f"a phase from 0 to {phases - 1} is expected"
     first = block.watch_from
-    expect(0 <= first < phases, function, f"watch_from {first}", known)
+    expect(0 <= first < phases, function, f"watch_from {first}", allowed)
 
 
-def expect(holds: bool | np.bool_, function: str, given: str, words: str) -> None:
+def expect(holds: bool | np.bool_, function: str, fact: str, words: str) -> None:
     """Refuse what was given to a function, unless it holds what is expected."""
     if not holds:
-        raise ModelError(f"{function}: {given}: {words}")
+        raise ModelError(f"{function}: {fact}: {words}")
 
 
 def check_times(function: str, marks: Array, samples: Array) -> None:
@@ -75,9 +75,9 @@ def check_times(function: str, marks: Array, samples: Array) -> None:
     if len(marks) and len(samples):
         first, last = marks[:, 0].max(), marks[:, -1].min()
         inside = first <= samples[0] and samples[-1] <= last
-        given = f"samples from {samples[0]:g} to {samples[-1]:g} s"
+        fact = f"samples from {samples[0]:g} to {samples[-1]:g} s"
         within = f"times from {first:g} to {last:g} s are expected, start and end"
-        expect(inside, function, given, within)
+        expect(inside, function, fact, within)
 
 
 def check_equations(system: System, block: Block) -> None:
@@ -138,42 +138,42 @@ def _filled(
     # not at the start itself, where quantities often are zero and equal
     nearby = np.linspace(0.1, 0.9, start.size).reshape(start.shape)
     start = start + nearby * system.scale[:, None]
-    rows, found = sum(declared.values()), []
-    words = ", ".join(f"{n} {each}" for each, n in declared.items() if n)
+    rows, filled = sum(declared.values()), []
+    words = ", ".join(f"{n} {kind}" for kind, n in declared.items() if n)
     for phase, side in moments:
-        places = []
+        tables = []
         for behind in (0.0, 1.0, np.nan):
             out = np.full((rows + SPARE, WIDTH), UNWRITTEN)
             spare = np.full((SPARE, WIDTH), behind)
             moment = np.full((MOMENT_ROWS + len(system.crossings), WIDTH), side)
             moment[TIME], moment[PHASE] = block.marks[trials, phase], phase
             # views: equations see the declared rows, and reach what lies behind
-            given = [
-                np.concatenate([each, spare])[: len(each)]
-                for each in (moment, start, parameters)
+            arguments = [
+                np.concatenate([array, spare])[: len(array)]
+                for array in (moment, start, parameters)
             ]
             with np.errstate(all="ignore"):  # the place may be none that is reached
-                equations(*given, out[:rows])
-            for each, kept in zip(given[1:], (start, parameters), strict=True):
-                if not np.array_equal(each, kept, equal_nan=True):
+                equations(*arguments, out[:rows])
+            for passed, before in zip(arguments[1:], (start, parameters), strict=True):
+                if not np.array_equal(passed, before, equal_nan=True):
                     raise ModelError(f"{name} writes into y or p; it fills out alone")
-            places.append(out)
-        written = (places[0] != UNWRITTEN).any(axis=1)
-        filled = 1 + int(np.flatnonzero(written).max(initial=-1))
-        if filled != rows:
+            tables.append(out)
+        written = (tables[0] != UNWRITTEN).any(axis=1)
+        n_filled = 1 + int(np.flatnonzero(written).max(initial=-1))
+        if n_filled != rows:
             raise ModelError(
-                f"{name} fills {filled} rows, but {rows} are declared ({words}); make "
-                "the counts of System match the rows of out"
+                f"{name} fills {n_filled} rows, but {rows} are declared ({words}); "
+                "make the counts of System match the rows of out"
             )
         if not written[:rows].all():
             row = int(np.flatnonzero(~written)[0])
             raise ModelError(f"{name} does not fill row {row} of out ({words})")
-        if not all(np.array_equal(places[0], x, equal_nan=True) for x in places[1:]):
+        if not all(np.array_equal(tables[0], x, equal_nan=True) for x in tables[1:]):
             raise ModelError(
                 f"{name} reads more rows than there are: {len(start)} states, "
                 f"{len(parameters)} parameters and {len(system.crossings)} sides are "
                 "given; give integrate every parameter, and name each crossing whose "
                 "side is read in System"
             )
-        found.append(places[0][:rows])
-    return np.concatenate(found, axis=1)
+        filled.append(tables[0][:rows])
+    return np.concatenate(filled, axis=1)

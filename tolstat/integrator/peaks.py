@@ -59,13 +59,13 @@ def _follow_extremes(watch, taking, t, h, first, lanes, step):
         high = np.maximum(greatest[i], np.maximum(a, np.maximum(m, b)))
         low = np.minimum(least[i], np.minimum(a, np.minimum(m, b)))
         theta, vertex = vertex_of(a, m, b)
-        near = NEAR * np.abs(a - 2.0 * m + b)
-        beyond = (vertex > high - near) | (vertex < low + near)
+        margin = NEAR * np.abs(a - 2.0 * m + b)
+        beyond = (vertex > high - margin) | (vertex < low + margin)
         turns = taking & beyond & (theta > 0.0) & (theta < 1.0)
         if np.any(turns):
-            there = look(watch, t, h, np.where(turns, theta, 0.5), i, lanes, step)
-            high = np.where(turns, np.maximum(high, there), high)
-            low = np.where(turns, np.minimum(low, there), low)
+            value = look(watch, t, h, np.where(turns, theta, 0.5), i, lanes, step)
+            high = np.where(turns, np.maximum(high, value), high)
+            low = np.where(turns, np.minimum(low, value), low)
         greatest[i] = np.where(taking, high, greatest[i])
         least[i] = np.where(taking, low, least[i])
 

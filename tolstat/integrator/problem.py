@@ -105,16 +105,16 @@ class System:
 
     def __post_init__(self) -> None:
         """Refuse numbers outside the states or the watched quantities."""
-        for name, given, n, words in (
+        for name, declared, n, words in (
             ("damped", self.damped, len(self.scale), "states"),
             ("sloped", self.sloped, self.n_quadratures, "quadratures"),
             ("crossings", self.crossings, self.n_watched, "watched quantities"),
         ):
-            numbers = given if isinstance(given, tuple) else ("",)
+            numbers = declared if isinstance(declared, tuple) else ("",)
             if len(set(numbers) & set(range(n))) < len(numbers):
                 allowed = f"0 to {n - 1}, each once" if n else "of which there are none"
                 raise ModelError(
-                    f"System({name}={given!r}): a tuple of numbers of {words}, "
+                    f"System({name}={declared!r}): a tuple of numbers of {words}, "
                     f"{allowed}"
                 )
 
@@ -198,7 +198,7 @@ class Lanes(NamedTuple):
     size: Array  # [crossing, lane], the largest of the quantity in this trial
     returned: Array  # [crossing, lane], see `crossing`
     p: Array  # [parameter, lane]
-    whole: Array  # [row, lane], all of these in this order
+    all_rows: Array  # [row, lane], all of these in this order
     arrived: Array  # [state then quadrature, lane], of these rows
     watched: Array  # [greatest then least then above, lane], of these rows
 
@@ -214,7 +214,7 @@ class Step(NamedTuple):
     filled_inside: Array  # [row, lane], the same where a crossing is searched
     watched_middle: Array  # [watched, lane], of these rows
     watched_inside: Array  # [watched, lane]
-    found: Array  # [crossing, lane], fraction of the step
+    theta: Array  # [crossing, lane], fraction of the step
     jumped: Array  # [state, then side; lane], filled by `jump`; no rows without it
     slope: Array  # [damped times sloped, lane]
     lambda_h: Array  # [damped, lane], lambda times the step

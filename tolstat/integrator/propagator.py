@@ -1,82 +1,36 @@
 """Steps of linear equations by e^(G h), a trial in each lane.
 
 z' = G z within a phase, so z(t + h) = P z(t) with P = e^(G h), the same in all its
-steps. A watched quantity x is a sum of positions. Its values and slopes at both ends of
-a step give a cubic. At a share s of the step that errs by s^2 (1 - s)^2/24 times the
-fourth derivative of x by s, which is at most 144 M. So x lies below a polynomial in
-Bernstein's form, and this below its greatest coefficient: no peak is passed over that
-is higher by more than the error that `linear_motion.solve` states.
+steps.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 from numba import types
 
-from tolstat.arrays import Array, Integers
-from tolstat.integrator.linear_motion import MOST_STEPS, MOST_TURN, SERIES, TERMS
-from tolstat.integrator.signatures import integers, tuple_type, whole
+from tolstat.integrator.linear_pack import (
+    BOUND,
+    KEPT,
+    LOOK_EVERY,
+    greater,
+    pack_type,
+    read,
+    times,
+)
+from tolstat.integrator.linear_peaks import (
+    MOST_STEPS,
+    climb,
+    is_over,
+    keep,
+    settle,
+    sizes,
+    take_peaks,
+    take_samples,
+)
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
-from tolstat.lanes.vector import WIDTH
 
-LOOK_EVERY = 8  # steps between two looks at the sizes of the parts
-SAME = 1e-14  # of a watched quantity: as high
-ROUNDS = 10_000  # of a search, at most: 20 are usual; a trial that needs more fails
-LATE = 1e-9  # of a step: what rounding may put a sample behind the last mark
-STEP, REST, BOUND, KEPT = range(4)  # rows of a kept step, then z before it
-
-
-class Pack(NamedTuple):
-    """Trials in lanes, and room for their steps."""
-
-    row: Integers  # of the entries of G that are not zero in all trials
-    column: Integers
-    taken: Integers  # [lane], samples
-    parts: int
-    driven: int  # rows
-    marks: Array  # [mark, lane], s
-    G: Array  # [entry, lane], 1/s
-    change: Array  # [phase times row, lane], of z
-    weight: Array  # [watched times position, lane]
-    rest: Array  # [phase times watched, lane], what is added to the sums
-    since: Array  # [watched, lane], phase from which its peak is taken
-    samples: Array  # [sample, lane], s, the same in all lanes
-    clock: Array  # [2, lane]: length of a step, s; their number in the phase
-    z: Array  # [row, lane]
-    moved: Array  # [row, lane], z behind the step
-    P: Array  # [row times size of a part, lane]
-    power: Array  # [row times column, lane], of a Taylor series
-    product: Array  # [row times column, lane]
-    length: Array  # [column, lane], s, of its step
-    slope: Array  # [watched times position, lane], weights of the rates over a step
-    turn: Array  # [part, lane], 1/s, fastest of |z| of a part
-    growth: Array  # [part, lane], 1/s
-    soon: Array  # [part, lane], how |z| grows over `LOOK_EVERY` steps, over 144
-    ever: Array  # [part, lane], over all
-    share: Array  # [watched times part, lane], of a part's size
-    value: Array  # [watched, lane], at the begin of a step
-    rate: Array  # [watched, lane], over the step
-    sharp: Array  # [watched, lane], M for some steps
-    reach: Array  # [watched, lane], how far from rest it may ever come
-    series: Array  # [term times 2 times watched, lane]
-    above: Array  # [2 times watched, lane], bound of the last step
-    kept: Array  # [2 times watched times row of a kept step, lane]
-    # the greatest values so far, then those with the sign changed
-    extreme: Array  # [2 times watched, lane]
-    history: Array  # [sample times watched, lane]
-    steps: Array  # [1, lane]
-
-
-pack_type = tuple_type(
-    Pack, row=integers, column=integers, taken=integers, parts=whole, driven=whole
-)
-
-
-@compiled(within=True)
-def greater(a, b):
-    """Return the greater of two; b where either is no number."""
-    return np.where(a > b, a, b)
+MOST_TURN = 0.5 * np.pi  # of the fastest part in a step
+TERMS = 24  # of e^(G h), which thousands of steps multiply: (pi/2)^25/25! = 5e-21
 
 
 @compiled()
@@ -100,10 +54,10 @@ def measure(pack):
         for i in range(size):
             width, height, grown = nothing, nothing, nothing
             for j in range(size):
-                there = dense[(i * parts + k) * size + j]
+                entry = dense[(i * parts + k) * size + j]
                 back = dense[(j * parts + k) * size + i]
-                width, height = width + np.abs(there), height + np.abs(back)
-                both = there + back
+                width, height = width + np.abs(entry), height + np.abs(back)
+                both = entry + back
                 grown = grown + 0.5 * (both if i == j else np.abs(both))
             widest, highest = greater(width, widest), greater(height, highest)
             growth = greater(grown, growth)
@@ -114,18 +68,6 @@ def measure(pack):
             for i in range(k, n, parts):
                 square = square + weight[o * n + i] * weight[o * n + i]
             share[o * parts + k] = np.sqrt(square)
-
-
-@compiled()
-def times(width, factor, power, product, pack):
-    """Fill the next term of Taylor series, rows times width: factor G h power."""
-    G, length = pack.G, pack.length
-    for i in range(len(pack.z) * width):
-        product[i] = 0.0 * length[0]
-    for e in range(len(G)):
-        to, of, G_ = pack.row[e] * width, pack.column[e] * width, factor * G[e]
-        for k in range(width):
-            product[to + k] = product[to + k] + G_ * length[k] * power[of + k]
 
 
 @compiled()
@@ -158,202 +100,6 @@ def prepare(h, pack):
         pack.soon[k] = grown * (1.0 / 144.0)
 
 
-@compiled()
-def sizes(z, pack):
-    """Fill M of each sum for some steps, and how far from rest it may ever come.
-
-    All derivatives of z follow the equations of z, and so do bounds of their growth.
-    """
-    parts, watched = pack.parts, len(pack.since)
-    share, sharp, reach = pack.share, pack.sharp, pack.reach
-    fourth, product = pack.power, pack.product
-    pack.length[0] = pack.clock[0]
-    for i in range(len(z)):
-        fourth[i] = z[i]
-    for _ in range(4):
-        times(1, 1.0, fourth, product, pack)
-        fourth, product = product, fourth
-    for o in range(watched):
-        sharp[o] = reach[o] = 0.0 * z[0]
-    for k in range(parts):
-        square, bend = 0.0 * z[0], 0.0 * z[0]
-        for i in range(k, len(z), parts):
-            square, bend = square + z[i] * z[i], bend + fourth[i] * fourth[i]
-        ever, soon = np.sqrt(square) * pack.ever[k], np.sqrt(bend) * pack.soon[k]
-        for o in range(watched):
-            of = share[o * parts + k]
-            sharp[o], reach[o] = sharp[o] + of * soon, reach[o] + of * ever
-
-
-@compiled(within=True)
-def read(o, n, rest, z, pack):
-    """Return the value of a watched quantity, and its slope over a step."""
-    weight, slope = pack.weight, pack.slope
-    value, rate = rest, 0.0 * z[0]
-    for i in range(n):
-        value = value + weight[o * n + i] * z[i]
-        rate = rate + slope[o * n + i] * z[n + i]
-    return value, rate
-
-
-@compiled()
-def expand(first, last, width, pack):
-    """Fill the Taylor series of rows over their steps.
-
-    Their states are in the columns of `power`: one for each row, or one for all.
-    """
-    watched = len(pack.since)
-    n = len(pack.weight) // watched
-    series, weight = pack.series, pack.weight
-    power, product = pack.power, pack.product
-    for term in range(SERIES + 1):
-        for row in range(first, last):
-            of = (row if row < watched else row - watched) * n
-            column = row - first if width > 1 else 0
-            total = weight[of] * power[column]
-            for i in range(1, n):
-                total = total + weight[of + i] * power[i * width + column]
-            series[term * 2 * watched + row] = total
-        times(width, 1.0 / (term + 1), power, product, pack)
-        power, product = product, power
-
-
-@compiled()
-def climb(row, here, pack):
-    """Raise the greatest value of a row to the top of its step, where it is.
-
-    The step is walked through: a stretch is done with once its bound is not above the
-    greatest value; otherwise it is cut at the turn that Newton's method finds.
-    """
-    watched, series = len(pack.since), pack.series
-    whole = 0.0 * series[row]
-    for term in range(SERIES + 1):
-        whole = whole + np.abs(series[term * 2 * watched + row])
-    begin, a, a_ = 0.0 * whole, series[row], series[2 * watched + row]
-    end, best = begin + 1.0, pack.extreme[row]
-    for _ in range(ROUNDS):
-        if not np.any(here):
-            break
-        b, b_, bend, M = 0.0 * end, 0.0 * end, 0.0 * end, 0.0 * end
-        for term in range(SERIES, 3, -1):  # M up to the end of the stretch
-            c = np.abs(series[term * 2 * watched + row])
-            power = term * (term - 1) * (term - 2) * (term - 3) / 144.0
-            M = M * end + c * power
-        for term in range(SERIES, -1, -1):
-            bend = bend * end + 2.0 * b_
-            b_ = b_ * end + b
-            b = b * end + series[term * 2 * watched + row]
-        h = end - begin
-        best = np.where(here, greater(b, best), best)
-        middle = 0.5 * (a + b) + h * (a_ - b_) * (1.0 / 6.0) + M * (h * h) * (h * h)
-        outer = greater(a + 0.25 * h * a_, b - 0.25 * h * b_)
-        passed = greater(outer, middle) <= best + SAME * whole
-        turn = end - b_ / bend
-        # a turn that is reached gains nothing: only halves then get on
-        gains = np.abs(b_ * (end - turn)) > SAME * whole
-        inside = (turn > begin) & (turn < end) & gains
-        cut = np.where(inside, turn, 0.5 * (begin + end))
-        # a top just ahead is passed over closely
-        past = 2.0 * turn - end
-        ahead = np.where((past > end) & (past < 1.0), past, 1.0)
-        begin = np.where(passed, end, begin)
-        a, a_ = np.where(passed, b, a), np.where(passed, b_, a_)
-        here = here & (begin < 1.0)
-        end = np.where(passed, ahead, cut)
-    pack.extreme[row] = best
-    pack.steps[0] = np.where(here, MOST_STEPS + 1.0, pack.steps[0])
-
-
-@compiled()
-def settle(first, last, pack):
-    """Fill the series of some rows over their kept steps."""
-    watched, m, width = len(pack.since), len(pack.z), last - first
-    series, kept = pack.series, pack.kept
-    length, power = pack.length, pack.power
-    for row in range(first, last):
-        of, sign = row * (KEPT + m), 1.0 if row < watched else -1.0
-        length[row - first] = kept[of + STEP]
-        for i in range(m):
-            power[i * width + row - first] = sign * kept[of + KEPT + i]
-    expand(first, last, width, pack)
-    for row in range(first, last):
-        rest = kept[row * (KEPT + m) + REST]
-        series[row] = series[row] + (rest if row < watched else -rest)
-
-
-@compiled()
-def keep(phase, h, running, z, pack):
-    """Keep the step that may hold the top, for each row; settle others that may."""
-    watched, m = len(pack.since), len(z)
-    above, extreme, rest = pack.above, pack.extreme, pack.rest
-    for row in range(2 * watched):
-        here = running & (above[row] > extreme[row])
-        if not np.any(here):
-            continue
-        kept = pack.kept[row * (KEPT + m) : (row + 1) * (KEPT + m)]
-        other = here & (kept[BOUND] > extreme[row])
-        if np.any(other):
-            settle(row, row + 1, pack)
-            climb(row, other, pack)
-        now = rest[phase * watched + (row if row < watched else row - watched)]
-        kept[BOUND] = np.where(here, above[row], kept[BOUND])
-        kept[STEP] = np.where(here, h, kept[STEP])
-        kept[REST] = np.where(here, now, kept[REST])
-        for i in range(m):
-            kept[KEPT + i] = np.where(here, z[i], kept[KEPT + i])
-
-
-@compiled(within=True)
-def take_peaks(phase, running, moved, pack):
-    """Raise the greatest values by the end of a step, and return where more may be."""
-    watched, rest = len(pack.since), pack.rest
-    n = len(pack.weight) // watched
-    value, rate, above, extreme = pack.value, pack.rate, pack.above, pack.extreme
-    more = running & ~running
-    for o in range(watched):
-        a, a_, M = value[o], rate[o], pack.sharp[o]
-        b, b_ = read(o, n, rest[phase * watched + o], moved, pack)
-        first, middle, third = a + 0.25 * a_, 0.5 * (a + b), b - 0.25 * b_
-        middle = middle + (a_ - b_) * (1.0 / 6.0)
-        top = greater(greater(first, third), middle + M)
-        bottom = greater(greater(-first, -third), M - middle)
-        high, low = greater(b, extreme[o]), greater(-b, extreme[watched + o])
-        more = more | (top > high) | (bottom > low)
-        value[o], rate[o] = b, b_
-        above[o], above[watched + o] = top, bottom
-        extreme[o], extreme[watched + o] = high, low
-    return more & running
-
-
-@compiled()
-def take_samples(phase, step, z, pack):
-    """Store the watched quantities at the sample times of a step."""
-    watched, expanded = len(pack.since), False
-    for lane in range(WIDTH):
-        if not step < pack.clock[1, lane]:
-            continue
-        h = pack.clock[0, lane]
-        t = pack.marks[phase, lane] + step * h
-        while pack.taken[lane] < len(pack.samples):
-            sample = pack.taken[lane]
-            share = (pack.samples[sample, lane] - t) / h
-            if share > 1.0 + LATE:
-                break
-            if not expanded:
-                pack.length[0] = pack.clock[0]
-                for i in range(len(z)):
-                    pack.power[i] = z[i]
-                expand(0, watched, 1, pack)
-                expanded = True
-            for o in range(watched):
-                value = 0.0
-                for term in range(SERIES, -1, -1):
-                    value = value * share + pack.series[term * 2 * watched + o, lane]
-                rest = pack.rest[phase * watched + o, lane]
-                pack.history[sample * watched + o, lane] = value + rest
-            pack.taken[lane] += 1
-
-
 @compiled(within=True)
 def advance(running, z, moved, pack):
     """Fill P z where trials run."""
@@ -368,19 +114,6 @@ def advance(running, z, moved, pack):
             moved[i] = np.where(running, total, z[i])
 
 
-@compiled(within=True)
-def over(phase, pack):
-    """Return where no later step of the phase can raise a greatest value."""
-    watched = len(pack.since)
-    extreme, rest = pack.extreme, pack.rest
-    done = extreme[0] == extreme[0]
-    for o in range(watched):
-        middle, bound = rest[phase * watched + o], pack.reach[o]
-        done = done & (middle + bound <= extreme[o])
-        done = done & (bound - middle <= extreme[watched + o])
-    return done
-
-
 @compiled(types.void(pack_type))
 def follow(pack):
     """Follow the trials of a pack from the first mark to the last."""
@@ -390,7 +123,7 @@ def follow(pack):
     marks, clock, steps = pack.marks, pack.clock, pack.steps
     since, value = pack.since, pack.value
     n, rest = len(pack.weight) // watched, pack.rest
-    extreme, kept = pack.extreme, pack.kept
+    extreme, candidates = pack.extreme, pack.candidates
     measure(pack)
     fastest = pack.turn[0]
     for k in range(1, pack.parts):
@@ -400,8 +133,8 @@ def follow(pack):
         total = total - np.floor(
             (marks[phase] - marks[phase + 1]) * fastest / MOST_TURN
         )
-    few = total <= MOST_STEPS
-    searched, steps[0], clock[0] = few, np.where(few, 0.0, total), 0.0 * total
+    in_time = total <= MOST_STEPS
+    searched, steps[0], clock[0] = in_time, np.where(in_time, 0.0, total), 0.0 * total
     for i in range(m):
         z[i] = 0.0 * total
     for phase in range(phases):
@@ -410,28 +143,27 @@ def follow(pack):
             z[i] = z[i] + jump if i < m - pack.driven else jump
         span = marks[phase + 1] - marks[phase]
         count = greater(-np.floor(-span * fastest / MOST_TURN), 0.0 * span + 1.0)
-        count = np.where(few & (span > 0.0), count, 0.0)
+        count = np.where(in_time & (span > 0.0), count, 0.0)
         running = count > 0.0
         h = span / greater(count, 0.0 * span + 1.0)
         if np.any(running & (h != clock[0])):  # equal phases in a row share P
             prepare(h, pack)
         clock[0], clock[1] = h, count
         for o in range(watched):
-            now = rest[phase * watched + o]
-            value[o], pack.rate[o] = read(o, n, now, z, pack)
+            value[o], pack.rate[o] = read(o, n, rest[phase * watched + o], z, pack)
             fresh = since[o] >= float(phase)
             for row in range(o, 2 * watched, watched):
                 i = row * (KEPT + m) + BOUND
-                kept[i] = np.where(fresh, -np.inf, kept[i])
-                now = np.where(fresh, -np.inf, extreme[row])
-                here = greater(value[o] if row == o else -value[o], now)
-                extreme[row] = np.where(running, here, now)
+                candidates[i] = np.where(fresh, -np.inf, candidates[i])
+                former = np.where(fresh, -np.inf, extreme[row])
+                higher = greater(value[o] if row == o else -value[o], former)
+                extreme[row] = np.where(running, higher, former)
         step = 0
         while np.any(running):
             if step % LOOK_EVERY == 0:
                 sizes(z, pack)
                 if phase == phases - 1:
-                    searched = searched & ~over(phase, pack)
+                    searched = searched & ~is_over(phase, pack)
                     if len(pack.samples) == 0:
                         running = running & searched
             steps[0] = np.where(running & searched, steps[0] + 1.0, steps[0])
@@ -445,6 +177,6 @@ def follow(pack):
             running = running & (count > float(step))
     settle(0, 2 * watched, pack)
     for row in range(2 * watched):
-        climb(row, kept[row * (KEPT + m) + BOUND] > extreme[row], pack)
+        climb(row, candidates[row * (KEPT + m) + BOUND] > extreme[row], pack)
     for i in range(m):
         steps[0] = steps[0] + 0.0 * z[i]  # no number where the motion overflowed

@@ -26,10 +26,10 @@ def tuple_type(names: type[Any], **others: Any) -> Any:
 rates_signature = types.void(table, table, table, table)
 rates_type = types.FunctionType(rates_signature)
 
-number, whole = types.float64, types.int64
-accuracy_type = tuple_type(Accuracy, rtol=number, max_step=number, max_steps=whole)
+number, integer = types.float64, types.int64
+accuracy_type = tuple_type(Accuracy, rtol=number, max_step=number, max_steps=integer)
 block_type = tuple_type(
-    Block, samples=numbers, watch_from=whole, accuracy=accuracy_type
+    Block, samples=numbers, watch_from=integer, accuracy=accuracy_type
 )
 results_type = tuple_type(
     Results, arrived=tables, history=tables, status=integers, steps=integers

@@ -45,41 +45,41 @@ def advance(rates, t, h, t_new, y, p, step):
         The phase of its moment is that of the whole step. K1 holds the rates at (t, y),
         undamped for damped states. Meanwhile `end` holds the states of each stage.
     """
-    now, new, k, n = step.moment, step.end, step.k, len(y)
+    moment, new, k, n = step.moment, step.end, step.k, len(y)
     K1, K2, K3, K4, K5, K6 = k[0], k[1], k[2], k[3], k[4], k[5]
     begin_damping(h, step)
     for i in range(n):
         new[i] = y[i] + h * (A21 * K1[i])
-    now[TIME] = t + C2 * h
-    rates(now, new, p, K2)
+    moment[TIME] = t + C2 * h
+    rates(moment, new, p, K2)
     damp(1, step)
     for i in range(n):
         new[i] = y[i] + h * (A31 * K1[i] + A32 * K2[i])
-    now[TIME] = t + C3 * h
-    rates(now, new, p, K3)
+    moment[TIME] = t + C3 * h
+    rates(moment, new, p, K3)
     damp(2, step)
     for i in range(n):
         new[i] = y[i] + h * (A41 * K1[i] + A42 * K2[i] + A43 * K3[i])
-    now[TIME] = t + C4 * h
-    rates(now, new, p, K4)
+    moment[TIME] = t + C4 * h
+    rates(moment, new, p, K4)
     damp(3, step)
     for i in range(n):
         new[i] = y[i] + h * (A51 * K1[i] + A52 * K2[i] + A53 * K3[i] + A54 * K4[i])
-    now[TIME] = t + C5 * h
-    rates(now, new, p, K5)
+    moment[TIME] = t + C5 * h
+    rates(moment, new, p, K5)
     damp(4, step)
     for i in range(n):
         new[i] = y[i] + h * (
             A61 * K1[i] + A62 * K2[i] + A63 * K3[i] + A64 * K4[i] + A65 * K5[i]
         )
-    now[TIME] = t_new
-    rates(now, new, p, K6)
+    moment[TIME] = t_new
+    rates(moment, new, p, K6)
     damp(5, step)
     for i in range(n):
         new[i] = y[i] + h * (
             B1 * K1[i] + B3 * K3[i] + B4 * K4[i] + B5 * K5[i] + B6 * K6[i]
         )
-    rates(now, new, p, k[6])
+    rates(moment, new, p, k[6])
     damp(6, step)
 
 

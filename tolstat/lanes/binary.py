@@ -1,10 +1,16 @@
 """Building blocks of elementary functions: polynomials, and the bits of doubles."""
 
 from llvmlite import ir
-from numba.extending import register_jitable
+from numba.extending import overload, register_jitable
 
-from tolstat.lanes.elementary import call, multiply_add
-from tolstat.lanes.vector import DOUBLES, WIDTH, instructions, vector
+from tolstat.lanes.vector import (
+    DOUBLES,
+    WIDTH,
+    call,
+    instructions,
+    multiply_add,
+    vector,
+)
 
 STRICT = {"fastmath": False}
 
@@ -18,20 +24,33 @@ BIAS = 1023
 INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
 
 
-def each(number):
+def on_vectors(function):
+    """Return a decorator: what it decorates is compiled as `function` of a vector."""
+
+    def decorate(implementation):
+        @overload(function, jit_options=STRICT)
+        def typed(x):
+            return implementation if x is vector else None
+
+        return implementation
+
+    return decorate
+
+
+def in_all_lanes(number):
     """Return an LLVM constant with a whole number in every lane."""
     return ir.Constant(INTEGERS, [number] * WIDTH)
 
 
 def horner(*coefficients):
     """Return a polynomial of vectors, from its coefficients, the constant first."""
-    *others, last = (ir.Constant(DOUBLES, [each] * WIDTH) for each in coefficients)
+    *others, last = (ir.Constant(DOUBLES, [number] * WIDTH) for number in coefficients)
 
     @instructions(vector, vector)
     def polynomial(builder, x):
         value = last
-        for each in reversed(others):
-            value = call(builder, "fma", x, value, each)
+        for coefficient in reversed(others):
+            value = call(builder, "fma", x, value, coefficient)
         return value
 
     return polynomial
@@ -65,16 +84,18 @@ def exponent_of(builder, x):
 
     x is normal and above 0; the caller subtracts WHOLE.
     """
-    above = builder.sub(builder.bitcast(x, INTEGERS), each(ROOT_HALF_BITS))
-    k = builder.ashr(above, each(EXPONENT))
-    return builder.bitcast(builder.add(k, each(WHOLE_BITS)), DOUBLES)
+    above = builder.sub(builder.bitcast(x, INTEGERS), in_all_lanes(ROOT_HALF_BITS))
+    k = builder.ashr(above, in_all_lanes(EXPONENT))
+    return builder.bitcast(builder.add(k, in_all_lanes(WHOLE_BITS)), DOUBLES)
 
 
 @instructions(vector, vector, vector)
 def significand_of(builder, x, k):
     """Return m = x 2^-k; k is in the last bits, and m is normal."""
     bits, k = (builder.bitcast(value, INTEGERS) for value in (x, k))
-    power = builder.shl(builder.sub(k, each(WHOLE_BITS)), each(EXPONENT))
+    power = builder.shl(
+        builder.sub(k, in_all_lanes(WHOLE_BITS)), in_all_lanes(EXPONENT)
+    )
     return builder.bitcast(builder.sub(bits, power), DOUBLES)
 
 
@@ -84,10 +105,12 @@ def times_power(builder, x, n):
 
     Two factors are used: each is normal if the result is zero, subnormal or infinite.
     """
-    n = builder.sub(builder.bitcast(n, INTEGERS), each(WHOLE_BITS))
-    half = builder.ashr(n, each(1))
+    n = builder.sub(builder.bitcast(n, INTEGERS), in_all_lanes(WHOLE_BITS))
+    half = builder.ashr(n, in_all_lanes(1))
     for power in (half, builder.sub(n, half)):
-        bits = builder.shl(builder.add(power, each(BIAS)), each(EXPONENT))
+        bits = builder.shl(
+            builder.add(power, in_all_lanes(BIAS)), in_all_lanes(EXPONENT)
+        )
         x = builder.fmul(x, builder.bitcast(bits, DOUBLES))
     return x
 

@@ -14,20 +14,18 @@ import shutil
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
 import platformdirs
 
-from tolstat.lanes.digest import Place, digest
+from tolstat.lanes.digest import digest
 from tolstat.lanes.target import machine_code
+from tolstat.operating_system import lock
 
-# compiled into every function, although no name may refer to it
-ENGINE = (
-    Place(Path(__file__).with_name("compiled.py"), "compiled"),
-    Place(Path(__file__).with_name("rows.py"), "rows"),
-)
+# compiled into every function, although its file may not import it
+ENGINE = tuple(Path(__file__).with_name(name) for name in ("compiled.py", "rows.py"))
 UNUSED_DAYS = 14.0
 
 
@@ -51,7 +49,7 @@ def cache_folder(source: Path, module: str) -> str | None:
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(chosen) if chosen else platformdirs.user_cache_path("tolstat")
-    folder = home / f"tolstat-{digest(Place(source), *ENGINE, machine_code())}"
+    folder = home / f"tolstat-{digest(source, *ENGINE, machine_code())}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "used").touch()
@@ -78,16 +76,15 @@ def intact(folder: str) -> Iterator[list[str]]:
     home.mkdir(exist_ok=True)
     written = home / "written.json"
     with open(home.parent / "used", "ab") as file:
-        with suppress(ImportError, OSError):  # without locks, processes compile twice
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX)
-        known = json.loads(written.read_bytes()) if written.exists() else {}
-        found = _digests(home)
-        changed = [name for name, digest in found.items() if known.get(name) != digest]
+        lock(file, wait=True)  # without locks, processes compile twice
+        recorded = json.loads(written.read_bytes()) if written.exists() else {}
+        digests = _digests(home)
+        changed = [
+            name for name, digest in digests.items() if recorded.get(name) != digest
+        ]
         for name in changed:
             (home / name).unlink(missing_ok=True)
-        yield [Path(name).name for name in changed if name in known]
+        yield [Path(name).name for name in changed if name in recorded]
         temporary = home / f"written.{os.getpid()}"
         temporary.write_text(json.dumps(_digests(home)))
         temporary.replace(written)
@@ -100,10 +97,10 @@ def _digests(home: Path) -> dict[str, str]:
     }
 
 
-def _remove_unused(home: Path, kept: Path) -> None:
+def _remove_unused(home: Path, current: Path) -> None:
     """Remove folders of other sources, unused for UNUSED_DAYS."""
     oldest = time.time() - UNUSED_DAYS * 86400.0
     for folder in home.glob("tolstat-*"):
         mark = folder / "used"
-        if folder != kept and mark.exists() and mark.stat().st_mtime < oldest:
+        if folder != current and mark.exists() and mark.stat().st_mtime < oldest:
             shutil.rmtree(folder, ignore_errors=True)

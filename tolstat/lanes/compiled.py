@@ -46,16 +46,16 @@ def compiled(
 
     def decorate(function: Function) -> Any:
         source = Path(function.__code__.co_filename)
-        own = source.is_relative_to(PACKAGE)
+        of_tolstat = source.is_relative_to(PACKAGE)
         # tolstat's functions create no arrays: reference counting took a quarter of
         # the time of `march`, one locked instruction for each slice
-        options["_nrt"] = not own
+        options["_nrt"] = not of_tolstat
         if signature is None:
             # they also need no entry from Python: unpacking arguments is most of the
             # code, and a call would crash
-            return njit(no_cpython_wrapper=own, no_cfunc_wrapper=own, **options)(
-                function
-            )
+            return njit(
+                no_cpython_wrapper=of_tolstat, no_cfunc_wrapper=of_tolstat, **options
+            )(function)
         typed_in = not source.is_file()  # at a prompt: without a file to digest
         folder = None if typed_in else cache_folder(source, function.__module__)
         with settings_of_numba(folder):
@@ -63,13 +63,13 @@ def compiled(
                 return njit(signature, **options)(function)
             try:
                 with intact(folder) as damaged:
-                    made = njit(signature, cache=True, **options)(function)
+                    machine_code = njit(signature, cache=True, **options)(function)
             except NumbaError:
                 raise
             except Exception as error:  # files in the folder cannot be read or written
                 damaged = [str(error) or type(error).__name__]
                 shutil.rmtree(folder, ignore_errors=True)
-                made = njit(signature, **options)(function)
+                machine_code = njit(signature, **options)(function)
         if damaged:
             warnings.warn(
                 f"compiled code in {folder} is damaged ({', '.join(damaged)}): "
@@ -77,6 +77,6 @@ def compiled(
                 RuntimeWarning,
                 stacklevel=2,
             )
-        return made
+        return machine_code
 
     return decorate

@@ -9,9 +9,14 @@ import numpy as np
 from numba.extending import overload, register_jitable
 
 from tolstat.lanes import binary
-from tolstat.lanes.binary import STRICT, WHOLE, fast_two_sum, two_product
-from tolstat.lanes.elementary import multiply_add
-from tolstat.lanes.vector import vector
+from tolstat.lanes.binary import (
+    STRICT,
+    WHOLE,
+    fast_two_sum,
+    on_vectors,
+    two_product,
+)
+from tolstat.lanes.vector import multiply_add, vector
 
 SMALLEST_NORMAL = 2.2250738585072014e-308
 TWO_54 = 18014398509481984.0
@@ -64,26 +69,20 @@ def log_in_two(x):
     turns = binary.exponent_of(normal)
     m = binary.significand_of(normal, turns)
     k = (turns - WHOLE) - np.where(tiny, 54.0, 0.0)
-    near, near_lost = _log_near_one(m)
-    total, lost = fast_two_sum(k * LN2_A, near)
-    log, log_lost = fast_two_sum(total, lost + multiply_add(k, LN2_B, near_lost))
+    log_m, log_m_lost = _log_near_one(m)
+    total, lost = fast_two_sum(k * LN2_A, log_m)
+    log, log_lost = fast_two_sum(total, lost + multiply_add(k, LN2_B, log_m_lost))
     finite = (x > 0.0) & (x < np.inf)
     # for 0, infinity and NaN, and for x below 0
     other = np.where(x == 0.0, -np.inf, np.where(x < 0.0, np.nan, x))
     return np.where(finite, log, other), np.where(finite, log_lost, 0.0)
 
 
-@overload(np.log, jit_options=STRICT)
+@on_vectors(np.log)
 def log(x):
     """Return the natural logarithm; zeros, infinities, NaN and subnormal as NumPy."""
-    if x is not vector:
-        return None
-
-    def implementation(x):
-        first, second = log_in_two(x)
-        return first + second
-
-    return implementation
+    first, second = log_in_two(x)
+    return first + second
 
 
 PER_LN2 = 1.4426950408889634
@@ -103,24 +102,22 @@ def exp_of_two(x, x_lost):
 
     x + x_lost = n ln 2 + r, |r| <= ln 2/2; e^r = 1 + r + r^2 Q(r), Q the series.
     """
-    near = np.minimum(np.maximum(x, LOWEST), HIGHEST)
-    turns = multiply_add(near, PER_LN2, WHOLE)
+    clipped = np.minimum(np.maximum(x, LOWEST), HIGHEST)
+    turns = multiply_add(clipped, PER_LN2, WHOLE)
     n = turns - WHOLE
     # n LN2_A is exact, and so is the difference
-    a = multiply_add(-n, LN2_A, near)
-    b = multiply_add(-n, LN2_B, np.where(near == x, x_lost, 0.0))
+    a = multiply_add(-n, LN2_A, clipped)
+    b = multiply_add(-n, LN2_B, np.where(clipped == x, x_lost, 0.0))
     r = a + b
     # with the rounding error of r
     rest = multiply_add(r * r, EXP_SERIES(r), b - (r - a))
     return binary.times_power(1.0 + (r + rest), turns)
 
 
-@overload(np.exp, jit_options=STRICT)
+@on_vectors(np.exp)
 def exp(x):
     """Return e^x; infinities, NaN and subnormal results as NumPy."""
-    if x is not vector:
-        return None
-    return lambda x: exp_of_two(x, 0.0)
+    return exp_of_two(x, 0.0)
 
 
 @register_jitable(**STRICT)
@@ -139,13 +136,13 @@ def _power(x, y):
     value = exp_of_two(exponent, lost)
 
     half = 0.5 * y
-    whole = np.floor(y) == y  # an infinite y too, and it is even
-    odd = whole & (np.floor(half) != half)
+    is_integer = np.floor(y) == y  # an infinite y too, and it is even
+    odd = is_integer & (np.floor(half) != half)
     value = np.where(odd, np.copysign(value, x), value)
-    value = np.where((x < 0.0) & np.isfinite(x) & ~whole, np.nan, value)
+    value = np.where((x < 0.0) & np.isfinite(x) & ~is_integer, np.nan, value)
     # also of NaN, and (-1)^inf
-    one = (y == 0.0) | (x == 1.0) | ((x == -1.0) & (np.abs(y) == np.inf))
-    return np.where(one, 1.0, value)
+    is_one = (y == 0.0) | (x == 1.0) | ((x == -1.0) & (np.abs(y) == np.inf))
+    return np.where(is_one, 1.0, value)
 
 
 @overload(np.power)

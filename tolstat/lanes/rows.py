@@ -127,7 +127,7 @@ def cast_rows(context, builder, fromty, toty, val):
 def _viewed(array):
     """Return the type of the view of an array or of a named tuple of arrays."""
     if isinstance(array, types.BaseNamedTuple):
-        fields = [_viewed(each) or each for each in array.types]
+        fields = [_viewed(field) or field for field in array.types]
         return types.BaseTuple.from_types(fields, array.instance_class)
     if isinstance(array, types.Array) and array.layout == "C":
         return {2: rows_type, 3: stack_type}.get(array.ndim)
@@ -138,7 +138,7 @@ def _view(context, builder, kind, value):
     if isinstance(kind, types.BaseNamedTuple):
         values = cgutils.unpack_tuple(builder, value)
         pairs = zip(kind, values, strict=True)
-        views = [_view(context, builder, *each) for each in pairs]
+        views = [_view(context, builder, *pair) for pair in pairs]
         return context.make_tuple(builder, _viewed(kind), views)
     if _viewed(kind) is None:
         return value
@@ -195,18 +195,18 @@ def _set(builder, view, index, value):
     _store(builder, builder.extract_value(view, 0), index, value)
 
 
-def _number_address(builder, view, place):
-    row, lane = (builder.extract_value(place, i) for i in (0, 1))
+def _number_address(builder, view, integer_pair):
+    row, lane = (builder.extract_value(integer_pair, i) for i in (0, 1))
     first = builder.mul(row, ir.Constant(row.type, WIDTH))
     return builder.gep(builder.extract_value(view, 0), [builder.add(first, lane)])
 
 
-def _get_number(builder, view, place):
-    return builder.load(_number_address(builder, view, place))
+def _get_number(builder, view, integer_pair):
+    return builder.load(_number_address(builder, view, integer_pair))
 
 
-def _set_number(builder, view, place, value):
-    builder.store(value, _number_address(builder, view, place))
+def _set_number(builder, view, integer_pair, value):
+    builder.store(value, _number_address(builder, view, integer_pair))
 
 
 def _part(builder, view, ends):
@@ -227,14 +227,14 @@ def _table(builder, stack, index):
     return builder.insert_value(stack, builder.bitcast(first, data.type), 0)
 
 
-whole, place = types.intp, types.UniTuple(types.intp, 2)
-teach(len, lambda builder, view: builder.extract_value(view, 1), whole, rows_type)
-teach(operator.getitem, _get, vector, rows_type, whole)
-teach(operator.getitem, _get_number, types.float64, rows_type, place)
+integer, integer_pair = types.intp, types.UniTuple(types.intp, 2)
+teach(len, lambda builder, view: builder.extract_value(view, 1), integer, rows_type)
+teach(operator.getitem, _get, vector, rows_type, integer)
+teach(operator.getitem, _get_number, types.float64, rows_type, integer_pair)
 teach(operator.getitem, _part, rows_type, rows_type, types.slice2_type)
-teach(operator.getitem, _table, rows_type, stack_type, whole)
-teach(operator.setitem, _set, types.void, rows_type, whole, vector)
-teach(operator.setitem, _set_number, types.void, rows_type, place, types.float64)
+teach(operator.getitem, _table, rows_type, stack_type, integer)
+teach(operator.setitem, _set, types.void, rows_type, integer, vector)
+teach(operator.setitem, _set_number, types.void, rows_type, integer_pair, types.float64)
 
 
 def write(array: NDArray[np.float64], first: int, values: tuple[Any, ...]) -> None:
@@ -260,12 +260,12 @@ def _leaves(values: tuple[Any, ...]) -> Iterator[Any]:
 
 def _flat(builder, values, kind):
     """Yield the values of a nested tuple, with their types."""
-    for i, each in enumerate(kind):
+    for i, item_type in enumerate(kind):
         value = builder.extract_value(values, i)
-        if isinstance(each, types.BaseTuple):
-            yield from _flat(builder, value, each)
+        if isinstance(item_type, types.BaseTuple):
+            yield from _flat(builder, value, item_type)
         else:
-            yield value, each
+            yield value, item_type
 
 
 @intrinsic

@@ -35,7 +35,7 @@ def machine_code() -> str:
     with settings_of_numba():
         level = int(config.OPT)
         target, cpu, features = cpu_target.target_context.codegen().magic_tuple()
-    told = f"{features} {config.LOOP_VECTORIZE} {config.SLP_VECTORIZE}"
-    digest = hashlib.sha256(told.encode()).hexdigest()[:8]
+    options = f"{features} {config.LOOP_VECTORIZE} {config.SLP_VECTORIZE}"
+    digest = hashlib.sha256(options.encode()).hexdigest()[:8]
     llvm = ".".join(map(str, binding.llvm_version_info))
     return f"{target} {cpu}, features {digest}, level {level}, LLVM {llvm}"

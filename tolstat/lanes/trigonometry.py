@@ -5,11 +5,18 @@ relative error of at most 1.1e-13, with one division.
 """
 
 import numpy as np
-from numba.extending import overload, register_jitable
+from numba.extending import register_jitable
 
-from tolstat.lanes.binary import INTEGERS, STRICT, WHOLE, each, horner, two_chains
-from tolstat.lanes.elementary import multiply_add
-from tolstat.lanes.vector import DOUBLES, instructions, mask, vector
+from tolstat.lanes.binary import (
+    INTEGERS,
+    STRICT,
+    WHOLE,
+    horner,
+    in_all_lanes,
+    on_vectors,
+    two_chains,
+)
+from tolstat.lanes.vector import DOUBLES, instructions, mask, multiply_add, vector
 
 FARTHEST = 1e6
 TWO_OVER_PI = 0.6366197723675814
@@ -33,15 +40,15 @@ COS_SERIES = horner(
 @instructions(mask, vector)
 def _is_odd(builder, turns):
     """Return whether the whole number in the last bits is odd."""
-    last = builder.and_(builder.bitcast(turns, INTEGERS), each(1))
-    return builder.icmp_unsigned("!=", last, each(0))
+    last = builder.and_(builder.bitcast(turns, INTEGERS), in_all_lanes(1))
+    return builder.icmp_unsigned("!=", last, in_all_lanes(0))
 
 
 @instructions(vector, vector, vector)
 def _signed_by(builder, x, turns):
     """Return x with its sign changed where the second last bit of `turns` is set."""
     value, turns = (builder.bitcast(arg, INTEGERS) for arg in (x, turns))
-    sign = builder.and_(builder.shl(turns, each(62)), each(-(2**63)))
+    sign = builder.and_(builder.shl(turns, in_all_lanes(62)), in_all_lanes(-(2**63)))
     return builder.bitcast(builder.xor(value, sign), DOUBLES)
 
 
@@ -57,8 +64,8 @@ def _reduce(x):
     S. Boldo, M. Daumas, R.-C. Li, Formally verified argument reduction with a fused
     multiply-add, IEEE Trans. Comput. 58 (2009) 1139-1145.
     """
-    near = np.where(np.abs(x) <= FARTHEST, x, np.nan)
-    turns = multiply_add(near, TWO_OVER_PI, WHOLE)
+    in_range = np.where(np.abs(x) <= FARTHEST, x, np.nan)
+    turns = multiply_add(in_range, TWO_OVER_PI, WHOLE)
     n = turns - WHOLE
     r = multiply_add(-n, PI_2_B, multiply_add(-n, PI_2_A, x))
     return multiply_add(-n, PI_2_C, r), turns
@@ -77,32 +84,20 @@ def _cos_near_zero(r):
     return multiply_add(u * u, COS_SERIES(u), multiply_add(u, -0.5, 1.0))
 
 
-@overload(np.sin, jit_options=STRICT)
+@on_vectors(np.sin)
 def sin(x):
     """Return the sine; zeros keep their sign, above 1e6 it is NaN."""
-    if x is not vector:
-        return None
-
-    def implementation(x):
-        r, turns = _reduce(x)
-        value = np.where(_is_odd(turns), _cos_near_zero(r), _sin_near_zero(r))
-        return _signed_by(value, turns)
-
-    return implementation
+    r, turns = _reduce(x)
+    value = np.where(_is_odd(turns), _cos_near_zero(r), _sin_near_zero(r))
+    return _signed_by(value, turns)
 
 
-@overload(np.cos, jit_options=STRICT)
+@on_vectors(np.cos)
 def cos(x):
     """Return the cosine; above 1e6 it is NaN."""
-    if x is not vector:
-        return None
-
-    def implementation(x):
-        r, turns = _reduce(x)
-        value = np.where(_is_odd(turns), _sin_near_zero(r), _cos_near_zero(r))
-        return _signed_by(value, turns + 1.0)
-
-    return implementation
+    r, turns = _reduce(x)
+    value = np.where(_is_odd(turns), _sin_near_zero(r), _cos_near_zero(r))
+    return _signed_by(value, turns + 1.0)
 
 
 TAN_PI_8 = 0.41421356237309503
@@ -115,7 +110,7 @@ ARCTAN_SERIES = two_chains(
 )  # fmt: skip
 
 
-@overload(np.arctan, jit_options=STRICT)
+@on_vectors(np.arctan)
 def arctan(x):
     """Return the angle whose tangent is x; zeros, infinities and NaN as NumPy.
 
@@ -124,19 +119,13 @@ def arctan(x):
     computed with 200 bits, whose error dominates. Three more terms would cost time
     without any effect on the error control of a smooth friction or contact law.
     """
-    if x is not vector:
-        return None
-
-    def implementation(x):
-        a = np.abs(x)
-        middle = a > TAN_PI_8
-        far = a > TAN_3PI_8
-        numerator = np.where(far, -1.0, np.where(middle, a - 1.0, a))
-        denominator = np.where(far, a, np.where(middle, a + 1.0, 1.0))
-        t = numerator / denominator
-        base = np.where(far, PI_2_A, np.where(middle, PI_4, 0.0))
-        u = t * t
-        angle = base + multiply_add(t * u, ARCTAN_SERIES(u), t)
-        return np.copysign(angle, x)
-
-    return implementation
+    a = np.abs(x)
+    middle = a > TAN_PI_8
+    large = a > TAN_3PI_8
+    numerator = np.where(large, -1.0, np.where(middle, a - 1.0, a))
+    denominator = np.where(large, a, np.where(middle, a + 1.0, 1.0))
+    t = numerator / denominator
+    base = np.where(large, PI_2_A, np.where(middle, PI_4, 0.0))
+    u = t * t
+    angle = base + multiply_add(t * u, ARCTAN_SERIES(u), t)
+    return np.copysign(angle, x)

@@ -1,13 +1,16 @@
 """The vector of lanes: a Numba type holding one float64 of each of WIDTH trials.
 
 LLVM splits it on processors with narrower registers: the width is a constant of the
-package, not of the processor. Operators of vectors and masks work lane by lane.
+package, not of the processor. Operators of vectors and masks work lane by lane, and so
+do NumPy's elementary functions that are registered here: `np.sqrt`, `np.where`, ...
+Each is a few LLVM instructions.
 """
 
 import operator
 
+import numpy as np
 from llvmlite import ir
-from numba.core import types
+from numba.core import cgutils, types
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import (
@@ -67,11 +70,11 @@ class LanesModel(models.PrimitiveModel):
 
 def broadcast(builder, scalar):
     """Return a vector with an LLVM double in every lane."""
-    one = builder.insert_element(
+    first = builder.insert_element(
         ir.Constant(DOUBLES, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0)
     )
     zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-    return builder.shuffle_vector(one, ir.Constant(DOUBLES, ir.Undefined), zeros)
+    return builder.shuffle_vector(first, ir.Constant(DOUBLES, ir.Undefined), zeros)
 
 
 @lower_cast(types.Float, VectorType)
@@ -131,7 +134,7 @@ def teach(function, write, result, *arguments):
         metadata = {"target": "cpu"}  # noqa: RUF012  tried before Numba's own
 
         def generic(self, args, kws):
-            taught = any(isinstance(each, Taught) for each in args)
+            taught = any(isinstance(arg, Taught) for arg in args)
             if kws or not taught or len(args) != len(arguments):
                 return None
             pairs = zip(args, arguments, strict=True)
@@ -172,3 +175,54 @@ teach(operator.xor, ir.IRBuilder.xor, mask, mask, mask)
 teach(operator.invert, ir.IRBuilder.not_, mask, mask)
 teach(operator.neg, ir.IRBuilder.fneg, vector, vector)
 teach(operator.pos, lambda builder, x: x, vector, vector)
+
+
+def call(builder, name, *values):
+    """Write a call of one of LLVM's functions of vectors, or of a mask."""
+    of_vector = values[0].type == DOUBLES
+    result = DOUBLES if of_vector else ir.IntType(1)
+    full_name = f"llvm.{name}.v{WIDTH}{'f64' if of_vector else 'i1'}"
+    kind = ir.FunctionType(result, [value.type for value in values])
+    function = cgutils.get_or_insert_function(builder.module, kind, full_name)
+    return builder.call(function, values)
+
+
+def of_llvm(name):
+    """Return a function that writes a call of one of LLVM's functions."""
+    return lambda builder, *values: call(builder, name, *values)
+
+
+def _extremum(predicate):
+    """Return a function that writes an extremum; NaN stays: failures are detected."""
+
+    def write(builder, a, b):
+        first = comparison(predicate)(builder, a, b)
+        is_nan = comparison("!=")(builder, a, a)
+        return builder.select(builder.or_(first, is_nan), a, b)
+
+    return write
+
+
+def _is_finite(builder, x):
+    """Write which lanes hold a number, not infinity or NaN."""
+    size = call(builder, "fabs", x)
+    return comparison("<")(builder, size, ir.Constant(DOUBLES, [np.inf] * WIDTH))
+
+
+teach(np.sqrt, of_llvm("sqrt"), vector, vector)
+teach(np.abs, of_llvm("fabs"), vector, vector)
+teach(np.floor, of_llvm("floor"), vector, vector)
+teach(np.rint, of_llvm("rint"), vector, vector)
+teach(np.any, of_llvm("vector.reduce.or"), types.boolean, mask)
+teach(np.all, of_llvm("vector.reduce.and"), types.boolean, mask)
+teach(np.where, ir.IRBuilder.select, vector, mask, vector, vector)
+teach(np.copysign, of_llvm("copysign"), vector, vector, vector)
+teach(np.maximum, _extremum(">="), vector, vector, vector)
+teach(np.minimum, _extremum("<="), vector, vector, vector)
+teach(np.isfinite, _is_finite, mask, vector)
+
+
+@instructions(vector, vector, vector, vector)
+def multiply_add(builder, a, b, c):
+    """Write a b + c, rounded once."""
+    return call(builder, "fma", a, b, c)

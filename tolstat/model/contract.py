@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError
-from tolstat.lanes.digest import Place, digest
+from tolstat.lanes.digest import digest
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer
 
@@ -49,10 +49,10 @@ class Answers(NamedTuple):
     @classmethod
     def joined(cls, answers: Sequence[Answers]) -> Answers:
         """Put answers one after the other."""
-        steps = [each.steps for each in answers if each.steps is not None]
+        steps = [answer.steps for answer in answers if answer.steps is not None]
         return cls(
-            np.concatenate([each.responses for each in answers]),
-            np.concatenate([each.status for each in answers]),
+            np.concatenate([answer.responses for answer in answers]),
+            np.concatenate([answer.status for answer in answers]),
             np.concatenate(steps) if steps else None,
         )
 
@@ -151,26 +151,25 @@ class Model(ABC):
     @property
     def source_digest(self) -> str:
         """The digest of the code that decides the bits of its trials."""
-        roots = [Place(Path(__file__).with_name("checked.py"), "simulate")]
+        roots = [Path(__file__).with_name("checked.py")]
         for kind in type(self).__mro__:
             if kind is Model:
                 break
             with suppress(TypeError):  # typed in, not in a file
-                if found := inspect.getsourcefile(kind):
-                    name, _, _ = kind.__qualname__.partition(".")
-                    roots.append(Place(Path(found), name))
+                if file := inspect.getsourcefile(kind):
+                    roots.append(Path(file))
         return digest(*roots, f"statuses: {[*self.failures]}")
 
-    def fault(self, what: str) -> ModelError:
+    def fault(self, problem: str) -> ModelError:
         """Return an error that names the model, and the fault."""
-        return ModelError(f"model '{self.name}': {what}")
+        return ModelError(f"model '{self.name}': {problem}")
 
     @property
     def audits_steps(self) -> bool:
         """Whether an audit shortens its longest step, or takes another method."""
-        own = type(self).tightened is not Model.tightened
+        overridden = type(self).tightened is not Model.tightened
         fields = getattr(self.settings, "__dataclass_fields__", {})
-        return own or "max_step" in fields
+        return overridden or "max_step" in fields
 
     @property
     def moves(self) -> bool:

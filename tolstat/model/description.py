@@ -85,8 +85,8 @@ def kinds_of_part(
 
     `names` are those that deviate; a kind has two of them or more.
     """
-    parts = {each.name: each.part for each in contributors}
-    found: dict[str, list[str]] = {}
+    parts = {contributor.name: contributor.part for contributor in contributors}
+    kinds: dict[str, list[str]] = {}
     for name in names:
-        found.setdefault(parts[name] or general(name), []).append(name)
-    return {kind: members for kind, members in found.items() if len(members) > 1}
+        kinds.setdefault(parts[name] or general(name), []).append(name)
+    return {kind: members for kind, members in kinds.items() if len(members) > 1}

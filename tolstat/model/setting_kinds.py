@@ -27,7 +27,7 @@ def as_typed(value: Any, *, quoted: bool = False) -> str:
         cells = (f"{k} = {as_typed(v, quoted=quoted)}" for k, v in value.items())
         return "{ " + ", ".join(cells) + " }"
     if isinstance(value, Sequence):
-        return "[" + ", ".join(as_typed(each, quoted=quoted) for each in value) + "]"
+        return "[" + ", ".join(as_typed(item, quoted=quoted) for item in value) + "]"
     return tidy(f"{value}")
 
 
@@ -43,9 +43,9 @@ class Kind(ABC):
     def checked(self, value: Any, *, typed: bool = False) -> Any:
         """Return a value of Python, SI, or as typed in a study; refuse a wrong one."""
 
-    def read(self, given: Any) -> Any:
+    def read(self, value: Any) -> Any:
         """Return a value from a study file."""
-        return self.checked(given, typed=True)
+        return self.checked(value, typed=True)
 
     def words(self, value: Any) -> str:
         """Return a value as text, as a study has it."""
@@ -137,9 +137,9 @@ class Quantity(Kind):
         if len(value) not in (2, 3):
             example = '"60 mm"' if typed else '(0.06, "m")'
             raise ModelError(f"a quantity is expected, such as {example}")
-        number, unit, *shown = value
+        number, unit, *unit_typed = value
         check_si(unit)
-        return grammar.Measure(Number().checked(number), unit, *shown)
+        return grammar.Measure(Number().checked(number), unit, *unit_typed)
 
     def words(self, value: grammar.Measure) -> str:
         return Number(value.unit).words(value.value)
@@ -223,20 +223,20 @@ class Numbers(Kind):
     most: int = 10_000
 
     def checked(self, value: Any, *, typed: bool = False) -> tuple[Any, ...]:
-        given = value.tolist() if isinstance(value, np.ndarray) else value
-        several = isinstance(given, Sequence) and not isinstance(given, str)
-        items = list(given) if several else [given]
+        values = value.tolist() if isinstance(value, np.ndarray) else value
+        several = isinstance(values, Sequence) and not isinstance(values, str)
+        items = list(values) if several else [values]
         if not self.least <= len(items) <= self.most:
             most = "" if self.least == self.most else f" to {self.most}"
             words = f"{self.least}{most} are expected"
             raise ModelError(f"{len(items)} numbers; {words}")
-        found = []
-        for place, item in enumerate(items, start=1):
+        numbers = []
+        for position, item in enumerate(items, start=1):
             try:
-                found.append(self.each.checked(item, typed=typed))
+                numbers.append(self.each.checked(item, typed=typed))
             except ValueError as error:
-                raise ModelError(f"number {place}: {error}") from None
-        return tuple(found)
+                raise ModelError(f"number {position}: {error}") from None
+        return tuple(numbers)
 
     def words(self, value: tuple[Any, ...]) -> str:
         return as_typed([self.each.words(item) for item in value])
@@ -280,25 +280,25 @@ class Rows(Kind):
                 raise ModelError(
                     f"{name}: no key {key}; {allowed_names(key, self.columns)}"
                 )
-        found = {}
+        cells = {}
         for key, column in self.columns.items():
             if key not in row:
                 raise ModelError(f"{name}: the key {key} is missing: {column.sentence}")
             try:
-                found[key] = column.kind.checked(row[key], typed=typed)
+                cells[key] = column.kind.checked(row[key], typed=typed)
             except ValueError as error:
                 raise ModelError(f"{name}: {key} = {row[key]!r}: {error}") from None
-        return found
+        return cells
 
     def words(self, value: Any) -> str:
-        def one(row: Mapping[str, Any]) -> str:
+        def row_words(row: Mapping[str, Any]) -> str:
             cells = {k: c.kind.words(row[k]) for k, c in self.columns.items()}
             (first, *others) = cells.values()
             return as_typed(cells) if others or not self.named else first
 
         if self.named:
-            return as_typed({name: one(row) for name, row in value.items()})
-        return as_typed([one(row) for row in value])
+            return as_typed({name: row_words(row) for name, row in value.items()})
+        return as_typed([row_words(row) for row in value])
 
     @property
     def _example(self) -> str:
@@ -308,6 +308,6 @@ class Rows(Kind):
     @property
     def allowed(self) -> str:
         columns = self.columns.items()
-        every = (f"{k} ({c.kind.allowed}): {c.sentence}" for k, c in columns)
+        described = (f"{k} ({c.kind.allowed}): {c.sentence}" for k, c in columns)
         kind = "table by name" if self.named else "list of rows"
-        return f"{kind} with {'; '.join(every)}"
+        return f"{kind} with {'; '.join(described)}"

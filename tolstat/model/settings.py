@@ -76,13 +76,13 @@ def setting(
     elif isinstance(default, Measure):
         kind = kinds.Quantity()
     elif isinstance(default, Range):
-        whole = isinstance(default.lower, int) and isinstance(default.upper, int)
-        end = kinds.Number(unit or "1", above, at_least, at_most, whole=whole)
+        integer = isinstance(default.lower, int) and isinstance(default.upper, int)
+        end = kinds.Number(unit or "1", above, at_least, at_most, whole=integer)
         kind = kinds.Interval(end)
     else:
         several = isinstance(default, tuple)
-        whole = isinstance((*default, 0.0)[0] if several else default, int)
-        number = kinds.Number(unit, above, at_least, at_most, presets or {}, whole)
+        integer = isinstance((*default, 0.0)[0] if several else default, int)
+        number = kinds.Number(unit, above, at_least, at_most, presets or {}, integer)
         least = 0 if default == () else count[0]
         kind = kinds.Numbers(number, least, count[1]) if several else number
     metadata = {"sentence": sentence, "kind": kind, "group": group}
@@ -113,12 +113,12 @@ def column(
 
 def settings_of(model: Model) -> dict[str, Setting]:
     """Return the declared settings of a model, by name."""
-    found = {}
+    settings = {}
     if not dataclasses.is_dataclass(model.settings):
         raise model.fault(f"settings is a frozen dataclass, not {model.settings!r}")
     for field in dataclasses.fields(model.settings):
-        made = field.default_factory
-        default = field.default if made is dataclasses.MISSING else made()
+        factory = field.default_factory
+        default = field.default if factory is dataclasses.MISSING else factory()
         declared = field.metadata
         if "kind" not in declared:
             raise model.fault(
@@ -129,39 +129,41 @@ def settings_of(model: Model) -> dict[str, Setting]:
             default = declared["kind"].checked(default)
         except ModelError as error:
             raise model.fault(f"the default of {field.name}: {error}") from None
-        words = (declared[each] for each in ("sentence", "kind", "group"))
-        found[field.name] = Setting(field.name, default, *words)
-    return found
+        words = (declared[key] for key in ("sentence", "kind", "group"))
+        settings[field.name] = Setting(field.name, default, *words)
+    return settings
 
 
 def setting_of(model: Model, name: str) -> Setting:
     """Return one declared setting, by its name as typed; refuse an unknown one."""
-    known = settings_of(model)
-    if name not in known:
-        raise model.fault(f"no such setting; {allowed_names(name, known)}")
-    return known[name]
+    settings = settings_of(model)
+    if name not in settings:
+        raise model.fault(f"no such setting; {allowed_names(name, settings)}")
+    return settings[name]
 
 
-def make(model: Model, given: Mapping[str, Any] | None = None) -> Any:
+def make(model: Model, values: Mapping[str, Any] | None = None) -> Any:
     """Return `model.settings` with values by name, SI, or defaults.
 
     Raises ModelError if a name or a value is wrong, or values do not fit each other.
     """
-    values = {}
-    for name, value in (given or {}).items():
+    checked = {}
+    for name, value in (values or {}).items():
         try:
-            values[name] = setting_of(model, name).kind.checked(value)
+            checked[name] = setting_of(model, name).kind.checked(value)
         except ModelError as error:
             raise ModelError(f"setting {name} = {value!r}: {error}") from None
     try:
-        return model.settings(**values)
+        return model.settings(**checked)
     except (TypeError, ValueError) as error:  # values that do not fit each other
         raise ModelError(f"{error}") from error
 
 
-def read(model: Model, given: Mapping[str, Any]) -> Any:
+def read(model: Model, values: Mapping[str, Any]) -> Any:
     """Return `model.settings` with the values of a study file, by name.
 
     Raises ModelError or UnitError if a name or a value is wrong.
     """
-    return make(model, {n: setting_of(model, n).kind.read(v) for n, v in given.items()})
+    return make(
+        model, {n: setting_of(model, n).kind.read(v) for n, v in values.items()}
+    )

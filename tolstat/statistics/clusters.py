@@ -68,9 +68,9 @@ def clusters_of(
         parted = ordered[:below], ordered[below:]
         inside = sum(len(part) * part.var() for part in parted) / len(ordered)
         if ordered[below] - ordered[below - 1] > FAR * math.sqrt(inside) > 0:
-            found = _stepped(values, rows, parted, turns)
-            if found and (found.turn or least == LEAST):
-                return found
+            clusters = _stepped(values, rows, parted, turns)
+            if clusters and (clusters.turn or least == LEAST):
+                return clusters
     return None
 
 
@@ -80,7 +80,7 @@ def _stepped(
     """Return the clusters if a constant step parts them."""
     lower, upper = float(parted[0][-1]), float(parted[1][0])
     above = values >= upper
-    fitted = np.sort(np.concatenate([_some(~above), _some(above)]))
+    fitted = np.sort(np.concatenate([_fitted_trials(~above), _fitted_trials(above)]))
     y, high, x = values[fitted], above[fitted], rows(fitted)
     if len(y) < PER_TERM * (x.shape[1] + 2):
         return None
@@ -91,12 +91,12 @@ def _stepped(
     stepped = np.column_stack([high, plain])
     terms = np.linalg.lstsq(stepped, y, rcond=None)[0]
     rest, step = y - stepped @ terms, float(terms[0])
-    near = (count for x, count in turns.items() if abs(step - x) <= EQUAL * x)
-    turn = next(near, 0.0)
+    matches = (count for x, count in turns.items() if abs(step - x) <= EQUAL * x)
+    turn = next(matches, 0.0)
     for cluster in (high, ~high):
         within, follows = y[cluster].var(), rest[cluster].var()
-        few = turn and np.count_nonzero(cluster) < LEAST
-        most = (EQUAL * step) ** 2 if few else (1 - FOLLOWS) * within
+        is_small = turn and np.count_nonzero(cluster) < LEAST
+        most = (EQUAL * step) ** 2 if is_small else (1 - FOLLOWS) * within
         if not (follows < most):
             return None
     if (
@@ -107,7 +107,7 @@ def _stepped(
     return Clusters(lower, upper, len(parted[0]), len(parted[1]), step, turn)
 
 
-def _some(cluster: Truths) -> Integers:
+def _fitted_trials(cluster: Truths) -> Integers:
     """Return the trials of a cluster that are fitted: all of a few, evenly of many."""
     trials = np.flatnonzero(cluster)
     return trials[:: -(-len(trials) // MOST)]

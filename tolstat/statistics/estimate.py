@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from tolstat.statistics.reason import Lack, Reason
+
 CONFIDENCE = 0.95  # of every printed interval
-RANDOM_ONLY = "for random trials only"
-FAILED_THERE = "failed trials may lie there"
+RANDOM_ONLY = Reason(Lack.RANDOM_TRIALS)
+FAILED_THERE = Reason(Lack.FAILED_TRIALS)
+MORE_TRIALS = {Lack.TRIALS, Lack.GROUPS, Lack.SALTELLI}
 
 
 class Estimate(NamedTuple):
@@ -20,7 +23,8 @@ class Estimate(NamedTuple):
     lower, upper : float
         Ends of the interval; NaN if no trustworthy one exists.
     reason : str
-        Reason why there is no interval.
+        Reason why there is no interval: a `Reason` of these statistics, or a sentence
+        of another floor; empty with an interval.
     """
 
     value: float
@@ -39,13 +43,18 @@ class Estimate(NamedTuple):
         return not (math.isnan(self.lower) or math.isnan(self.upper))
 
     @property
+    def lack(self) -> Lack | None:
+        """What its interval lacks; None with an interval, or a reason in words."""
+        return self.reason.lack if isinstance(self.reason, Reason) else None
+
+    @property
     def needs_more(self) -> bool:
         """Whether more trials would give an interval: the reason says how many."""
-        return self.reason.startswith("needs")
+        return self.lack in MORE_TRIALS
 
     def times(self, factor: float) -> Estimate:
         """Return the estimate in another unit; the factor is above 0."""
-        value, lower, upper = (factor * each for each in self[:3])
+        value, lower, upper = (factor * number for number in self[:3])
         return Estimate(value, lower, upper, self.reason)
 
     @property
@@ -55,7 +64,7 @@ class Estimate(NamedTuple):
         return Estimate(1 - self.value, *ends, self.reason)
 
 
-NONE_DONE = Estimate(math.nan, reason="no trial is done")
+NONE_DONE = Estimate(math.nan, reason=Reason(Lack.ANY_DONE))
 
 
 def enclosing(value: float, lower: float, upper: float) -> Estimate:
@@ -64,11 +73,11 @@ def enclosing(value: float, lower: float, upper: float) -> Estimate:
     An infinite end means that failed trials may lie there: there is no interval then.
     """
     if not math.isfinite(lower + upper):
-        shown = value if math.isfinite(value) else math.nan
-        return Estimate(shown, reason=FAILED_THERE)
+        finite = value if math.isfinite(value) else math.nan
+        return Estimate(finite, reason=FAILED_THERE)
     return Estimate(value, min(lower, value), max(upper, value))
 
 
-def without_interval(found: Estimate) -> Estimate:
+def without_interval(estimate: Estimate) -> Estimate:
     """Return an estimate without its interval, which dependent trials mislead."""
-    return Estimate(found.value, reason=RANDOM_ONLY) if found.sure else found
+    return Estimate(estimate.value, reason=RANDOM_ONLY) if estimate.sure else estimate

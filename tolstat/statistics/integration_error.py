@@ -27,9 +27,9 @@ class IntegrationError(NamedTuple):
 
     def of(self, trials: Integers) -> IntegrationError:
         """Return the errors of given trials only."""
-        some = np.isin(self.trials, trials)
+        chosen = np.isin(self.trials, trials)
         return IntegrationError(
-            self.trials[some], self.errors[some], self.representative[some], 0
+            self.trials[chosen], self.errors[chosen], self.representative[chosen], 0
         )
 
     def removed(self, values: Array) -> Array:
@@ -41,16 +41,18 @@ class IntegrationError(NamedTuple):
         """
         if not self.representative.any():
             return np.full_like(values, np.nan)
-        known = values[self.trials[self.representative]]
-        order = np.argsort(known, kind="stable")
+        responses = values[self.trials[self.representative]]
+        order = np.argsort(responses, kind="stable")
         levels, first, equal = np.unique(
-            known[order], return_index=True, return_counts=True
+            responses[order], return_index=True, return_counts=True
         )
         nearest = np.searchsorted((levels[1:] + levels[:-1]) / 2, values)
         turn = _turns(nearest) % equal[nearest]
-        found = values - self.errors[self.representative][order[first[nearest] + turn]]
-        found[self.trials] = values[self.trials] - self.errors
-        return np.asarray(found)
+        corrected = (
+            values - self.errors[self.representative][order[first[nearest] + turn]]
+        )
+        corrected[self.trials] = values[self.trials] - self.errors
+        return np.asarray(corrected)
 
 
 def _turns(groups: Integers) -> Integers:
@@ -105,16 +107,18 @@ def response_ends(
     errors = values[trials] - precise
     once = np.isfinite(values[trials]) & np.isnan(precise)
     errors[once] = np.inf
-    known = ~np.isnan(errors)
-    found = IntegrationError(trials[known], errors[known], representative[known], 0)
-    size = np.nan_to_num(np.abs(values - found.removed(values)), nan=np.inf)
-    some = found.trials[found.representative]
-    order = np.argsort(values[some])
-    levels, sizes = values[some][order], np.abs(found.errors[found.representative])
+    comparable = ~np.isnan(errors)
+    error = IntegrationError(
+        trials[comparable], errors[comparable], representative[comparable], 0
+    )
+    size = np.nan_to_num(np.abs(values - error.removed(values)), nan=np.inf)
+    audited = error.trials[error.representative]
+    order = np.argsort(values[audited])
+    levels, sizes = values[audited][order], np.abs(error.errors[error.representative])
     between = ~np.isin(values, levels) & bool(len(levels))
-    for at in np.searchsorted(levels, values[between]) - [[1], [0]]:
-        beside = sizes[order][at.clip(0, len(levels) - 1)]
-        size[between] = np.maximum(size[between], beside)
+    for level in np.searchsorted(levels, values[between]) - [[1], [0]]:
+        neighbours = sizes[order][level.clip(0, len(levels) - 1)]
+        size[between] = np.maximum(size[between], neighbours)
     if np.any(np.isnan(values[trials]) & np.isfinite(precise) & representative):
         values = np.nan_to_num(values)  # other failed trials may be done as well
     ends = np.stack([values - size, values + size])

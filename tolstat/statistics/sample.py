@@ -1,21 +1,39 @@
-"""The trials of a run."""
+"""The trials of a run, and statistics of its responses as their sampling allows."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Integers, Truths
-from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.replicates import share_from_replicates
+from tolstat.arrays import Array, Integers, Truths
+from tolstat.statistics.estimate import NONE_DONE, RANDOM_ONLY, Estimate
+from tolstat.statistics.intervals.as_sampled import mean_as_sampled, sigma_as_sampled
+from tolstat.statistics.intervals.moments import ANYWHERE, Reach, mean_of, sigma_of
+from tolstat.statistics.intervals.quantiles import (
+    median_unbiased,
+    quantiles,
+    worst_side,
+)
+from tolstat.statistics.intervals.replicates import (
+    mean_of_replicates,
+    quantile_of_replicates,
+    share_from_replicates,
+    sigma_of_replicates,
+)
 from tolstat.statistics.intervals.shares import anytime_valid, proportion
-from tolstat.statistics.intervals.weighted_estimates import weighted_share
+from tolstat.statistics.intervals.weighted_estimates import (
+    weighted_quantiles,
+    weighted_share,
+)
 from tolstat.statistics.intervals.weights import Weights
+from tolstat.statistics.reason import Lack, Reason
 from tolstat.status import Status
+
+SQUARED = 1e-100, 1e100  # sizes between which squares are finite and not 0
 
 
 class Sample(NamedTuple):
@@ -32,14 +50,14 @@ class Sample(NamedTuple):
     @property
     def done(self) -> Truths:
         """Which trials are done."""
-        found: Truths = self.status == Status.DONE
-        return found
+        done: Truths = self.status == Status.DONE
+        return done
 
     @property
     def ran(self) -> Truths:
         """Which trials have run, failed ones included."""
-        found: Truths = self.status != Status.NOT_RUN
-        return found
+        ran: Truths = self.status != Status.NOT_RUN
+        return ran
 
     @property
     def failed(self) -> int:
@@ -80,5 +98,104 @@ class Sample(NamedTuple):
     def failures(self) -> Estimate:
         """Share of the trials that ran and failed."""
         if not self.ran.any():
-            return Estimate(math.nan, reason="no trial has run")
+            return Estimate(math.nan, reason=Reason(Lack.ANY_RUN))
         return self.share(~self.done, self.ran, proportion)
+
+
+class Moments(NamedTuple):
+    """Mean and standard deviation of the trials that are done."""
+
+    mean: Estimate
+    sigma: Estimate
+
+    def otherwise(self, other: Moments) -> Moments:
+        """Return each that has an interval, and the other one where it has none."""
+        pairs = zip(self, other, strict=True)
+        return Moments(*(one if one.sure else another for one, another in pairs))
+
+
+def as_sampled(values: Array, sample: Sample, confidence: float = 0.95) -> Moments:
+    """Estimate mean and sigma of float64[trial]: see `mean_as_sampled`.
+
+    They hold if no rarer kind of trial exists than those seen; none for weighted
+    trials.
+    """
+    done = values[sample.done]
+    if sample.weights:
+        none = Estimate(math.nan, reason=RANDOM_ONLY)
+        return Moments(none, none)
+    replicate = sample.replicate[sample.done] if sample.replicates else None
+    return Moments(
+        mean_as_sampled(done, confidence, replicate),
+        sigma_as_sampled(done, confidence, replicate),
+    )
+
+
+def for_any(
+    values: Array,
+    sample: Sample,
+    reach: Reach = ANYWHERE,
+    confidence: float = 0.95,
+) -> Moments:
+    """Estimate mean and sigma for any distribution between two ends: see `Reach`."""
+    done = values[sample.done]
+    size = float(np.abs(done).max(initial=0.0))
+    if size > 0 and not SQUARED[0] < size < SQUARED[1]:
+        scaled = for_any(values / size, sample, reach.times(1 / size), confidence)
+        return Moments(*(moment.times(size) for moment in scaled))
+    if sample.replicates:
+        arguments = done, sample.replicate[sample.done], reach, confidence
+        return Moments(mean_of_replicates(*arguments), sigma_of_replicates(*arguments))
+    independent = done, reach, confidence, sample.weights_of(sample.done)
+    return Moments(mean_of(*independent), sigma_of(*independent))
+
+
+def quantiles_at(
+    values: Array,
+    sample: Sample,
+    shares: Sequence[float],
+    limit: tuple[float, float] | None = None,
+    confidence: float = 0.95,
+) -> dict[float, Estimate]:
+    """Estimate quantiles by their shares.
+
+    `limit` are the permitted values. A failed trial is out of a limit with one end.
+    Otherwise its value is unknown, and the interval holds for any value.
+    """
+    done = values[sample.done]
+    if not len(done):
+        return dict.fromkeys(shares, NONE_DONE)
+    worst = worst_side(limit)
+    if not sample.replicates and not sample.weights:
+        return quantiles(done, shares, confidence, sample.failed, worst)
+    replicate, weights = sample.replicate[sample.ran], sample.weights_of(sample.ran)
+
+    def with_failed_at(side: float) -> dict[float, Estimate]:
+        """Estimate quantiles with failed trials on one side of all others."""
+        placed = np.where(sample.done, values, side)[sample.ran]
+        if weights:
+            return weighted_quantiles(placed, weights, shares, confidence)
+        return {
+            share: quantile_of_replicates(placed, replicate, share, confidence)
+            for share in shares
+        }
+
+    if worst or not sample.failed:
+        return with_failed_at(math.inf * (worst or 1))
+    estimates, ordered, lows, highs = (
+        {},
+        np.sort(done),
+        with_failed_at(-math.inf),
+        with_failed_at(math.inf),
+    )
+    weights_done = sample.weights_of(sample.done)
+    of_done = weights_done and weighted_quantiles(
+        done, weights_done, shares, confidence
+    )
+    for share in shares:
+        low, high = lows[share], highs[share]
+        value = of_done[share].value if of_done else median_unbiased(ordered, share)
+        reason = low.reason or high.reason
+        ends = (math.nan, math.nan) if reason else (low.lower, high.upper)
+        estimates[share] = Estimate(value, *ends, reason)
+    return estimates

@@ -7,7 +7,6 @@ from typing import NamedTuple
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.moments import Ends, Reach
-from tolstat.statistics.intervals.statistic import as_sampled, for_any, quantiles_at
 from tolstat.statistics.limits.audited_response import AuditedResponse
 from tolstat.statistics.limits.capability import (
     Performance,
@@ -17,7 +16,7 @@ from tolstat.statistics.limits.capability import (
 )
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import Yield, yield_of
-from tolstat.statistics.sample import Sample
+from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
 QUANTILES = (0.00135, 0.05, 0.5, 0.95, 0.99, 0.99865)
 

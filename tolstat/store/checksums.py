@@ -1,27 +1,23 @@
-"""Checksums of trials, nominal trial and clock, and the damage that they find.
+"""Checksums of trials and of the clock of a run.
 
 A checksum has 64 bits, over all that is stored of a trial.
 """
 
 import math
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
-from tolstat.status import Status
-from tolstat.store import layout
 
 ODD = np.uint64(0x9E3779B97F4A7C15)  # 2**64 over the golden ratio
 HALF = np.uint64(32)
 AT_ONCE = 8192  # rows, so that the data stay in the processor's cache
-Clock = Array
 EXACT = np.uint64(12)  # bits of a checksum that a float64 has no room for
 NAMED = 20  # ranges of trials that are listed
 
@@ -36,15 +32,15 @@ def fingerprints(columns: Sequence[NDArray[Any]], first: int = 0) -> NDArray[np.
     """
     rows = len(columns[0])
     words = [word for column in columns for word in _words(column)]
-    found = np.empty(rows, np.uint64)
+    checksums = np.empty(rows, np.uint64)
     for start in range(0, rows, AT_ONCE):
-        some = slice(start, min(start + AT_ONCE, rows))
-        mixed = np.arange(first + some.start, first + some.stop, dtype=np.uint64) * ODD
+        part = slice(start, min(start + AT_ONCE, rows))
+        mixed = np.arange(first + part.start, first + part.stop, dtype=np.uint64) * ODD
         for word in words:
-            mixed = (mixed ^ word[some].astype(np.uint64)) * ODD
+            mixed = (mixed ^ word[part].astype(np.uint64)) * ODD
             mixed ^= mixed >> HALF
-        found[some] = np.where(mixed == 0, ODD, mixed)
-    return found
+        checksums[part] = np.where(mixed == 0, ODD, mixed)
+    return checksums
 
 
 def _words(column: NDArray[Any]) -> list[NDArray[Any]]:
@@ -55,7 +51,7 @@ def _words(column: NDArray[Any]) -> list[NDArray[Any]]:
     return [column.view(f"u{column.dtype.itemsize}")]
 
 
-def clock_of(seconds: float) -> Clock:
+def clock_of(seconds: float) -> Array:
     """Return the clock of a run that took so many seconds until now: float64[3]."""
     return _checked(seconds, time.time())
 
@@ -77,9 +73,9 @@ def is_whole(clock: NDArray[Any]) -> bool:
     return clock.tobytes() == _checked(clock[0], clock[1]).tobytes()
 
 
-def _checked(seconds: float, at: float) -> Clock:
-    values = [np.array([each]) for each in (seconds, at)]
-    return np.array([seconds, at, float(fingerprints(values)[0] >> EXACT)])
+def _checked(seconds: float, written: float) -> Array:
+    checksum = fingerprints([np.array([seconds]), np.array([written])])[0]
+    return np.array([seconds, written, float(checksum >> EXACT)])
 
 
 @dataclass(frozen=True)
@@ -113,26 +109,6 @@ def ranges_of(trials: Iterable[int]) -> str:
         else:
             ranges.append([trial, trial])
     words = [f"{a}" if a == b else f"{a}-{b}" for a, b in ranges[:NAMED]]
-    left = len(ranges) - NAMED
-    more = [f"and {left} more ranges"] if left > 0 else []
-    return ", ".join(words + more)
-
-
-def damage_of(
-    file: h5py.File,
-    columns: Mapping[str, NDArray[Any]],
-    *,
-    complete: bool,
-) -> Damage:
-    """Compare the checksums of a run with its columns, the status read first."""
-    status = columns[layout.STATUS]
-    ran = status != Status.NOT_RUN
-    stored = file[layout.CHECKSUM][...]
-    found = fingerprints([columns[name] for name in layout.columns_of(file)])
-    wrong = ran & (found != stored) if not complete else ~ran | (found != stored)
-    checksum = file[layout.ALONE][()]  # before its data: both may be written just now
-    alone = [np.atleast_1d(file[name][()]) for name in layout.nominal_columns_of(file)]
-    nominal = bool(checksum or complete) and fingerprints(alone)[0] != checksum
-    # while a run is being written, the checksum may not fit yet
-    clock = complete and not is_whole(file[layout.CLOCK][...])
-    return Damage(np.flatnonzero(wrong), bool(nominal), clock)
+    if len(ranges) > NAMED:
+        words.append(f"and {len(ranges) - NAMED} more ranges")
+    return ", ".join(words)

@@ -44,7 +44,7 @@ class Field(NamedTuple):
 @cache
 def fields_of(record: Any) -> tuple[Field, ...]:
     """Return the fields of a record that are stored."""
-    found = []
+    fields = []
     for name, hint in get_type_hints(record, include_extras=True).items():
         noted = getattr(hint, "__metadata__", ())
         if ELSEWHERE in noted:
@@ -54,88 +54,87 @@ def fields_of(record: Any) -> tuple[Field, ...]:
             kind = get_args(kind)[0]
         how = next(iter(noted), Stored())
         how = how._replace(name=how.name or NAMES.get(name, name))
-        found.append(Field(name, kind, optional, how))
-    return tuple(found)
+        fields.append(Field(name, kind, optional, how))
+    return tuple(fields)
 
 
-def write_record(place: h5py.HLObject, record: Any, prefix: str = "") -> None:
+def write_record(owner: h5py.HLObject, record: Any, prefix: str = "") -> None:
     """Write the fields of a record, with a prefix before the name of each."""
     kind: Any = type(record)
     for field in fields_of(kind):
-        write(place, prefix + field.stored.name, getattr(record, field.name), field)
+        write(owner, prefix + field.stored.name, getattr(record, field.name), field)
 
 
-def read_record(place: h5py.HLObject, kind: Any, prefix: str = "") -> Any:
+def read_record(owner: h5py.HLObject, kind: Any, prefix: str = "") -> Any:
     """Return a record; KeyError if a required field is missing."""
     fields = fields_of(kind)
-    return kind(**{f.name: read(place, prefix + f.stored.name, f) for f in fields})
+    return kind(**{f.name: read(owner, prefix + f.stored.name, f) for f in fields})
 
 
-def write(place: h5py.HLObject, name: str, value: Any, field: Field) -> None:
+def write(owner: h5py.HLObject, name: str, value: Any, field: Field) -> None:
     """Write the value of a field."""
     if value is None or (isinstance(value, str | Sequence | Mapping) and not value):
         return
     if field.stored.columns is not None:
-        named = value if isinstance(value, Mapping) else {e.name: e for e in value}
-        _put(place, name, tuple(named), tuple[str, ...])
-        for column, each in named.items():
-            write_record(place[column], each, field.stored.columns)
+        records = value if isinstance(value, Mapping) else {r.name: r for r in value}
+        _put(owner, name, tuple(records), tuple[str, ...])
+        for column, record in records.items():
+            write_record(owner[column], record, field.stored.columns)
     elif _is_flat(field.kind):
-        write_record(place, value, f"{name}_")
+        write_record(owner, value, f"{name}_")
     else:
-        _put(place, name, value, field.kind)
+        _put(owner, name, value, field.kind)
 
 
-def read(place: h5py.HLObject, name: str, field: Field) -> Any:
+def read(owner: h5py.HLObject, name: str, field: Field) -> Any:
     """Return the value of a field."""
     kind = field.kind
     if field.stored.columns is not None:
-        columns = place.attrs.get(name, ())
-        prefix, of = field.stored.columns, _inner(kind)
-        records = [read_record(place[column], of, prefix) for column in columns]
-        named = dict(zip(columns, records, strict=True))
-        return named if _is_mapping(kind) else tuple(records)
+        columns = owner.attrs.get(name, ())
+        prefix, inner = field.stored.columns, _inner(kind)
+        records = {c: read_record(owner[c], inner, prefix) for c in columns}
+        return records if _is_mapping(kind) else tuple(records.values())
     if _is_flat(kind):
         first = fields_of(kind)[0].stored.name
-        there = not field.optional or f"{name}_{first}" in place.attrs
-        return read_record(place, kind, f"{name}_") if there else None
-    if name in (place.attrs if _is_attribute(kind) else place):
-        return _take(place, name, kind)
+        missing = field.optional and f"{name}_{first}" not in owner.attrs
+        return None if missing else read_record(owner, kind, f"{name}_")
+    if name in (owner.attrs if _is_attribute(kind) else owner):
+        return _take(owner, name, kind)
     if field.optional:
         return None
     if kind is str or get_origin(kind) is tuple:
         return kind()
     if _is_group(kind):
         return {} if _is_mapping(kind) else []
-    raise KeyError(f"{place.name} has no {name}")
+    raise KeyError(f"{owner.name} has no {name}")
 
 
-def _put(place: h5py.HLObject, name: str, value: Any, kind: Any) -> None:
+def _put(owner: h5py.HLObject, name: str, value: Any, kind: Any) -> None:
     """Write a value under its name."""
     if _is_record(kind):
-        write_record(place.create_group(name), value)
+        write_record(owner.create_group(name), value)
     elif _is_group(kind):
-        group = place.create_group(name, track_order=True)
-        for key, each in value.items() if _is_mapping(kind) else _numbered(value):
+        group = owner.create_group(name, track_order=True)
+        for key, item in value.items() if _is_mapping(kind) else _numbered(value):
             key = BETWEEN.join(key) if isinstance(key, tuple) else str(key)
-            _put(group, key, each, _inner(kind))
+            _put(group, key, item, _inner(kind))
     elif not _is_attribute(kind):
-        place[name] = value
+        owner[name] = value
     elif kind in PLAIN:
-        place.attrs[name] = value
+        owner.attrs[name] = kind(value)  # of a subclass, too
     elif _inner(kind) is str:  # no texts are joined, none is split
         array = np.array(value, dtype=object)
-        place.attrs.create(name, array, dtype=h5py.string_dtype())
+        owner.attrs.create(name, array, dtype=h5py.string_dtype())
     else:
-        place.attrs[name] = np.array(value)
+        owner.attrs[name] = np.array(value)
 
 
-def _take(place: h5py.HLObject, name: str, kind: Any) -> Any:
+def _take(owner: h5py.HLObject, name: str, kind: Any) -> Any:
     """Return a value that `_put` has written."""
     if _is_record(kind):
-        return read_record(place[name], kind)
+        return read_record(owner[name], kind)
     if _is_group(kind):
-        group, inner = place[name], _inner(kind)
+        group, inner = owner[name], _inner(kind)
         keys: Any = list(group.attrs if _is_attribute(inner) else group)
         values = [_take(group, key, inner) for key in keys]
         if not _is_mapping(kind):
@@ -147,14 +146,14 @@ def _take(place: h5py.HLObject, name: str, kind: Any) -> Any:
             keys = (tuple(key.split(BETWEEN)) for key in keys)
         return dict(zip(keys, values, strict=True))
     if not _is_attribute(kind):
-        return place[name][...]
-    value = place.attrs[name]
+        return owner[name][...]
+    value = owner.attrs[name]
     return kind(value) if kind in PLAIN else tuple(value.tolist())
 
 
 def _numbered(values: Sequence[Any]) -> list[tuple[Any, Any]]:
     """Return the key of each value, its name or its number, and the value."""
-    return [(getattr(each, "name", i), each) for i, each in enumerate(values)]
+    return [(getattr(value, "name", i), value) for i, value in enumerate(values)]
 
 
 def _is_record(kind: Any) -> bool:
@@ -178,7 +177,7 @@ def _is_flat(kind: Any) -> bool:
     if not _is_record(kind):
         return False
     kinds = [field.kind for field in fields_of(kind)]
-    return all(_is_attribute(each) or _is_flat(each) for each in kinds)
+    return all(_is_attribute(inner) or _is_flat(inner) for inner in kinds)
 
 
 def _is_group(kind: Any) -> bool:

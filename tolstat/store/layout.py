@@ -13,30 +13,27 @@ everything but the rows.
 written under a temporary name and renamed.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.store.codec import write_record
-from tolstat.store.memory_file import MemoryFile, write_all
+from tolstat.store.memory_file import Hole, MemoryFile, write_all
+from tolstat.store.plan import STATUS, STEPS
 from tolstat.store.run_records import Reason
 from tolstat.store.seal import block_for, write_seal
+from tolstat.store.stored_run import Run
 
-if TYPE_CHECKING:
-    from tolstat.store.stored_run import Run
-
-TRIAL, STATUS, STEPS = "trial", "status", "steps"
-NOMINAL = "nominal"  # a group
-CHECKS = "checks"  # a group
+TRIAL = "trial"
+NOMINAL, CHECKS = "nominal", "checks"  # groups
 CHECKSUM, ALONE = f"{CHECKS}/trial", f"{CHECKS}/nominal"  # of a trial, of the nominal
 CLOCK = f"{CHECKS}/clock"
+METADATA = 1 << 26  # bytes, hardly exceeded by all that a file holds beside its rows
 Column = NDArray[Any]
 ALIGNED = 64  # bytes: no value lies across two pages, where a kill could tear it
 
@@ -51,12 +48,12 @@ def allocate(
     # create_dataset allocates a scalar late, whatever its plan says
     space = h5py.h5s.create_simple(shape) if shape else h5py.h5s.create(h5py.h5s.SCALAR)
     kind = h5py.h5t.py_create(np.dtype(dtype))
-    made = h5py.Dataset(
+    dataset = h5py.Dataset(
         h5py.h5d.create(group.id, name.encode(), kind, space, dcpl=plan)
     )
     if sentence:
-        made.attrs["long_name"] = sentence
-    return made
+        dataset.attrs["long_name"] = sentence
+    return dataset
 
 
 def encoded(values: NDArray[Any]) -> NDArray[Any]:
@@ -70,7 +67,7 @@ def decoded(values: NDArray[Any]) -> NDArray[Any]:
     return np.char.decode(values, "utf-8", "replace") if text else values
 
 
-class Place(NamedTuple):
+class Extent(NamedTuple):
     """Where a column lies: offset in the file, NumPy type, and how many values."""
 
     offset: int
@@ -78,15 +75,15 @@ class Place(NamedTuple):
     length: int
 
     @property
-    def hole(self) -> tuple[int, int]:
+    def hole(self) -> Hole:
         """Its first byte, and the first byte after it."""
         return self.offset, self.offset + self.dtype.itemsize * self.length
 
 
 def columns_of(file: h5py.File) -> list[str]:
     """Return the names of the columns that make up a row, status last."""
-    every = [name for name, item in file.items() if isinstance(item, h5py.Dataset)]
-    return [*(name for name in every if name not in (TRIAL, STATUS)), STATUS]
+    names = [name for name, item in file.items() if isinstance(item, h5py.Dataset)]
+    return [*(name for name in names if name not in (TRIAL, STATUS)), STATUS]
 
 
 def nominal_columns_of(file: h5py.File) -> list[str]:
@@ -95,37 +92,33 @@ def nominal_columns_of(file: h5py.File) -> list[str]:
     return [f"{NOMINAL}/{name}" for name in names if name in file]
 
 
-def places_of(file: h5py.File) -> dict[str, Place]:
-    """Return the places of rows: columns, nominal trial, checksums, clock."""
-    found = {}
-    for name in (*columns_of(file), CHECKSUM, ALONE, CLOCK, *nominal_columns_of(file)):
-        item = file[name]
-        found[name] = Place(item.id.get_offset(), item.dtype, item.size)
-    return found
+def extents_of(file: h5py.File) -> dict[str, Extent]:
+    """Return where rows lie: columns, nominal trial, checksums, clock."""
+    names = (*columns_of(file), CHECKSUM, ALONE, CLOCK, *nominal_columns_of(file))
+    datasets = {name: file[name] for name in names}
+    return {n: Extent(d.id.get_offset(), d.dtype, d.size) for n, d in datasets.items()}
 
 
 class Rows:
     """The rows of an open, unbuffered file."""
 
-    def __init__(self, file: BinaryIO, places: Mapping[str, Place]) -> None:
-        self.file, self.places = file, places
-        nominal = f"{NOMINAL}/"
-        own = [n for n in places if n not in (CHECKSUM, ALONE, CLOCK)]
-        self.columns = [n for n in own if not n.startswith(nominal)]
-        self.of_nominal = [n for n in own if n.startswith(nominal)]
+    def __init__(self, file: BinaryIO, extents: Mapping[str, Extent]) -> None:
+        self.file, self.extents = file, extents
+        self.columns = [name for name in extents if "/" not in name]
+        self.of_nominal = [n for n in extents if n.startswith(f"{NOMINAL}/")]
 
     def read(self, name: str) -> Column:
         """Return a column."""
-        place = self.places[name]
-        self.file.seek(place.offset)
-        found: Column = np.fromfile(self.file, place.dtype, place.length)
-        return found
+        extent = self.extents[name]
+        self.file.seek(extent.offset)
+        values: Column = np.fromfile(self.file, extent.dtype, extent.length)
+        return values
 
     def write(self, name: str, values: Any, first: int = 0) -> None:
         """Write values of a column, from a row on."""
-        place = self.places[name]
-        data = np.ascontiguousarray(values, place.dtype).reshape(-1)
-        self.file.seek(place.offset + first * place.dtype.itemsize)
+        extent = self.extents[name]
+        data = np.ascontiguousarray(values, extent.dtype).reshape(-1)
+        self.file.seek(extent.offset + first * extent.dtype.itemsize)
         write_all(self.file, data.view(np.uint8))
 
     def sync(self) -> None:
@@ -133,12 +126,13 @@ class Rows:
         os.fsync(self.file.fileno())
 
 
-def draft_of(run: Run, path: Path) -> tuple[MemoryFile, dict[str, Place]]:
-    """Return the sealed file of a run without its rows, and the places of these.
+def draft_of(run: Run, path: Path) -> tuple[MemoryFile, dict[str, Extent]]:
+    """Return the sealed file of a run without its rows, and where these lie.
 
     `path` is where the file will be.
     """
-    draft = MemoryFile()
+    size = sum(max(values.itemsize, 8) * run.trials for values in run.columns.values())
+    draft = MemoryFile(size + METADATA)
     block = block_for(2 * len(run.columns) + 8)
     with h5py.File(
         draft, "w", libver="v108", userblock_size=block, alignment_threshold=1,
@@ -151,9 +145,9 @@ def draft_of(run: Run, path: Path) -> tuple[MemoryFile, dict[str, Place]]:
                 _describe(file[name], run)
         if run.study_file:  # from here: both may be moved together
             file.attrs["study_file"] = os.path.relpath(run.study_file, path.parent)
-        places = places_of(file)
-    write_seal(draft, block, [each.hole for each in places.values()])
-    return draft, places
+        extents = extents_of(file)
+    write_seal(draft, block, [extent.hole for extent in extents.values()])
+    return draft, extents
 
 
 def _lay_out(file: h5py.File, run: Run) -> None:
@@ -163,21 +157,20 @@ def _lay_out(file: h5py.File, run: Run) -> None:
     checks.attrs["long_name"] = "what tells whether the file is as it was written"
     sentence = "checksum of all that is stored of a trial; 0 for none"
     allocate(file, CHECKSUM, (trials,), np.uint64, sentence)
-    allocate(file, ALONE, (), np.uint64, "checksum of the nominal machine")
+    allocate(file, ALONE, (), np.uint64, "checksum of the nominal trial")
     sentence = "seconds the run took so far, last written at, checksum"
     allocate(file, CLOCK, (3,), np.float64, sentence)
     index = allocate(file, TRIAL, (trials,), np.int64, "number of the trial")
     index[...] = np.arange(trials)
     index.make_scale(TRIAL)
     nominal = file.create_group(NOMINAL)
-    nominal.attrs["long_name"] = "the machine without deviations; it is no trial"
-    for each in run.contributors:
-        allocate(nominal, each.name, (), np.float64)[...] = 0.0
-        write_record(nominal[each.name], each)
+    nominal.attrs["long_name"] = "the nominal trial: no deviations, not of the sample"
+    for contributor in run.contributors:
+        allocate(nominal, contributor.name, (), np.float64)[...] = 0.0
+        write_record(nominal[contributor.name], contributor)
     for name, values in run.columns.items():
         dtype = encoded(values).dtype
-        column = allocate(file, name, (trials,), dtype)
-        column.dims[0].attach_scale(index)
+        allocate(file, name, (trials,), dtype).dims[0].attach_scale(index)
         if name in (STATUS, STEPS):
             allocate(nominal, name, (), dtype)
     for response in run.responses:
@@ -196,9 +189,11 @@ def _lay_out(file: h5py.File, run: Run) -> None:
 
 def _describe(audited: h5py.Group, run: Run) -> None:
     """Store the units of audited trials, and the reasons for choosing them."""
-    for each in run.responses:
-        audited["responses"][each.name].attrs["units"] = each.unit
+    for response in run.responses:
+        audited["responses"][response.name].attrs["units"] = response.unit
     for chosen_by in audited.get("chosen_by", {}).values():  # as in CF
-        chosen_by.attrs["flag_masks"] = np.array([each.value for each in Reason], "u1")
-        names = (str(each.name).lower() for each in Reason)
+        chosen_by.attrs["flag_masks"] = np.array(
+            [reason.value for reason in Reason], "u1"
+        )
+        names = (str(reason.name).lower() for reason in Reason)
         chosen_by.attrs["flag_meanings"] = " ".join(names)

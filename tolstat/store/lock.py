@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from tolstat.errors import BrokenError, RunFileError
+from tolstat.operating_system import lock, open_as_it_is, process_exists
 from tolstat.store.provenance import now
 
 WORDS = "process "  # what a lock begins with
@@ -29,46 +30,46 @@ class Lock(AbstractContextManager["Lock"]):
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            self._place = _place_of(path)
+            self._lock = _lock_of(path)
         except (OSError, RuntimeError) as error:  # links in a circle
             raise BrokenError(f"{path} cannot be written: {error}") from error
         with suppress(OSError):
-            self._place.parent.mkdir(parents=True, exist_ok=True)
+            self._lock.parent.mkdir(parents=True, exist_ok=True)
         while True:
             try:
-                file = _opened(self._place)
+                file = open_as_it_is(self._lock)
             except OSError as error:
                 raise BrokenError(f"{path} cannot be written: {error}") from error
             words = file.read()
             if words and not words.startswith(WORDS):
                 file.close()
                 raise RunFileError(
-                    f"{self._place} is not a lock of tolstat; rename that file, or "
+                    f"{self._lock} is not a lock of tolstat; rename that file, or "
                     "give the run another name"
                 )
-            if not _taken(file):
+            if not lock(file):
                 holder = words.strip() or "another process"
                 file.close()
                 raise RunFileError(
                     f"{path} is being written by {holder}; wait for it, or give "
                     "another name"
                 )
-            if is_still(file, self._place):
+            if is_still(file, self._lock):
                 break
             file.close()  # its holder has just removed it
         self._file: IO[str] | None = file
         with suppress(OSError):  # a full disk: the lock holds without its words
             file.truncate(0)
             file.seek(0)
-            here = f"{os.getpid()} on {socket.gethostname()} since {now()}"
-            file.write(WORDS + here)
+            holder = f"{os.getpid()} on {socket.gethostname()} since {now()}"
+            file.write(WORDS + holder)
             file.flush()
 
     def __exit__(self, *_: object) -> None:
         """Release the lock."""
         if self._file:
             with suppress(OSError):
-                self._place.unlink()
+                self._lock.unlink()
             with suppress(OSError):
                 self._file.close()
             self._file = None
@@ -87,50 +88,22 @@ def writer_of(path: Path) -> str:
 
     The lock is only read, so no writer has to wait.
     """
-    place = _place_of(path)
+    lock = _lock_of(path)
     try:
-        words = place.read_text().strip() if place.is_file() else ""
+        words = lock.read_text().strip() if lock.is_file() else ""
     except (OSError, ValueError):
         return ""
-    known = re.match(r"process (\d+) on (.+) since ", words)
-    here = known and known[2] == socket.gethostname()
-    return "" if known and here and not alive(int(known[1])) else words
+    holder = re.match(r"process (\d+) on (.+) since ", words)
+    if (
+        holder
+        and holder[2] == socket.gethostname()
+        and not process_exists(int(holder[1]))
+    ):
+        return ""
+    return words
 
 
-def _place_of(path: Path) -> Path:
+def _lock_of(path: Path) -> Path:
     """Return the lock of a run file; for a link, that of its target."""
     real = path.resolve()
     return real.with_name(f"{real.name}.lock")
-
-
-def _opened(place: Path) -> IO[str]:
-    """Open a lock, or create it; links are not followed, pipes not waited for."""
-    flags = os.O_RDWR | os.O_CREAT
-    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-    return os.fdopen(os.open(place, flags, 0o666), "r+", errors="replace")
-
-
-def alive(process: int) -> bool:
-    """Return whether a process with this number runs on this computer."""
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:  # it belongs to another user
-        return True
-    return True
-
-
-def _taken(file: IO[str]) -> bool:
-    """Take a lock that the system releases with the process, however that ends."""
-    try:
-        import fcntl
-    except ImportError:  # not on every system
-        return True
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # a file system without locks
-        return True
-    return True

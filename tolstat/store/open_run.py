@@ -1,18 +1,30 @@
 """Reading of run files."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
+from numpy.typing import NDArray
 
-from tolstat.errors import Advice, DamagedError, RunFileError
+from tolstat.errors import Advice, DamagedError, Remedy, RunFileError
+from tolstat.model.contract import Answers
 from tolstat.model.description import Response
+from tolstat.status import Status
 from tolstat.store import layout
-from tolstat.store.checksums import damage_of, seconds_of, written_at
+from tolstat.store.checksums import (
+    Damage,
+    fingerprints,
+    is_whole,
+    seconds_of,
+    written_at,
+)
 from tolstat.store.codec import fields_of, read
+from tolstat.store.plan import STATUS, STEPS
 from tolstat.store.seal import check_seal
-from tolstat.store.stored_run import Run
+from tolstat.store.stored_run import IN_MEMORY, NO_FILE, Run
 
 RunSource = Run | str | os.PathLike[str]  # a run file, or the run that was read from it
 
@@ -59,7 +71,7 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
     if run.damage and not damaged:
         raise DamagedError(
             f"{path} is damaged: {run.damage.words}",
-            Advice("repair", path, run.machine),
+            Advice(Remedy.REPAIR, path, run.machine),
         )
     return run
 
@@ -67,7 +79,9 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
 def existing(path: Path) -> Path:
     """Return a path; refuse a study, and a file that does not exist."""
     if path.suffix == ".toml":
-        raise RunFileError(f"{path} is a study, not a run", Advice("run", path))
+        raise RunFileError(f"{path} is a study, not a run", Advice(Remedy.RUN, path))
+    if path == IN_MEMORY:
+        raise RunFileError(NO_FILE)
     if not path.is_file():
         raise RunFileError(f"{path}: no such file")
     return path
@@ -75,32 +89,40 @@ def existing(path: Path) -> Path:
 
 def _read(path: Path, file: h5py.File) -> Run:
     # status first: trials that a writer adds meanwhile have not run yet
-    status = file[layout.STATUS][...]
-    columns = {
-        n: each[...] for n, each in file.items() if isinstance(each, h5py.Dataset)
-    }
-    columns[layout.STATUS] = status
+    status = file[STATUS][...]
+    datasets = {n: item for n, item in file.items() if isinstance(item, h5py.Dataset)}
+    columns = {name: item[...] for name, item in datasets.items()} | {STATUS: status}
     clock = file[layout.CLOCK][...]
-    fields = {each.name: read(file, each.stored.name, each) for each in fields_of(Run)}
+    fields = {f.name: read(file, f.stored.name, f) for f in fields_of(Run)}
     study = file.attrs.get("study_file")
     return Run(
         path=path,
-        nominal_values=_nominal(
-            file[layout.NOMINAL], fields["responses"], fields["words"]
-        ),
+        nominal_answers=_nominal(file[layout.NOMINAL], fields["responses"]),
         study_file=study and Path(os.path.normpath(path.resolve().parent / study)),
-        damage=damage_of(file, columns, complete=fields["complete"]),
+        damage=_damage_of(file, columns, complete=fields["complete"]),
         times={"ended_at": written_at(clock), "seconds": seconds_of(clock)},
         columns={name: layout.decoded(values) for name, values in columns.items()},
         **fields,
     )
 
 
-def _nominal(
-    group: h5py.Group, responses: tuple[Response, ...], words: dict[int, str]
-) -> dict[str, Any]:
-    found: dict[str, Any] = {r.name: float(group[r.name][()]) for r in responses}
-    found[layout.STATUS] = words.get(int(group[layout.STATUS][()]), "unknown")
-    if layout.STEPS in group:
-        found[layout.STEPS] = int(group[layout.STEPS][()])
-    return found
+def _nominal(group: h5py.Group, responses: tuple[Response, ...]) -> Answers:
+    values = [float(group[response.name][()]) for response in responses]
+    steps = np.array([group[STEPS][()]]) if STEPS in group else None
+    return Answers(np.array([values]), np.array([int(group[STATUS][()])]), steps)
+
+
+def _damage_of(
+    file: h5py.File, columns: Mapping[str, NDArray[Any]], *, complete: bool
+) -> Damage:
+    """Compare the checksums of a run with its columns, the status read first."""
+    ran = columns[STATUS] != Status.NOT_RUN
+    stored = file[layout.CHECKSUM][...]
+    differs = fingerprints([columns[n] for n in layout.columns_of(file)]) != stored
+    damaged = ~ran | differs if complete else ran & differs
+    checksum = file[layout.ALONE][()]  # before its data: both may be written just now
+    values = [np.atleast_1d(file[n][()]) for n in layout.nominal_columns_of(file)]
+    nominal = bool(checksum or complete) and fingerprints(values)[0] != checksum
+    # while a run is being written, the checksum may not fit yet
+    clock = complete and not is_whole(file[layout.CLOCK][...])
+    return Damage(np.flatnonzero(damaged), bool(nominal), clock)

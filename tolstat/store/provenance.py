@@ -47,5 +47,5 @@ def provenance() -> dict[str, str]:
 @cache
 def decisive() -> dict[str, str]:
     """Return versions, processor and compiler, which decide the bits of a trial."""
-    here = {"processor": processor(), "machine code": machine_code()}
-    return here | {name: version(name) for name in DECISIVE}
+    target = {"processor": processor(), "machine code": machine_code()}
+    return target | {name: version(name) for name in DECISIVE}

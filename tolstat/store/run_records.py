@@ -152,9 +152,9 @@ class Audited:
         )  # fmt: skip
 
 
-def joined(one: Audited, other: Audited) -> Audited:
-    """Return one set of trials with those of another, evaluated with its settings."""
-    order = np.argsort(np.concatenate([one.trials, other.trials]))
+def joined(first: Audited, second: Audited) -> Audited:
+    """Return two sets of trials as one, evaluated with the settings of the first."""
+    order = np.argsort(np.concatenate([first.trials, second.trials]))
 
     def both(a: Any, b: Any) -> Any:
         if isinstance(a, Mapping):
@@ -162,8 +162,8 @@ def joined(one: Audited, other: Audited) -> Audited:
         return np.concatenate([a, b])[order]
 
     names = "trials", "status", "responses", "at_random", "chosen_by"
-    found = {name: both(getattr(one, name), getattr(other, name)) for name in names}
-    return replace(one, **found)
+    fields = {n: both(getattr(first, n), getattr(second, n)) for n in names}
+    return replace(first, **fields)
 
 
 class WorstCase(NamedTuple):

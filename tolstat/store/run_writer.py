@@ -10,7 +10,7 @@ import os
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,23 +23,27 @@ from tolstat.errors import (
     Advice,
     BrokenError,
     ModelError,
+    Remedy,
     RunFileError,
     TolstatError,
 )
 from tolstat.model.contract import Answers
 from tolstat.store import layout, temporary_files
 from tolstat.store.checksums import clock_of, fingerprints, seconds_of
-from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, NOMINAL, STATUS, STEPS, Rows
+from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, NOMINAL, Rows
 from tolstat.store.lock import Lock, is_still
-from tolstat.store.stored_run import Run
+from tolstat.store.plan import STATUS
+from tolstat.store.recorder import Blocks, Recorder
+from tolstat.store.stored_run import IN_MEMORY, Run
 
 SAFE_EVERY = 2.0  # s, between two writes to the disk
 
-Blocks = list[tuple[int, Answers]]
 
-
-class RunWriter(AbstractContextManager["RunWriter"]):
+class RunWriter(Recorder):
     """The one process that writes a run file: `made` or `opened`.
+
+    A run that replaces another waits under another name until trials are stored: the
+    other one is as it was until then, and stays if none ends.
 
     Attributes
     ----------
@@ -48,21 +52,29 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     run : Run
         What is written: the run as it is before its first trial, or at its end.
     given_up : bool
-        Whether the run that was to be replaced has been put back.
+        Whether the run that was to be replaced is still there.
     """
 
     _rows: Rows
 
-    def __init__(self, lock: Lock, run: Run, before: Rows | None = None) -> None:
+    def __init__(
+        self,
+        lock: Lock,
+        run: Run,
+        before: Rows | None = None,
+        *,
+        new: bool = False,
+        waiting: bool = False,
+    ) -> None:
         self.path, self.run = lock.path, run
         self._place = lock.path.absolute()  # a model may change the working directory
         self._locks = ExitStack()  # also of the copy of a file that was moved
-        self._broken = self.given_up = self._new = self._unwanted = False
+        self._new, self._broken, self._unwanted = new, False, False
         self._spent, self._began = 0.0, time.perf_counter()
         self._safe = time.monotonic()
         self._unsafe: Blocks = []
-        self._replaced: Path | None = None  # what stood there, under another name
-        self._replace(run, before)
+        self._waiting: Path | None = None  # the file, until it takes its name
+        self._write_file(run, before, waiting=waiting)
 
     @classmethod
     def made(cls, lock: Lock, run: Run, *, force: bool = False) -> RunWriter:
@@ -72,19 +84,11 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         one is complete.
         """
         temporary_files.check_replaceable(lock.path, force=force)
-        path, replaced = lock.path.resolve(), None  # a link stays one
-        if path.exists():
-            run = replace(run, replaces=temporary_files.kept_before(path))
-            replaced = temporary_files.linked_aside(path)
-        try:
-            writer = cls(lock, run)
-        except TolstatError:
-            if replaced:
-                temporary_files.forget_before(path, replaced)
-                replaced.unlink()
-            raise
-        writer._new, writer._replaced = True, replaced
-        return writer
+        path = lock.path.resolve()  # a link stays one
+        if waiting := path.exists():
+            run = replace(run, replaces=temporary_files.run_before(path).identity)
+        # rows of trials that ran have no checksums yet
+        return cls(lock, run, new=True, waiting=waiting or run.ended > 0)
 
     @classmethod
     def opened(cls, lock: Lock, run: Run, status: NDArray[np.uint8]) -> RunWriter:
@@ -93,9 +97,9 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         The status says which rows are complete; the other trials have not run.
         """
         with h5py.File(lock.path, "r", locking=False) as file:
-            places = layout.places_of(file)
+            extents = layout.extents_of(file)
         try:
-            rows = Rows(lock.path.open("r+b", buffering=0), places)
+            rows = Rows(lock.path.open("r+b", buffering=0), extents)
             rows.write(STATUS, status)
         except OSError as error:
             raise BrokenError(f"{lock.path} cannot be written: {error}") from error
@@ -103,13 +107,21 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         writer._spent = np.nan_to_num(seconds_of(writer._rows.read(CLOCK)))
         return writer
 
-    def _replace(self, run: Run, before: Rows | None) -> None:
+    @property
+    def given_up(self) -> bool:
+        """Whether the run that was to be replaced is still there."""
+        return self._waiting is not None
+
+    def _write_file(
+        self, run: Run, before: Rows | None = None, *, waiting: bool = False
+    ) -> None:
         """Write a new file and rename it: under its name a file is complete.
 
         Rows of trials are copied from the file `before`.
         """
+        path = self._place.resolve()  # a link stays a link
         try:
-            draft, places = layout.draft_of(run, self._place.resolve())
+            draft, extents = layout.draft_of(run, path)
         except UnicodeEncodeError as error:  # bytes of a name that are no text
             raise RunFileError(
                 f"{self.path} cannot be written: a run keeps the name of its study and "
@@ -117,22 +129,22 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             ) from None
         if not run.complete:
             temporary_files.check_room(self.path, draft.size)
-        path = self._place.resolve()  # a link stays a link
         aside, file = temporary_files.aside_of(path), None
         try:
             file = aside.open("xb+", buffering=0)
-            draft.copy_to(file)
-            rows = Rows(file, places)
-            for name, place in places.items():
-                empty = np.nan if place.dtype.kind == "f" else 0
-                values = run.columns.get(name, np.broadcast_to(empty, place.length))
+            draft.copy_to(file, [extent.hole for extent in extents.values()])
+            rows = Rows(file, extents)
+            for name, extent in extents.items():
+                empty = np.nan if extent.dtype.kind == "f" else 0
+                values = run.columns.get(name, np.broadcast_to(empty, extent.length))
                 rows.write(name, layout.encoded(values))
             rows.write(CLOCK, clock_of(0.0))
             if before:
-                for name in before.places.keys() - {*run.known}:  # columns of trials
-                    rows.write(name, before.read(name)[: places[name].length])
+                for name in before.extents.keys() - {*run.input_names}:
+                    rows.write(name, before.read(name)[: extents[name].length])
             rows.sync()
-            os.replace(aside, path)
+            if not waiting:
+                os.replace(aside, path)
         except OSError as error:
             with suppress(OSError):
                 aside.unlink()
@@ -141,17 +153,18 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             raise self._write_error(error) from error
         if before:
             before.file.close()
-        self._rows = rows
+        self._rows, self._waiting = rows, aside if waiting else None
 
-    def _given(self, trials: slice) -> Iterator[tuple[str, NDArray[Any]]]:
-        """Yield the columns of trials that are known before they run."""
-        for name in self.run.known:
-            yield name, layout.encoded(self.run.columns[name][trials])
+    def _inputs(self, trials: slice) -> dict[str, NDArray[Any]]:
+        """Return the columns of trials that are sampled before they run."""
+        columns = self.run.columns
+        names = self.run.input_names
+        return {name: layout.encoded(columns[name][trials]) for name in names}
 
     def write_drawn(self, trials: slice) -> None:
         """Store the deviations of trials sampled now, before they run."""
         with self._writing() as rows:
-            for name, values in self._given(trials):
+            for name, values in self._inputs(trials).items():
                 rows.write(name, values, trials.start)
             rows.sync()
 
@@ -172,35 +185,40 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def _make_safe(self) -> None:
         """Store kept blocks: their data are on the disk before their status."""
-        found = _in_a_row(self._unsafe)
+        blocks = _in_a_row(self._unsafe)
         with self._writing() as rows:
-            for trials, outcome in found:
+            for trials, outcome in blocks:
                 columns = self._filled(outcome)
                 for name in columns.keys() - {STATUS}:
                     rows.write(name, columns[name], trials.start)
-                columns |= self._given(trials)
-                every = [columns[n].astype(rows.places[n].dtype) for n in rows.columns]
-                rows.write(CHECKSUM, fingerprints(every, trials.start), trials.start)
+                columns |= self._inputs(trials)
+                stored = [
+                    columns[n].astype(rows.extents[n].dtype) for n in rows.columns
+                ]
+                rows.write(CHECKSUM, fingerprints(stored, trials.start), trials.start)
             rows.sync()
-            for trials, outcome in found:
+            for trials, outcome in blocks:
                 rows.write(STATUS, outcome.status, trials.start)
             spent = self._spent + time.perf_counter() - self._began
             rows.write(CLOCK, clock_of(spent))
+            if self._waiting and blocks:
+                rows.sync()
+                self._take_name(self._waiting)
         self._unsafe, self._safe = [], time.monotonic()
 
-    def _filled(self, outcome: Answers) -> dict[str, NDArray[Any]]:
-        """Return the columns that trials fill."""
-        names = [each.name for each in self.run.responses]
-        found = dict(zip(names, outcome.responses.T, strict=True))
-        if outcome.steps is not None:
-            found[STEPS] = outcome.steps
-        return {**found, STATUS: outcome.status.astype(np.uint8)}
+    def _take_name(self, aside: Path) -> None:
+        """Give the file the name of the run that it replaces, which is kept."""
+        path = self._place.resolve()
+        if path.exists() and (before := temporary_files.run_before(path)).is_next:
+            os.replace(temporary_files.linked_aside(path), before.path)
+        os.replace(aside, path)
+        self._waiting = None
 
     @contextmanager
     def _writing(self) -> Iterator[Rows]:
         """Yield the rows to write to; a failure says how much is stored."""
         try:
-            if not is_still(self._rows.file, self._place):
+            if not is_still(self._rows.file, self._waiting or self._place):
                 self._continue_in_copy()
             yield self._rows
         except OSError as error:
@@ -211,7 +229,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         lost = self.path
         lock = Lock(temporary_files.free_name(self._place, "rescued"))
         self.path = self._place = self._locks.enter_context(lock).path
-        self._replace(self.run, self._rows)
+        self._write_file(self.run, self._rows)
         warnings.warn(
             f"{lost} was removed or moved while it was written: the run continues in "
             f"{self.path}",
@@ -224,33 +242,25 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._broken = True
         return self._error(f"{self.path} cannot be written: {error.strerror or error}")
 
-    def _error(self, said: str) -> BrokenError:
+    def _error(self, message: str) -> BrokenError:
         """Return an error with a message, and with how much is stored."""
         try:
-            if self._puts_back:
-                return BrokenError(f"{said}; the run in {self.path} is unchanged")
-            over = np.count_nonzero(self._rows.read(STATUS))
+            if self._waiting:
+                old = f"; the run in {self.path} is unchanged"
+                return BrokenError(message + old if self.run.replaces else message)
+            ended = np.count_nonzero(self._rows.read(STATUS))
         except (OSError, AttributeError):  # there are no rows yet
-            return BrokenError(said)
-        again = Advice("resume", self.path, self.run.machine)
-        stored = f"{over} of {self.run.trials} trials are stored"
-        return BrokenError(f"{said}; {stored}", again)
+            return BrokenError(message)
+        advice = Advice(Remedy.RESUME, self.path, self.run.machine)
+        stored = f"{ended} of {self.run.trials} trials are stored"
+        return BrokenError(f"{message}; {stored}", advice)
 
     def failed(self, error: TolstatError) -> TolstatError:
         """Return an error with how much is stored; an unused file is removed."""
         self._make_safe()
-        self._unwanted = isinstance(error, ModelError) and self._is_unused
+        unused = self._new and not self._rows.read(STATUS).any()
+        self._unwanted = isinstance(error, ModelError) and unused
         return error if self._unwanted else self._error(str(error))
-
-    @property
-    def _is_unused(self) -> bool:
-        """Whether the file is new, and none of its trials has run."""
-        return self._new and not self._rows.read(STATUS).any()
-
-    @property
-    def _puts_back(self) -> bool:
-        """Whether the run that was to be replaced gets its name again."""
-        return self._replaced is not None and self._is_unused
 
     def finish(self, run: Run) -> None:
         """Write the complete run.
@@ -258,7 +268,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         If that fails, its trials are stored all the same.
         """
         self._make_safe()
-        self._replace(run, self._rows)
+        self._write_file(run, self._rows)
         self.run = run
 
     def __exit__(self, *_: object) -> None:
@@ -273,25 +283,59 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             self._locks.close()
 
     def _leave_one(self) -> None:
-        """Remove the run that was replaced, keep it, or put it back if nothing ran."""
+        """Remove the file if nothing ran, or the run that it replaced at its end."""
         before = temporary_files.before_of(self.path)
-        kept = self.run.replaces == temporary_files.identity(before) != ""
-        if self._replaced and self._puts_back:
-            temporary_files.forget_before(self.path, self._replaced)
-            os.replace(self._replaced, self._place.resolve())
-            self._replaced, self.given_up = None, True
-        elif self._unwanted:
-            self.path.unlink()
-        elif self.run.complete and kept:
+        is_ours = self.run.replaces == temporary_files.identity(before) != ""
+        if self._waiting or self._unwanted:
+            (self._waiting or self.path).unlink()
+        elif self.run.complete and is_ours:
             before.unlink()
-        elif kept:
+        elif is_ours:
             warnings.warn(
                 f"the earlier run is kept as {before} until {self.path} is complete",
                 RuntimeWarning,
                 stacklevel=2,
             )
-        if self._replaced:
-            self._replaced.unlink()
+
+
+def save(run: Run, path: str | os.PathLike[str], *, force: bool = False) -> Run:
+    """Write a run in memory to a file.
+
+    Parameters
+    ----------
+    run : Run
+        As `tolstat.run` returns it without a file.
+    path : path
+        The run file.
+    force : bool
+        Whether an existing run file may be replaced.
+
+    Returns
+    -------
+    Run
+        The same run, with its file. It can be resumed and extended.
+
+    Raises
+    ------
+    RunFileError
+        If the run has a file already, or the file exists or cannot be written.
+
+    Examples
+    --------
+    >>> study = {"model": "dimension_chain", "trials": 100, "seed": 1}
+    >>> study["settings"] = {"gap": "A"}
+    >>> study["links"] = {"A": {"nominal": "1 mm", "tolerance": "+-0.1 mm"}}
+    >>> tolstat.save(tolstat.run(study), "saved.h5").path.name
+    'saved.h5'
+    """
+    if run.path != IN_MEMORY:
+        raise RunFileError(f"{run.path} is a file already; copy it")
+    path = Path(path)
+    with Lock(path) as lock, RunWriter.made(lock, run, force=force) as writer:
+        writer._spent = run.times["seconds"]
+        writer.write_nominal(run.nominal_answers)
+        writer.write_blocks([(0, run.answers())])
+    return replace(run, path=path)
 
 
 def _in_a_row(blocks: Blocks) -> list[tuple[slice, Answers]]:

@@ -13,19 +13,19 @@ from pathlib import Path
 from typing import BinaryIO
 
 from tolstat.errors import DamagedError, FormatError, RunFileError
+from tolstat.store.memory_file import Hole, around
 
 FORMAT = 7
 MARK = b"tolstat seal, format "
 HDF5 = b"\x89HDF\r\n\x1a\n"
 NEAR = 1 << 16  # bytes from the beginning, in which earlier formats have their seal
-UNSEALED, SAID = 2, b"version_tolstat"  # formats 1 and 2, and an attribute of theirs
+UNSEALED, VERSION = 2, b"version_tolstat"  # formats 1 and 2, and an attribute of theirs
 AT_ONCE = 1 << 20
 PATTERN = re.compile(
     rb"\d+\nsize (\d{1,18})\nsha256 ([0-9a-f]{64})\nbut((?: \d{1,18}-\d{1,18})+)\n"
 )
 
 File = BinaryIO | io.RawIOBase
-Hole = tuple[int, int]  # bytes that the digest leaves out: the first, the next after
 
 
 def block_for(holes: int) -> int:
@@ -45,14 +45,12 @@ def write_seal(file: File, block: int, rows: list[Hole]) -> None:
 
 
 def _digest_of(file: File, holes: list[Hole]) -> bytes:
-    """Digest all of a file but its holes, which are in ascending order."""
-    digest, at = hashlib.sha256(), 0
-    for first, stop in [*holes, (file.seek(0, 2), 0)]:
-        file.seek(at)
-        while at < first and (some := file.read(min(first - at, AT_ONCE))):
-            digest.update(some)
-            at += len(some)
-        at = max(at, stop)
+    """Digest all of a file but its holes."""
+    digest = hashlib.sha256()
+    for first, stop in around(holes, file.seek(0, 2)):
+        for start in range(first, stop, AT_ONCE):
+            file.seek(start)
+            digest.update(file.read(min(stop - start, AT_ONCE)) or b"")
     return digest.hexdigest().encode()
 
 
@@ -60,10 +58,10 @@ def _format_of(file: File) -> int:
     """Return the format of a run, damaged or not; 0 if a file is not a run."""
     file.seek(0)
     head = file.read(NEAR) or b""
-    found = re.search(MARK + rb"(\d{1,9})\n", head)
-    if found and (found.start() == 0 or head.startswith(HDF5)):
-        return int(found[1])
-    return UNSEALED if head.startswith(HDF5) and SAID in head else 0
+    seal = re.search(MARK + rb"(\d{1,9})\n", head)
+    if seal and (seal.start() == 0 or head.startswith(HDF5)):
+        return int(seal[1])
+    return UNSEALED if head.startswith(HDF5) and VERSION in head else 0
 
 
 def is_run(path: Path) -> bool:
@@ -85,24 +83,24 @@ def check_seal(path: Path) -> None:
 
 
 def _check(file: File, path: Path) -> None:
-    made_as = _format_of(file)
-    if not made_as:
+    number = _format_of(file)
+    if not number:
         file.seek(0)
         hdf5 = file.read(len(HDF5)) == HDF5
-        what = "is an HDF5 file, but" if hdf5 else "cannot be read as HDF5: it is"
-        raise RunFileError(f"{path} {what} not a run of tolstat; run its study again")
-    if made_as != FORMAT:
-        known = "1 or 2" if made_as == UNSEALED else made_as
+        kind = "is an HDF5 file, but" if hdf5 else "cannot be read as HDF5: it is"
+        raise RunFileError(f"{path} {kind} not a run of tolstat; run its study again")
+    if number != FORMAT:
+        words = "1 or 2" if number == UNSEALED else number
         raise FormatError(
-            f"{path} has format {known}, this tolstat reads format {FORMAT}; open it "
+            f"{path} has format {words}, this tolstat reads format {FORMAT}; open it "
             "with the tolstat that made it, or run its study again",
         )
     file.seek(len(MARK))
     seal = PATTERN.match(b"".join(file.readline() for _ in range(4)))
     size = file.seek(0, 2)
-    said = int(seal[1]) if seal else size
-    if seal is None or said != size or _digest_of(file, _holes(seal[3])) != seal[2]:
-        short = f": {size} bytes of {said} are there" if size < said else ""
+    sealed = int(seal[1]) if seal else size
+    if seal is None or sealed != size or _digest_of(file, _holes(seal[3])) != seal[2]:
+        short = f": {size} bytes of {sealed} are there" if size < sealed else ""
         raise DamagedError(
             f"{path} is damaged outside its trials{short}, or was changed by "
             "another program; nothing in it can be trusted: run its study again"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Truths
-from tolstat.model.description import Contributor, Response, StudyNumber
+from tolstat.arrays import Integers, Truths
+from tolstat.errors import RunFileError
+from tolstat.model.contract import Answers
+from tolstat.model.description import StudyNumber
 from tolstat.model.view import typed_unit
 from tolstat.statistics.limits.limit import (
     WORST,
@@ -27,71 +29,28 @@ from tolstat.status import Status, status_words
 from tolstat.store import run_records as records
 from tolstat.store.checksums import Damage
 from tolstat.store.codec import ELSEWHERE, Stored
-from tolstat.store.layout import STATUS, STEPS
-from tolstat.store.provenance import decisive
+from tolstat.store.plan import STATUS, STEPS, Plan
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
+IN_MEMORY = Path("run in memory")  # stands where a run has no file
+NO_FILE = 'a run in memory has no file; write one: tolstat.save(run, "run.h5")'
 NOT_ENDED = records.Diagnostics(missing="the run did not come to its end")
 ROUNDING = 1e-9  # of a value: a smaller difference is rounding
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Run:
-    """A stored run.
+class Run(Plan):
+    """A run: its plan, the rows of its trials, and what followed them.
 
     Attributes
     ----------
     path : Path
-        Its file.
-    study : StudyText
-        The text of the study.
-    study_file : Path or None
-        Path of the study; None if it is not a file.
-    title, model, sampling : str
-        Of the study.
-    machine : str
-        FILE.py:NAME of a custom model; empty for an installed one.
-    source_digest : str
-        Digest of the source that decides the numbers.
-    document : dict of str to str
-        The title block of the study: "project", "drawing", and so on.
-    sampled : Sampled or None
-        How the trials are sampled; None where the study lists them.
-    rules : tuple of str
-        The stopping rule, as it is written; empty without one.
-    contributors, responses : tuple
-        The columns, in order, with units and sentences.
-    swept : tuple of Swept
-        Settings that a grid changes.
-    details : tuple of DrawDetail
-        Columns of the sampler about each trial.
-    settings : dict of str to Chosen
-        All settings of the model, as they are written.
-    limits : dict of str to Limit
-        By response, SI.
-    assumed : dict of str to Assumed
-        By contributor that deviates.
-    correlation : dict of str to dict of str to float
-        Rank correlations, as the study writes them.
-    independent : bool
-        Whether all deviations are independent: no correlation, nothing in common.
-    words : dict of int to str
-        The word of each status that a trial can have.
-    grid : tuple of str
-        What a grid sweeps, the slowest first; empty for any other run.
-    reference : Reference or None
-        Known points to be shown beside a grid.
-    numbers : tuple of StudyNumber
-        Numbers of the study, shown beside those of its trials.
-    notes, assumptions : tuple of str
-        Notes on the run and its deviations; assumptions of the model.
-    warnings : tuple of str
-        What readers have to know before its verdicts, from its study.
-    made : dict of str to str
-        Versions, processor, platform, command, and when it was started.
+        Its file; of a run in memory `IN_MEMORY`, which is no file.
+    plan : Plan
+        What it was asked to do; its attributes are also those of the run.
     replaces : str
         What identifies the run that it replaced; empty if there was none.
     stopped : Stopped or None
@@ -104,8 +63,8 @@ class Run:
         Slopes, worst cases and halved tolerances, or why there are none.
     complete : bool
         Whether all its trials and diagnostics are there.
-    nominal_values : dict
-        Responses (SI), status (a word) and steps of the nominal trial.
+    nominal_answers : Answers
+        What the nominal trial answered, as a model does: see `nominal_values`.
     times : dict
         "ended_at", "seconds".
     damage : Damage
@@ -115,48 +74,39 @@ class Run:
     """
 
     path: Annotated[Path, ELSEWHERE]
-    study: records.StudyText
-    study_file: Annotated[Path | None, ELSEWHERE]
-    title: str
-    model: str
-    sampling: str
-    machine: str
-    source_digest: str
-    document: Annotated[dict[str, str], Stored("title-block")]
-    sampled: records.Sampled | None
-    rules: tuple[str, ...]
-    contributors: Annotated[tuple[Contributor, ...], Stored(columns="")]
-    responses: Annotated[tuple[Response, ...], Stored(columns="")]
-    swept: Annotated[tuple[records.Swept, ...], Stored(columns="")]
-    details: Annotated[tuple[records.DrawDetail, ...], Stored(columns="")]
-    settings: dict[str, records.Chosen]
-    limits: Annotated[dict[str, Limit], Stored(columns="limit_")]
-    assumed: Annotated[dict[str, records.Assumed], Stored(columns="assumed_")]
-    correlation: Annotated[dict[str, dict[str, float]], Stored("rank-correlation")]
-    independent: bool
-    words: Annotated[dict[int, str], Stored("status-words")]
-    grid: tuple[str, ...]
-    reference: records.Reference | None
-    numbers: tuple[StudyNumber, ...]
-    notes: tuple[str, ...]
-    assumptions: tuple[str, ...]
-    made: Annotated[dict[str, str], Stored("provenance")]
-    warnings: tuple[str, ...] = ()
     replaces: str = ""
     stopped: records.Stopped | None = None
     audited: Annotated[records.Audited | None, Stored("audit")] = None
     rerun: records.Audited | None = None
     diagnostics: records.Diagnostics = NOT_ENDED
     complete: bool = False
-    nominal_values: Annotated[dict[str, Any], ELSEWHERE] = field(default_factory=dict)
+    nominal_answers: Annotated[Answers, ELSEWHERE]
     times: Annotated[dict[str, Any], ELSEWHERE] = field(default_factory=dict)
     damage: Annotated[Damage, ELSEWHERE] = field(default_factory=Damage)
     columns: Annotated[Mapping[str, NDArray[Any]], ELSEWHERE]
 
+    @classmethod
+    def planned(
+        cls, plan: Plan, path: Path, columns: Mapping[str, NDArray[Any]]
+    ) -> Run:
+        """Return the run of a plan before its first trial."""
+        steps = np.zeros(1, np.int64) if STEPS in columns else None
+        nan = np.full((1, len(plan.responses)), np.nan)
+        nominal = Answers(nan, np.full(1, int(Status.NOT_RUN)), steps)
+        return cls(
+            **_as_fields(plan), path=path, columns=columns, nominal_answers=nominal
+        )
+
     @property
-    def aim(self) -> str:
-        """The response whose limit is searched; empty without a search."""
-        return self.sampled.aim if self.sampled else ""
+    def plan(self) -> Plan:
+        """What the run was asked to do."""
+        return Plan(**_as_fields(self))
+
+    def __fspath__(self) -> str:
+        """Return its path, so that a run stands where a path is expected."""
+        if self.path == IN_MEMORY:
+            raise RunFileError(NO_FILE)
+        return str(self.path)
 
     @property
     def trials(self) -> int:
@@ -203,32 +153,21 @@ class Run:
             if code > Status.DONE and self.counts[word]
         }
 
-    @property
-    def units(self) -> dict[str, str]:
-        """SI unit of each column; "1" where there is none."""
-        return {each.name: each.unit for each in self.described}
-
-    @property
-    def described(self) -> list[records.Swept | Contributor | Response]:
-        """Swept settings, contributors and responses."""
-        return [*self.swept, *self.contributors, *self.responses]
-
     @cached_property
     def scales(self) -> dict[str, Scale]:
         """How each column is shown: as typed, as declared, or fitting its size."""
-        return {e.name: self._scale(e.name, e.unit, e.shown) for e in self.described}
+        return {c.name: self._scale(c.name, c.unit, c.shown) for c in self.described}
 
-    def _scale(self, name: str, unit: str, shown: str) -> Scale:
+    def _scale(self, name: str, unit: str, shown_unit: str) -> Scale:
         values = self.columns[name]
         if values.dtype.kind != "f":
-            return scale_of(unit, shown)
-        known = np.abs(np.append(values, self.nominal_values.get(name, np.nan)))
-        size = float(np.nanmax(known)) if not np.isnan(known).all() else 0.0
-        found = scale_of(unit, shown, size)
+            return scale_of(unit, shown_unit)
+        sizes = np.abs(np.append(values, self.nominal_values.get(name, np.nan)))
+        size = float(np.nanmax(sizes)) if not np.isnan(sizes).all() else 0.0
         # what is zero beside its numbers, and beside the ends of its limit
-        asked = self.limits[name].asked if name in self.limits else ()
-        found = found.beside(min([size, *map(abs, asked)]))
-        return found.telling(self._spread(name), asked)
+        ends = self.limits[name].asked if name in self.limits else ()
+        scale = scale_of(unit, shown_unit, size).beside(min([size, *map(abs, ends)]))
+        return scale.telling(self._spread(name), ends)
 
     def _spread(self, name: str) -> float:
         """Return the width of a column, SI: of its tolerance, or of its numbers."""
@@ -237,17 +176,16 @@ class Run:
             return upper - lower
         values = self.columns[name]
         values = values[np.isfinite(values)]
-        if not len(values):
-            return 0.0
-        spread = float(np.ptp(values))
-        return spread if spread > ROUNDING * float(np.abs(values).max()) else 0.0
+        spread = float(np.ptp(values)) if len(values) else 0.0
+        rounding = ROUNDING * float(np.abs(values).max(initial=0.0))
+        return spread if spread > rounding else 0.0
 
     def scale_of(self, number: StudyNumber) -> Scale:
         """Return how a number of the study is shown: as the response it describes."""
         if number.of in self.scales:
             return self.scales[number.of]
-        found = scale_of(number.unit, number.shown, abs(number.value))
-        return found.beside(1.0) if found.shown == "%" else found
+        scale = scale_of(number.unit, number.shown, abs(number.value))
+        return scale.beside(1.0) if scale.shown == "%" else scale
 
     def column(self, name: str) -> NDArray[Any]:
         """Return a swept setting, contributor or response of all trials, SI.
@@ -255,13 +193,6 @@ class Run:
         Also the columns of the sampler: `details`.
         """
         return self.columns[name]
-
-    @property
-    def known(self) -> list[str]:
-        """The columns that are known before a trial runs."""
-        described: list[records.Swept | Contributor | records.DrawDetail]
-        described = [*self.swept, *self.contributors, *self.details]
-        return [each.name for each in described]
 
     def beyond(self, response: str) -> Truths:
         """Return which trials are out of a response's limit, failed ones among them."""
@@ -287,10 +218,10 @@ class Run:
         precise = np.full(len(values), np.nan)
         if self.audited:
             precise[self.audited.trials] = self.audited.responses[response]
-        worst = worst_trials(values, self.status, limit, count)
-        known = np.where(np.isnan(precise), values, precise)[worst]
-        order = np.argsort(margins(known, limit.permitted), kind="stable")
-        return dict(zip(worst[order].tolist(), known[order].tolist(), strict=True))
+        trials = worst_trials(values, self.status, limit, count)
+        values = np.where(np.isnan(precise), values, precise)[trials]
+        order = np.argsort(margins(values, limit.permitted), kind="stable")
+        return dict(zip(trials[order].tolist(), values[order].tolist(), strict=True))
 
     def worst_cases(self, response: str) -> dict[str, records.WorstCase]:
         """Return the worst cases of a limited response, by side.
@@ -300,7 +231,7 @@ class Run:
         parts for free: not where some are alike.
         """
         cases = dict(self.diagnostics.worst_cases.get(response, {}))
-        alike = any(each.batch for each in self.assumed.values())
+        alike = any(assumed.batch for assumed in self.assumed.values())
         for number in self.numbers if not alike else ():
             case = cases.get(number.worst)
             if number.of != response or case is None or math.isnan(case.value):
@@ -319,37 +250,36 @@ class Run:
         return replace(self, columns=columns)
 
     def limited(
-        self, limits: dict[str, Limit], shown: dict[str, str], note: str
+        self, limits: dict[str, Limit], shown_units: dict[str, str], note: str
     ) -> Run:
         """Return the run with these limits, units shown and one more note."""
         responses = tuple(
-            replace(each, shown=typed_unit(each, shown)) for each in self.responses
+            replace(response, shown=typed_unit(response, shown_units))
+            for response in self.responses
         )
         notes = (*self.notes, note)
         return replace(self, limits=limits, responses=responses, notes=notes)
-
-    def made_otherwise(self, source_digest: str) -> list[str]:
-        """Return reasons why a trial evaluated here may differ in its bits.
-
-        They are source (of the model as it is now), processor, compiler and versions;
-        empty if there are none. An older run does not know its machine code.
-        """
-        said, facts = [], self.made
-        if self.source_digest != source_digest:
-            said.append(
-                f"the run was made by tolstat {facts['version_tolstat']} of another "
-                f"source ({self.source_digest}, not {source_digest})"
-            )
-        for what, now in decisive().items():
-            was = facts.get(f"version_{what}", facts.get(what.replace(" ", "_"), now))
-            if was != now:
-                said.append(f"the run was made with {what} {was}, and this is {now}")
-        return said
 
     @property
     def steps(self) -> NDArray[np.int64] | None:
         """Integration steps of each trial; None where nothing is integrated."""
         return self.columns.get(STEPS)
+
+    def answers(self, trials: Integers | slice = slice(None)) -> Answers:
+        """Return what some trials answered, as a model does."""
+        names = [response.name for response in self.responses]
+        responses = np.stack([self.columns[name][trials] for name in names], axis=1)
+        steps = None if self.steps is None else self.steps[trials]
+        return Answers(responses, self.status[trials].astype(np.int64), steps)
+
+    @cached_property
+    def nominal_values(self) -> dict[str, Any]:
+        """Responses (SI), status (a word) and steps of the nominal trial."""
+        (responses,), (status,), steps = self.nominal_answers
+        names = [response.name for response in self.responses]
+        values: dict[str, Any] = dict(zip(names, responses.tolist(), strict=True))
+        values[STATUS] = self.words.get(int(status), "unknown")
+        return values if steps is None else values | {STEPS: int(steps[0])}
 
     @property
     def nominal(self) -> pd.Series[Any]:
@@ -371,8 +301,8 @@ class Run:
         """
         import pandas as pd
 
-        named = [*self.units, *(each.name for each in self.details)]
-        columns: dict[str, Any] = {name: self.columns[name] for name in named}
+        names = [*self.units, *(detail.name for detail in self.details)]
+        columns: dict[str, Any] = {name: self.columns[name] for name in names}
         columns[STATUS] = status_words(self.status, self.words)
         if self.steps is not None:
             columns[STEPS] = self.steps
@@ -393,3 +323,8 @@ class Run:
         """Show the first trials under a line of words, in a notebook."""
         table: str = self.frame().head().to_html()
         return f"<p>{html.escape(repr(self))}</p>\n{table}"
+
+
+def _as_fields(plan: Plan) -> dict[str, Any]:
+    """Return the fields of a plan by their names."""
+    return {field.name: getattr(plan, field.name) for field in fields(Plan)}

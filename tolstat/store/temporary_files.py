@@ -1,16 +1,20 @@
 """Files beside a run: their names, what they may replace, and their room."""
 
 import hashlib
-import math
 import os
 import re
 import shutil
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
+from typing import NamedTuple
 
-from tolstat.errors import Advice, BrokenError, RunFileError, TolstatError
-from tolstat.store.lock import alive
+from tolstat.errors import Advice, BrokenError, Remedy, RunFileError, TolstatError
+from tolstat.operating_system import (
+    give_second_name,
+    largest_file,
+    process_exists,
+)
 from tolstat.store.open_run import open as open_run
 from tolstat.store.seal import is_run
 
@@ -19,26 +23,26 @@ _numbers = count()
 
 def aside_of(path: Path) -> Path:
     """Return a temporary name beside a path; remove files of dead processes."""
-    ours = re.compile(re.escape(path.name) + r"\.([0-9]{1,9})-[0-9]+\.part")
-    for left in path.parent.iterdir():
-        found = ours.fullmatch(left.name)
-        if found and not alive(int(found[1])):
+    names = re.compile(re.escape(path.name) + r"\.([0-9]{1,9})-[0-9]+\.part")
+    for file in path.parent.iterdir():
+        name = names.fullmatch(file.name)
+        if name and not process_exists(int(name[1])):
             with suppress(OSError):
-                left.unlink()
+                file.unlink()
     return path.with_name(f"{path.name}.{os.getpid()}-{next(_numbers)}.part")
 
 
 def free_name(path: Path, word: str) -> Path:
     """Return a name that is free: run.h5 becomes run.WORD.h5, run.WORD-2.h5."""
     words = (f"{word}-{number}" if number > 1 else word for number in count(1))
-    names = (path.with_name(f"{path.stem}.{each}{path.suffix}") for each in words)
+    names = (path.with_name(f"{path.stem}.{word}{path.suffix}") for word in words)
     return next(name for name in names if not os.path.lexists(name))
 
 
 def before_of(path: Path) -> Path:
     """Return the name under which a run is kept while a new one replaces it."""
-    whole = path.resolve()  # a link stays a link
-    return whole.with_name(f"{whole.name}.before")
+    target = path.resolve()  # a link stays a link
+    return target.with_name(f"{target.name}.before")
 
 
 def identity(path: Path) -> str:
@@ -51,8 +55,16 @@ def identity(path: Path) -> str:
     return ""
 
 
-def kept_before(path: Path) -> str:
-    """Keep the run that is to be replaced as RUN.h5.before; return what identifies it.
+class Before(NamedTuple):
+    """What lies, or is to lie, at RUN.h5.before while a new run replaces one."""
+
+    path: Path
+    identity: str
+    is_next: bool  # whether it is the run that is replaced now, and is not there yet
+
+
+def run_before(path: Path) -> Before:
+    """Return which run is kept as RUN.h5.before when a new one takes its place.
 
     Where an interrupted run is replaced that had itself replaced one, that one is kept
     on: it came to its end.
@@ -63,38 +75,27 @@ def kept_before(path: Path) -> str:
         If another file of this name is there, which is not removed.
     """
     before = before_of(path)
-    if known := identity(before):
-        if before.samefile(path):  # of a replacement that ended before it began
-            return known
-        ours, complete = "", False
+    if identified := identity(before):
+        if before.samefile(path):  # of a replacement that was killed
+            return Before(before, identified, False)
+        replaces, complete = "", False
         with suppress(TolstatError):  # of another format, or too damaged to be read
             run = open_run(path, damaged=True)
-            ours, complete = run.replaces, run.complete
-        if known != ours:
+            replaces, complete = run.replaces, run.complete
+        if identified != replaces:
             raise RunFileError(
                 f"{before} is in the way: the run that is replaced is kept there until "
                 "the new one is complete; move that file, or give another name (-o)"
             )
         if not complete:
-            return known
-    os.replace(linked_aside(path), before)
-    return identity(before)
-
-
-def forget_before(path: Path, replaced: Path) -> None:
-    """Remove RUN.h5.before if it is the run that stays in its place."""
-    before = before_of(path)
-    if before.exists() and before.samefile(replaced):
-        before.unlink()
+            return Before(before, identified, False)
+    return Before(before, identity(path), True)
 
 
 def linked_aside(path: Path) -> Path:
     """Give a file a second name, of this process alone."""
     aside = aside_of(path)
-    try:
-        os.link(path, aside)
-    except OSError:  # a file system without links
-        shutil.copy2(path, aside)
+    give_second_name(path, aside)
     return aside
 
 
@@ -106,11 +107,11 @@ def check_replaceable(path: Path, *, force: bool) -> None:
         raise RunFileError(f"{path} exists and is not a run; it is not replaced")
     if force:
         return
-    advice = [Advice("replace", path)]
+    advice = [Advice(Remedy.REPLACE, path)]
     with suppress(TolstatError):  # of another format, or too damaged to be read
         run = open_run(path, damaged=True)
         if run.damage or not run.complete:
-            advice.append(Advice("resume", path, run.machine))
+            advice.append(Advice(Remedy.RESUME, path, run.machine))
     raise RunFileError(f"{path} exists already, and is replaced only by force", *advice)
 
 
@@ -120,12 +121,7 @@ def check_room(path: Path, size: int) -> None:
         free = shutil.disk_usage(path.parent).free
     except OSError as error:
         raise BrokenError(f"{path} cannot be written: {error}") from error
-    most = math.inf
-    with suppress(ImportError):  # not on every system
-        import resource
-
-        limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
-        most = math.inf if limit == resource.RLIM_INFINITY else limit
+    most = largest_file()
     if size > most:
         raise BrokenError(
             f"{path}: the run needs a file of {size / 1e6:.3f} MB, and "

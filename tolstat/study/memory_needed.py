@@ -1,18 +1,11 @@
 """Memory and time of the trials of a study, and whether the memory suffices."""
 
-import os
-from contextlib import suppress
-from pathlib import Path
-
 from tolstat.model.description import Description
+from tolstat.operating_system import memory
 
 NUMBER = 8  # bytes
 RATE = 1000  # trials per second, assumed for times
 LARGE = 0.25  # share of the memory above which there is a warning
-LIMITS = (  # of the group of processes that this one belongs to
-    "/sys/fs/cgroup/memory.max",
-    "/sys/fs/cgroup/memory/memory.limit_in_bytes",
-)
 TIMES = (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0))
 
 
@@ -35,23 +28,6 @@ def large(trials: int, description: Description) -> str:
     if needed <= LARGE * memory():
         return ""
     return f"{_takes(trials, needed)}, and as much on the disk"
-
-
-def memory() -> float:
-    """Return how much memory this process may have, bytes."""
-    found = []
-    with suppress(AttributeError, ValueError, OSError):  # not on every system
-        found.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    with suppress(ImportError):
-        import resource
-
-        limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-        if limit != resource.RLIM_INFINITY:
-            found.append(limit)
-    for path in LIMITS:
-        with suppress(OSError, ValueError):  # ValueError: "max"
-            found.append(int(Path(path).read_text()))
-    return float(min(found, default=2**63))
 
 
 def _row(description: Description) -> int:

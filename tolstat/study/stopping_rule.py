@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 from tolstat.errors import StudyError, UnitError, allowed_names
 from tolstat.model.description import Description, Response
-from tolstat.statistics.intervals.convergence import Precision
-from tolstat.statistics.intervals.statistic import Statistic
+from tolstat.statistics.precision import Precision, Statistic
 from tolstat.study.study_schema import UntilEntry, read_entry
 from tolstat.units.grammar import bare_number, quantity, unit_of
 from tolstat.units.scale import PER_CENT, scale_of

@@ -17,8 +17,8 @@ POWERS = {"n": "1e-9", "u": "1e-6", "m": "1e-3", "c": "1e-2", "": "1", "k": "1e3
 
 def _prefixed(prefixes: str, name: str, meaning: str) -> dict[str, str]:
     """Return a unit with some prefixes, as defined; a blank is none."""
-    found = map(str.strip, prefixes)
-    return {prefix + name: f"{POWERS[prefix]} {meaning}" for prefix in found}
+    letters = map(str.strip, prefixes)
+    return {prefix + name: f"{POWERS[prefix]} {meaning}" for prefix in letters}
 
 
 # what each known name means in SI base units (kg m s rad)
@@ -90,17 +90,17 @@ def si_unit(dimension: Any) -> str:
     for name in KNOWN:
         if name != "count" and _measure(name) == (1.0, dimension):
             return name
-    over, under = "", ""
-    for base, what in BASES.items():
-        power = dimension.get(f"[{what}]", 0)
+    numerator, denominator = "", ""
+    for base, kind in BASES.items():
+        power = dimension.get(f"[{kind}]", 0)
         if power != int(power) or abs(power) > MOST_POWER:
             raise UnitError(f"{dimension} has no unit: powers are whole, up to 4")
         word = base if abs(power) == 1 else f"{base}^{abs(power):.0f}"
         if power > 0:
-            over += f" {word}"
+            numerator += f" {word}"
         elif power < 0:
-            under += f"/{word}"
-    return (over.strip() or "1") + under
+            denominator += f"/{word}"
+    return (numerator.strip() or "1") + denominator
 
 
 @cache
@@ -108,7 +108,7 @@ def _registry() -> Any:
     """Return pint with tolstat's names only: its defaults accept hm and Bq."""
     import pint
 
-    return pint.UnitRegistry([f"{name} = [{what}]" for name, what in BASES.items()])
+    return pint.UnitRegistry([f"{name} = [{kind}]" for name, kind in BASES.items()])
 
 
 @cache
@@ -122,8 +122,8 @@ def _measure(unit: str) -> tuple[float, Any]:
             "/, with powers such as ^2"
         )
     total = _registry().Quantity(1.0)
-    for sign, given, power in _FACTOR.findall(unit):
-        name = SPELLINGS.get(given, given)
+    for sign, written, power in _FACTOR.findall(unit):
+        name = SPELLINGS.get(written, written)
         if name not in KNOWN:
             raise UnitError(f"unknown unit '{name}'; {allowed_names(name, KNOWN)}")
         exponent = int(power or 1) * (-1 if sign == "/" else 1)

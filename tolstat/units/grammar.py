@@ -110,10 +110,10 @@ def limit(text: str, unit: str, shown: str = "") -> Range:
 
 def quantity_range(text: str, unit: str) -> Range:
     """Read a range, such as "850..1700 rpm", as SI."""
-    sign, lower, upper, given = _split(text)
+    sign, lower, upper, written = _split(text)
     if sign or not upper:
         raise UnitError(_unreadable(text, f"a range such as {_example('1..2', unit)}"))
-    ends = Range(_si(lower, given, unit), _si(upper, given, unit))
+    ends = Range(_si(lower, written, unit), _si(upper, written, unit))
     if not ends.upper > ends.lower:
         raise UnitError("the lower end of a range comes first")
     return ends
@@ -121,10 +121,10 @@ def quantity_range(text: str, unit: str) -> Range:
 
 def unit_of(text: str) -> str:
     """Return the unit as it stands at the end of a quantity, tolerance or limit."""
-    _, number, _, given = _split(text)
+    _, number, _, written = _split(text)
     if not number:
         raise UnitError(_unreadable(text, "a quantity"))
-    return given or "1"
+    return written or "1"
 
 
 def typed(unit: str, *values: float) -> str:
@@ -136,9 +136,11 @@ def typed(unit: str, *values: float) -> str:
 
     def size(name: str) -> tuple[int, bool]:
         """Return the number of digits, and whether the number is a handy one."""
-        shown = [from_si(value, unit, name) for value in values]
-        digits = sum(len(f"{x:.9e}"[:-4].strip("-0.").replace(".", "")) for x in shown)
-        return digits, not all(x == 0 or 0.1 <= abs(x) < 10_000 for x in shown)
+        numbers = [from_si(value, unit, name) for value in values]
+        digits = sum(
+            len(f"{x:.9e}"[:-4].strip("-0.").replace(".", "")) for x in numbers
+        )
+        return digits, not all(x == 0 or 0.1 <= abs(x) < 10_000 for x in numbers)
 
     best = min((unit, *_WRITTEN_IN.get(unit, ())), key=size)
     if not any(values):
@@ -152,15 +154,15 @@ def typed(unit: str, *values: float) -> str:
 
 def _split(text: str) -> tuple[str, str, str, str]:
     """Return sign, number, second number of a range, and unit of a text."""
-    if found := _WRITTEN.fullmatch(text.strip().replace(MINUS, "-")):
-        sign, first, last, unit = (part or "" for part in found.groups())
+    if match := _WRITTEN.fullmatch(text.strip().replace(MINUS, "-")):
+        sign, first, last, unit = (part or "" for part in match.groups())
         return sign, first, last, unit.strip()
     return "", "", "", ""
 
 
-def _si(number: str, given: str, unit: str) -> float:
-    written = _computable(number, float(number))
-    return _computable(number, to_si(written, given, unit))
+def _si(number: str, written: str, unit: str) -> float:
+    value = _computable(number, float(number))
+    return _computable(number, to_si(value, written, unit))
 
 
 def _check_share(text: str, unit: str, shown: str) -> None:

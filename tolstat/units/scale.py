@@ -68,22 +68,22 @@ class Scale(NamedTuple):
 
     def beside(self, size: float) -> Scale:
         """Return the scale whose least number suits numbers of a size, SI."""
-        shown = NOTHING * self.factor * abs(size)
-        known = shown > 0 and math.isfinite(shown)
-        least = 10.0 ** math.ceil(math.log10(shown)) if known else 0.0
+        negligible = NOTHING * self.factor * abs(size)
+        defined = negligible > 0 and math.isfinite(negligible)
+        least = 10.0 ** math.ceil(math.log10(negligible)) if defined else 0.0
         return self._replace(least=least)
 
-    def telling(self, spread: float, asked: Iterable[float] = ()) -> Scale:
+    def telling(self, spread: float, exact: Iterable[float] = ()) -> Scale:
         """Return the scale with decimals that resolve a thousandth of a spread, SI.
 
-        A spread of 0 or not finite is unknown. Numbers that are `asked`, such as ends
+        A spread of 0 or not finite is unknown. Numbers that are `exact`, such as ends
         of a limit, get one more decimal than they have.
         """
-        shown = (self.factor * each for each in asked)
-        places = [1 - int(_known(x).as_tuple().exponent) for x in shown if x]
-        told = 2 * TOLD * self.factor * abs(spread)
-        if told > 0 and math.isfinite(told):
-            places.append(math.ceil(-math.log10(told) - NOTHING))
+        numbers = (self.factor * number for number in exact)
+        places = [1 - int(_decimal(x).as_tuple().exponent) for x in numbers if x]
+        resolution = 2 * TOLD * self.factor * abs(spread)
+        if resolution > 0 and math.isfinite(resolution):
+            places.append(math.ceil(-math.log10(resolution) - NOTHING))
         return self._replace(place=max(places, default=None))
 
     def number(self, value: float, count: int = 0) -> str:
@@ -91,18 +91,18 @@ class Scale(NamedTuple):
 
         It has at most `count` figures; by default four, or as many as its place needs.
         """
-        shown = self.factor * value
-        if abs(shown) < ROUNDING * self.least:
+        number = self.factor * value
+        if abs(number) < ROUNDING * self.least:
             return "0"
-        if 0 < abs(shown) < self.least:
-            return self._below(shown)
-        if self.shown == COUNT and shown.is_integer():
-            return f"{shown:.0f}"
+        if 0 < abs(number) < self.least:
+            return self._below(number)
+        if self.shown == COUNT and number.is_integer():
+            return f"{number:.0f}"
         if not count:
             count = FIGURES
-            if self.place is not None and shown and math.isfinite(shown):
-                count = max(count, _known(shown).adjusted() + 1 + self.place)
-        return figures(shown, min(count, self.most))
+            if self.place is not None and number and math.isfinite(number):
+                count = max(count, _decimal(number).adjusted() + 1 + self.place)
+        return figures(number, min(count, self.most))
 
     def at_least(self, value: float) -> str:
         """Write an SI number as a lower bound: three figures, rounded down."""
@@ -113,11 +113,11 @@ class Scale(NamedTuple):
         return self._bound(value, ROUND_CEILING)
 
     def _bound(self, value: float, rounding: str) -> str:
-        shown = self.factor * value
-        if 0 < abs(shown) < self.least:
-            safe = shown > 0 if rounding == ROUND_CEILING else shown < 0
-            shown = math.copysign(self.least, shown) if safe else 0.0
-        return figures(shown, BOUND, rounding)
+        number = self.factor * value
+        if 0 < abs(number) < self.least:
+            safe = number > 0 if rounding == ROUND_CEILING else number < 0
+            number = math.copysign(self.least, number) if safe else 0.0
+        return figures(number, BOUND, rounding)
 
     def interval(
         self, value: float, lower: float, upper: float
@@ -130,20 +130,22 @@ class Scale(NamedTuple):
         end of an open interval. Without width they are plain numbers; without an
         interval the estimate has three figures.
         """
-        given = (value, lower, upper)
-        three = [self.factor * x for x in given]
-        whole = self.shown == COUNT and all(map(float.is_integer, three))
+        numbers = (value, lower, upper)
+        three = [self.factor * x for x in numbers]
+        is_count = self.shown == COUNT and all(map(float.is_integer, three))
         if math.isnan(three[1]) or math.isnan(three[2]):
             return self.number(value, BOUND), self.number(lower), self.number(upper)
         if math.isinf(three[1]) or math.isinf(three[2]):
             return self.number(value, BOUND), self.at_least(lower), self.at_most(upper)
-        middle, below, above = known = [_known(x) for x in three]
+        middle, below, above = decimals = [_decimal(x) for x in three]
         width = abs(above - below)
-        if whole or not width:
+        if is_count or not width:
             return self.number(value), self.number(lower), self.number(upper)
-        size = max(abs(x) for x in known if x.is_finite())
+        size = max(abs(x) for x in decimals if x.is_finite())
         bound = middle in (below, above)
-        place = BOUND - 1 - width.adjusted() if bound else 1 - (width / 2).adjusted()
+        last_place = (
+            BOUND - 1 - width.adjusted() if bound else 1 - (width / 2).adjusted()
+        )
         plain = PLAINLY[0] <= size <= PLAINLY[1]
         roundings = (
             ROUND_HALF_EVEN,
@@ -151,14 +153,14 @@ class Scale(NamedTuple):
             ROUND_CEILING if middle == below else ROUND_HALF_EVEN,
         )
         words = []
-        for x, rounding in zip(known, roundings, strict=True):
+        for x, rounding in zip(decimals, roundings, strict=True):
             seen = x.is_finite() and abs(x) > SPECK[x == middle] * width
             if not x.is_finite():
                 words.append(self.number(value))
             elif seen and abs(x) < self.least:
                 words.append(self._below(float(x)))
             else:
-                last = max(place, BOUND - 1 - x.adjusted()) if seen else place
+                last = max(last_place, BOUND - 1 - x.adjusted()) if seen else last_place
                 last = min(last, self.most - 1 - x.adjusted()) if seen else last
                 if bound and x == middle:  # exact: no trailing zeros
                     last = min(last, -int(x.as_tuple().exponent))
@@ -166,9 +168,9 @@ class Scale(NamedTuple):
         a, b, c = words
         return a, b, c
 
-    def _below(self, shown: float) -> str:
+    def _below(self, number: float) -> str:
         least = tidy(f"{self.least:g}")
-        return f"below {least}" if shown > 0 else f"above -{least}"
+        return f"below {least}" if number > 0 else f"above -{least}"
 
     def words(self, value: float) -> str:
         """Write an SI number with its unit."""
@@ -223,27 +225,27 @@ def figures(value: float, count: int = FIGURES, rounding: str = ROUND_HALF_EVEN)
         return "failed"
     if math.isinf(value):
         return str(value)
-    known = _known(value)
+    decimal = _decimal(value)
     plain = value == 0 or PLAINLY[0] <= abs(value) <= PLAINLY[1]
     if plain and count >= FIGURES:
-        count = max(count, 1 + known.adjusted())
+        count = max(count, 1 + decimal.adjusted())
     elif count == FIGURES:
         count -= 1
-    rounded = Context(count, rounding).plus(known)
+    rounded = Context(count, rounding).plus(decimal)
     return f"{rounded:f}" if plain else tidy(f"{rounded:e}")
 
 
-def _known(value: float) -> Decimal:
+def _decimal(value: float) -> Decimal:
     """Return the figures of a number, without rounding errors of binary numbers."""
     return Decimal(f"{value:.{KNOWN}g}").normalize()
 
 
-def _to_place(value: Decimal, place: int, rounding: str, plain: bool) -> str:
+def _to_place(value: Decimal, last: int, rounding: str, plain: bool) -> str:
     """Write a number up to a decimal place; before the point if that is negative.
 
     A plain number has no exponent, unless it begins with four zeros.
     """
-    rounded = value.quantize(Decimal(1).scaleb(-place), rounding)
+    rounded = value.quantize(Decimal(1).scaleb(-last), rounding)
     if rounded == 0:
         return "0"
     plain = plain and abs(rounded) >= PLAINLY[0] / 10

@@ -130,6 +130,9 @@ class Here:
     def stopping(self):
         return False
 
+    def call(self, function, *arguments):
+        return function(*arguments)
+
     def blocks(self, model, cases, deviations):
         self.latest = deviations
         for case in cases:

@@ -25,7 +25,7 @@ def test_the_fresh_run_as_specified_equals_the_study():
     given["deviations"]["link_1"]["tolerance"] = "0.1..0.18009 mm"
     given["deviations"]["link_3"]["tolerance"] = "+-0.12349 mm"
     search = searching(given)
-    scheme = search.runs.of(search.specified, 8).scheme
+    scheme = search.runs.prove(search.specified, 8).scheme
     study = load(given | {"trials": 2500}, model=Linear(), seed=8)
     assert np.array_equal(search.runs.workers.latest, study.deviations())
     assert search.runs.as_written(search.specified) == search.specified
@@ -52,25 +52,25 @@ def test_repeated_choices_reuse_their_run():
     runs, drawn = search.runs, search.specified
     wide = runs.workers.machines
     assert wide == search.wide_trials == 2500
-    first = runs.of(drawn, 8)
-    assert runs.of(drawn, 8).scheme == first.scheme and runs.made == (2500,)
+    first = runs.prove(drawn, 8)
+    assert runs.prove(drawn, 8).scheme == first.scheme and runs.lengths == (2500,)
     assert (
-        runs.of(drawn, 9).scheme.fraction_out_of_limit
+        runs.prove(drawn, 9).scheme.fraction_out_of_limit
         != first.scheme.fraction_out_of_limit
     )
     # a choice whose verdict takes longer goes on from there
     near = runs.as_written(tuple(np.log(0.97 * closed_form()[1])))
-    short = runs.of(near, 8)
+    short = runs.prove(near, 8)
     assert short.yields["gap"].verdict == "undecided"
-    longer = runs.of(near, 8, most=10_000)
-    assert runs.made == (2500, 2500, longer.scheme.trials)
-    assert 2500 < runs.made[2] <= 10_000
+    longer = runs.prove(near, 8, most=10_000)
+    assert runs.lengths == (2500, 2500, longer.scheme.trials)
+    assert 2500 < runs.lengths[2] <= 10_000
     assert np.array_equal(longer.out_of_limit[:, :2500], short.out_of_limit)
-    assert runs.of(near, 8) == longer
+    assert runs.prove(near, 8) == longer
     # not in steps of a quarter: as many as are said to decide
     assert longer.scheme.trials >= min(short.yields["gap"].needed, 10_000)
     assert short.yields["gap"].needed > GROWTH * 2500
-    assert runs.workers.machines - wide == sum(runs.made)
+    assert runs.workers.machines - wide == sum(runs.lengths)
 
 
 def test_fresh_runs_keep_little_memory():
@@ -89,7 +89,7 @@ def test_fresh_runs_keep_little_memory():
     search = searching(reciprocal(), Many(), trials=20_000)
     tracemalloc.start()
     for seed in range(10, 16):
-        proof = search.runs.of(search.tightest, seed)
+        proof = search.runs.prove(search.tightest, seed)
         search.pool.add(search.tightest, seed, proof.out_of_limit)
     gc.collect()
     kept, _ = tracemalloc.get_traced_memory()

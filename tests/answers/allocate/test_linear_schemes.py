@@ -13,7 +13,7 @@ from tolstat import Outcome
 from tolstat.answers.allocate.linear_schemes import LinearSchemes
 from tolstat.deviations.density_ratio import correlations
 from tolstat.deviations.dependence import Batch, Dependence
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.study.study import load
 
 

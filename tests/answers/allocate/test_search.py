@@ -85,7 +85,7 @@ def test_a_failed_choice_of_a_list_is_not_tried_again(monkeypatch):
     search = searching(given, trials=20_000)
     proof = search.proved()
     assert proof is not None and proof.choice == (2.0,)
-    assert len(search.runs.made) == 2 and len(search.failed) == 1
+    assert len(search.runs.lengths) == 2 and len(search.failed) == 1
 
 
 def test_a_limit_is_active_with_a_tolerance_near_its_loosest():
@@ -117,9 +117,9 @@ def test_a_longer_run_is_used_if_it_proves_a_cheaper_choice():
     # the same proportions, but for three digits
     ratios = np.exp(np.subtract(long.choice, short.choice))
     assert np.allclose(ratios, ratios[0], rtol=0.02)
-    made = search.runs.made
+    made = search.runs.lengths
     assert search.stretched([long.choice], long, 80_000) is long
-    assert search.runs.made == made
+    assert search.runs.lengths == made
 
 
 @pytest.mark.parametrize(("trials", "permitted"), [(10_000, 0.02), (160_000, 0.01)])

@@ -30,7 +30,7 @@ from tolstat.answers.allocate.linear_schemes import linear_choices
 from tolstat.answers.allocate.search import Search
 from tolstat.deviations.spread import halved, resized, spread_of
 from tolstat.errors import StudyError
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.checked import simulate
 from tolstat.render.screen import as_text
 from tolstat.study.study import load

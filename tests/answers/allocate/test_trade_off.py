@@ -19,7 +19,7 @@ from tests.answers.allocate.linear_stack import (
     reciprocal,
     searching,
 )
-from tests.answers.test_pictures import nothing_overlaps
+from tests.answers.picture_checks import nothing_overlaps
 from tolstat.answers.allocate import search as searches
 from tolstat.answers.allocate.allocation import equal_cost_words, trade_off_chart
 from tolstat.answers.allocate.fresh_runs import Scheme
@@ -101,7 +101,7 @@ def test_no_significant_difference_is_not_called_no_improvement(monkeypatch):
     search = searching(given, trials=500)
     proof = searches.at_equal_cost(search, [], 3)
     assert proof.choice == search.tightest != search.specified
-    schemes = {"drawing": search.runs.of(search.specified, 3).scheme}
+    schemes = {"drawing": search.runs.prove(search.specified, 3).scheme}
     said = as_text(equal_cost_words(schemes | {"equal_cost": proof.scheme}))
     assert "0 ppm (0 to 9110) instead of 0 ppm (0 to 9110)" in said
 

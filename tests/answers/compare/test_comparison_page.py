@@ -6,6 +6,7 @@ import pytest
 
 import tolstat
 from tests.answers.browser import Page
+from tests.answers.hostile_names import HOSTILE, Quoted
 from tests.answers.page_checks import (
     Made,
     a_ppk_without_interval_stands_as_small_as_its_reason,
@@ -21,7 +22,6 @@ from tests.answers.page_checks import (
     the_verdict_stays_in_sight_on_a_phone,
     tidy_finds_nothing,
 )
-from tests.answers.report.test_page_words import HOSTILE, Quoted
 
 
 @pytest.fixture(scope="module")

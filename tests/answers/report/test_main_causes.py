@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 import tolstat
 from tests.answers.browser import Page
-from tests.answers.page_checks import words_in
+from tests.answers.page_checks import steps_of, words_in
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report.chosen_steps import findings_of
 from tolstat.answers.report.finding_words import next_steps
@@ -19,7 +19,7 @@ from tolstat.answers.report.findings import Evidence, NoCause, StepKind
 from tolstat.answers.report.first_page import first_page
 from tolstat.answers.report.gather import report_of
 from tolstat.answers.report.limits_table import limits_table
-from tolstat.document.blocks import Section, Table
+from tolstat.document.blocks import Table
 from tolstat.document.inline import Typed
 from tolstat.render.screen import as_text, show
 from tolstat.statistics.estimate import Estimate
@@ -69,14 +69,6 @@ def row_of(found):
 def pairs_of(causes):
     """Causes that several explain only together."""
     return tuple(each for each in causes.named if each.together)
-
-
-def steps_of(found):
-    """What the first page says to do next."""
-    for block in first_page(found):
-        if isinstance(block, Section) and block.title == "What to do next":
-            return [as_text(item) for item in block.blocks[0].items]
-    return []
 
 
 def test_the_pair_is_named_with_its_explained_share(run, capsys):

@@ -336,7 +336,7 @@ def test_a_nominal_trial_that_failed_leaves_no_claim(tmp_path):
     run = replace(
         run,
         diagnostics=replace(run.diagnostics, slopes=slopes),
-        nominal_values={**run.nominal_values, "gap": math.nan},
+        nominal_answers=run.nominal_answers._replace(responses=np.full((1, 1), np.nan)),
     )
     off = summary_of(drawn_trials(run), ()).responses["gap"].off_centre
     assert (off.what, off.tolerances, off.reason, off.shifts) == ("mean", "", "", ())

@@ -13,6 +13,7 @@ import pytest
 import tolstat
 from tests.answers.browser import Page
 from tests.answers.conftest import chain
+from tests.answers.hostile_names import HOSTILE, Quoted
 from tests.answers.page_checks import (
     blocks_of,
     every_picture_has_words_and_names_of_its_own,
@@ -27,7 +28,6 @@ from tests.answers.page_checks import (
     words_in,
     words_of,
 )
-from tests.conftest import Toy
 from tolstat.answers.report.first_page import first_page
 from tolstat.answers.report.gather import report_of
 from tolstat.answers.report.response_figures import figures_of
@@ -128,18 +128,6 @@ def test_many_points_are_rasterised(report, toy, toy_study):
 
 def test_tidy_finds_no_error(report):
     tidy_finds_nothing(report.path)
-
-
-class Quoted(Toy):
-    """A toy whose words mean something in HTML."""
-
-    def describe(self, settings):
-        gap, ratio = super().describe(settings).responses
-        quoted = replace(gap, symbol='"<b>', sentence='a <b> in "quotes"', source="<i>")
-        return super().describe(settings)._replace(responses=(quoted, ratio))
-
-
-HOSTILE = '<script>alert("1")</script> & "quotes" \'ticks\''
 
 
 def test_texts_of_a_study_are_escaped(toy_study, tmp_path):

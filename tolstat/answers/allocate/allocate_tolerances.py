@@ -27,7 +27,7 @@ from tolstat.answers.allocate.search import (
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.run_loop import Progress, Telling
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.shares import anytime_valid
@@ -123,8 +123,8 @@ def _lengths(study: Study, trials: int | None) -> _Lengths:
         longest = most  # an answer does without
     permits = f"{strictest} permits {1e6 * share:.6g} ppm out of limit"
     least = 1
-    while (shown := anytime_valid(0, LONGEST * least, CONFIDENCE).upper) > share:
-        least = grown(least * shown / share)
+    while (upper := anytime_valid(0, LONGEST * least, CONFIDENCE).upper) > share:
+        least = grown(least * upper / share)
     if anytime_valid(0, most, CONFIDENCE).upper > share:  # with none out of limit
         raise StudyError(
             f"{source}: {permits}. No first proof of {most} trials, {LONGEST} times "
@@ -183,26 +183,26 @@ def _answer(search: Search, lengths: _Lengths) -> Allocation:
     proof = search.stretched(ways, proof, lengths.longest)
     # this seed chooses nothing; a proof is chosen from several runs
     seed = search.next_seed()
-    answer = (
+    proof = (
         proof
         or search.at_tightest
-        or runs.of(search.tightest, search.next_seed(), most=runs.longest)
+        or runs.prove(search.tightest, search.next_seed(), most=runs.longest)
     )
-    found, scheme = answer.choice, answer.scheme
-    proofs = {DRAWING: runs.of(search.specified, seed)}
-    proofs |= {FOUND: runs.of(found, seed)} if answer.met else {TIGHTEST: answer}
-    points = points_about(search, found)
-    if answer.met:
+    choice, scheme = proof.choice, proof.scheme
+    proofs = {DRAWING: runs.prove(search.specified, seed)}
+    proofs |= {FOUND: runs.prove(choice, seed)} if proof.met else {TIGHTEST: proof}
+    points = points_about(search, choice)
+    if proof.met:
         proofs[EQUAL_COST] = at_equal_cost(search, points, seed)
-    proofs |= {name: runs.of(each, seed) for name, each in linear.items()}
-    listed = all(each.offered for each in search.priced)
+    proofs |= {name: runs.prove(other, seed) for name, other in linear.items()}
+    listed = all(entry.offered for entry in search.priced)
     entries = tuple(
         AllocatedEntry(
-            each.name, len(each.specified), each.text(own), each.text(x),
-            each.cost(own), each.cost(x), search.at_loosest(i, x),
+            entry.name, len(entry.specified), entry.text(before), entry.text(x),
+            entry.cost(before), entry.cost(x), search.at_loosest(i, x),
         )
-        for i, (each, own, x) in enumerate(
-            zip(search.priced, search.specified, found, strict=True)
+        for i, (entry, before, x) in enumerate(
+            zip(search.priced, search.specified, choice, strict=True)
         )
     )  # fmt: skip
     if listed:
@@ -210,21 +210,21 @@ def _answer(search: Search, lengths: _Lengths) -> Allocation:
     return Allocation(
         cost=scheme.cost,
         half_widths=scheme.half_widths,
-        met=answer.met,
+        met=proof.met,
         entries=entries,
-        schemes={name: each.scheme for name, each in proofs.items()},
+        schemes={name: other.scheme for name, other in proofs.items()},
         omitted_schemes=omitted,
         proof=scheme,
-        verdicts={name: each.verdict for name, each in answer.yields.items()},
-        active_limits=search.active_limits(found),
+        verdicts={name: limit.verdict for name, limit in proof.yields.items()},
+        active_limits=search.active_limits(choice),
         exhaustive=search.exhaustive,
         wide_trials=search.wide_trials,
-        fresh_trials=runs.made,
+        fresh_trials=runs.lengths,
         trade_off=tuple(sorted(points, key=lambda p: p.fraction_out_of_any_limit)),
-        off_limit={} if answer.met else dict(means_off_limit(runs, answer)),
+        off_limit={} if proof.met else dict(means_off_limit(runs, proof)),
         title=study.title,
         study=runs.study_text(
-            found, trials=scheme.trials, seed=scheme.seed, sampling="random"
+            choice, trials=scheme.trials, seed=scheme.seed, sampling="random"
         ),
         listed=listed,
         integrates=study.model.integrates,

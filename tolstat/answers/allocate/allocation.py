@@ -103,21 +103,21 @@ class Allocation(Answer):
                     for limit, share in scheme.fraction_out_of_limit.items()
                 },
                 **{
-                    f"{n} tolerance" if n in scheme.half_widths else n: each
-                    for n, each in scheme.tolerances.items()
+                    f"{n} tolerance" if n in scheme.half_widths else n: words
+                    for n, words in scheme.tolerances.items()
                 },
                 "trials": scheme.trials,
                 "seed": scheme.seed,
             }
-            for name, scheme in self._shown.items()
+            for name, scheme in self._with_proof.items()
         ]
 
     @property
     def chart(self) -> Chart:
         """The trade-off with all schemes; the found one by its proof."""
         schemes = self.schemes | ({FOUND: self.proof} if self.met else {})
-        named = {WORDS[name]: scheme for name, scheme in schemes.items()}
-        return trade_off_chart(self.trade_off, named, listed=self.listed)
+        by_words = {WORDS[name]: scheme for name, scheme in schemes.items()}
+        return trade_off_chart(self.trade_off, by_words, listed=self.listed)
 
     def study_file(self, found_by: str = "", proved_by: str = "") -> str:
         """Return the study with these tolerances, and above it where they come from.
@@ -126,11 +126,11 @@ class Allocation(Answer):
         """
         proof, drawing = self.proof, self.schemes[DRAWING]
         cost = f"{proof.cost:.6g} (drawing: {drawing.cost:.6g})"
-        shown = "All limits are met" if self.met else "NOT all limits are met"
+        verdict = "All limits are met" if self.met else "NOT all limits are met"
         lines = [
             f"Tolerances allocated at a cost of {cost}.",
             found_by,
-            f"{shown} in a fresh run of {proof.trials} random trials with seed "
+            f"{verdict} in a fresh run of {proof.trials} random trials with seed "
             f"{proof.seed}.",
             proved_by,
         ]
@@ -148,7 +148,7 @@ class Allocation(Answer):
         return blocks.Document(f"Cheapest tolerances: {self.title}", parts)
 
     @property
-    def _shown(self) -> dict[str, Scheme]:
+    def _with_proof(self) -> dict[str, Scheme]:
         return self.schemes | ({PROOF: self.proof} if self.met else {})
 
     def _lead(self) -> Parts:
@@ -179,23 +179,22 @@ class Allocation(Answer):
         )  # fmt: skip
 
     def _tolerances(self) -> blocks.Table:
-        found = FOUND if self.met else TIGHTEST
         rows: list[dict[str, blocks.Given]] = [
             {
-                "entry": Name(each.name),
-                "parts": Number(each.parts),
-                "drawing": each.specified,
-                "cost (drawing)": Number(each.cost_specified),
-                found: blocks.Cell(
-                    text(each.found), LOOSEST if each.at_loosest else ()
+                "entry": Name(entry.name),
+                "parts": Number(entry.parts),
+                "drawing": entry.specified,
+                "cost (drawing)": Number(entry.cost_specified),
+                FOUND if self.met else TIGHTEST: blocks.Cell(
+                    text(entry.found), LOOSEST if entry.at_loosest else ()
                 ),
-                "cost": Number(each.cost),
+                "cost": Number(entry.cost),
             }
-            for each in self.entries
+            for entry in self.entries
         ]
-        drawn = Number(sum(each.cost_specified for each in self.entries))
+        drawing = Number(sum(entry.cost_specified for entry in self.entries))
         rows.append(
-            {"entry": "all", "cost (drawing)": drawn, "cost": Number(self.cost)}
+            {"entry": "all", "cost (drawing)": drawing, "cost": Number(self.cost)}
         )
         return blocks.table_of(rows, "Tolerances")
 
@@ -203,14 +202,14 @@ class Allocation(Answer):
         rows: list[dict[str, blocks.Given]] = [
             {
                 "tolerances": WORDS[name],
-                "cost": Number(each.cost),
-                "any limit": ppm(each.fraction_out_of_any_limit),
-                **{n: ppm(each.fraction_out_of_limit[n]) for n in self.verdicts},
+                "cost": Number(scheme.cost),
+                "any limit": ppm(scheme.fraction_out_of_any_limit),
+                **{n: ppm(scheme.fraction_out_of_limit[n]) for n in self.verdicts},
                 "fresh run": blocks.Cell(
-                    counted(each.trials, "trial"), (f"seed {each.seed}",)
+                    counted(scheme.trials, "trial"), (f"seed {scheme.seed}",)
                 ),
             }
-            for name, each in self._shown.items()
+            for name, scheme in self._with_proof.items()
         ]
         title = "Fraction out of limit in fresh runs, ppm, with 95 % intervals"
         return blocks.table_of(rows, title)
@@ -251,7 +250,6 @@ class Allocation(Answer):
 def equal_cost_words(schemes: Mapping[str, Scheme]) -> Parts:
     """Return the gain of the best tolerances for the drawing's cost."""
     drawing, best = schemes[DRAWING], schemes[EQUAL_COST]
-    own, other = (each.fraction_out_of_any_limit for each in (drawing, best))
     if best.tolerances == drawing.tolerances:
         return text(
             "No tolerances were found for the drawing's cost with fewer trials out of "
@@ -259,7 +257,8 @@ def equal_cost_words(schemes: Mapping[str, Scheme]) -> Parts:
         )
     return say(
         "At cost {} (drawing: {}), {} instead of {} are out of some limit.",
-        Number(best.cost), Number(drawing.cost), ppm(other), ppm(own),
+        Number(best.cost), Number(drawing.cost),
+        ppm(best.fraction_out_of_any_limit), ppm(drawing.fraction_out_of_any_limit),
     )  # fmt: skip
 
 
@@ -272,15 +271,15 @@ def trade_off_chart(
     lies between them. Schemes are dots with intervals; equal ones, by words, are drawn
     once, by the longest run.
     """
-    at = np.array([each.fraction_out_of_any_limit for each in points])
-    costs = np.array([each.cost for each in points])
+    fractions = np.array([point.fraction_out_of_any_limit for point in points])
+    costs = np.array([point.cost for point in points])
     sentence = "cost of the cheapest tolerances"
     curves, marks = [Curve("cheapest", "1", "", sentence, costs, points=listed)], []
     equal: dict[tuple[str, ...], list[str]] = {}
     for name, scheme in schemes.items():
         equal.setdefault(tuple(scheme.tolerances.values()), []).append(name)
     for names in equal.values():
-        scheme = max((schemes[name] for name in names), key=lambda each: each.trials)
+        scheme = max((schemes[name] for name in names), key=lambda s: s.trials)
         share, lower, upper, _ = scheme.fraction_out_of_any_limit
         words, ends = " = ".join(names), np.array([lower, share, upper])
         if share > 0:
@@ -291,12 +290,12 @@ def trade_off_chart(
         values = np.full(len(ends), scheme.cost)
         curves.append(Curve(words, "1", "", "tolerances beside it", values, ends))
     # an interval that reaches far below all else leaves no room for that
-    uppers = [each.fraction_out_of_any_limit.upper for each in schemes.values()]
-    least = BELOW * min([*at.tolist(), *(mark.at for mark in marks), *uppers])
-    panel = Panel("cost", tuple(each.name for each in curves))
+    uppers = [s.fraction_out_of_any_limit.upper for s in schemes.values()]
+    least = BELOW * min([*fractions.tolist(), *(mark.at for mark in marks), *uppers])
+    panel = Panel("cost", tuple(curve.name for curve in curves))
     return Chart(
         OUT._replace(least=least),
-        at,
+        fractions,
         tuple(curves),
         marks=tuple(marks),
         panels=(panel,),

@@ -2,7 +2,7 @@
 
 import math
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,9 +10,10 @@ import numpy as np
 from tolstat.answers.allocate.optimizer import Choice
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import half_of
-from tolstat.execution.run_loop import Progress, Telling
-from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.crew import Interrupted, Workers
+from tolstat.execution.proposers import SampledStages
+from tolstat.execution.run_loop import Telling, evaluate_stages
+from tolstat.execution.trial_table import Stage, Trials
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, joint_yield, yield_of
@@ -52,7 +53,63 @@ class Proof(NamedTuple):
     @property
     def met(self) -> bool:
         """Whether it shows that every limit is met."""
-        return all(each.verdict == MET for each in self.yields.values())
+        return {limit.verdict for limit in self.yields.values()} == {MET}
+
+
+class UntilSettled:
+    """Stages of random trials, until each limit is met, or one of them is not.
+
+    Attributes
+    ----------
+    out_of_limit : bool[limit, trial]
+        Which trials are out of each limit, or failed: 1 or 0 is all that is kept of a
+        response.
+    yields : dict of str to Yield
+        By limit, at the last look.
+    """
+
+    def __init__(
+        self, study: Study, seed: int, before: Truths, *, first_look: int, most: int
+    ) -> None:
+        self._study, self._seed, self._before = study, seed, before
+        self._first_look, self._most, self._stages = first_look, most, 0
+        self.out_of_limit = before
+        self.yields: dict[str, Yield] = {}
+
+    def next(self, trials: Trials) -> Stage | None:
+        """Return as many trials as seem to settle the verdicts, `most` at most."""
+        limits, earlier = self._study.limits, self._before.shape[1]
+        if trials.sampled:
+            out = out_of_each_limit(limits, trials)
+            self.out_of_limit = np.hstack([self._before, out])
+        count = self.out_of_limit.shape[1]
+        length = max(self._first_look, count)
+        if count == length:
+            flags, sample = self.flags, self.sample
+            self.yields = {
+                name: yield_of(flags[name], sample, WITHIN, limit.demanded)
+                for name, limit in limits.items()
+            }
+            verdicts = {limit.verdict for limit in self.yields.values()}
+            if verdicts == {MET} or NOT_MET in verdicts or count >= self._most:
+                return None
+            needed = max(limit.needed or self._most for limit in self.yields.values())
+            length = min(max(needed, math.ceil(GROWTH * count)), self._most)
+        rows = self._study.at_random(self._seed, length).deviations()[count:]
+        cases = (Case(0, length - earlier, self._study.settings),)
+        self._stages += 1
+        return Stage(self._stages - 1, count - earlier, rows, cases)
+
+    @property
+    def sample(self) -> Sample:
+        """The sample of all trials: failed ones are flagged out of limit."""
+        return Sample(np.full(self.out_of_limit.shape[1], Status.DONE, np.uint8))
+
+    @property
+    def flags(self) -> dict[str, Array]:
+        """1 of each trial out of limit, else 0: float64[trial] by limit."""
+        numbers = self.out_of_limit.astype(np.float64)
+        return dict(zip(self._study.limits, numbers, strict=True))
 
 
 class FreshRuns:
@@ -64,16 +121,16 @@ class FreshRuns:
         self.study, self.workers, self.trials, self.tell = study, workers, trials, tell
         self.priced = study.deviating.priced
         self.longest = LONGEST * trials
-        self._known: dict[tuple[Choice, int], Proof] = {}
+        self._proofs: dict[tuple[Choice, int], Proof] = {}
 
     @property
-    def made(self) -> tuple[int, ...]:
+    def lengths(self) -> tuple[int, ...]:
         """How many trials each run has, in the order in which they were begun."""
-        return tuple(each.scheme.trials for each in self._known.values())
+        return tuple(proof.scheme.trials for proof in self._proofs.values())
 
     def cost(self, choice: Choice) -> float:
         """Return the price of all parts with the tolerances of a choice."""
-        return _typed(math.fsum(each.cost(x) for each, x in self._chosen(choice)))
+        return _typed(math.fsum(entry.cost(x) for entry, x in self._chosen(choice)))
 
     def study_text(self, choice: Choice, **keys: Any) -> str:
         """Return the study with the tolerances of a choice, as a file."""
@@ -87,63 +144,49 @@ class FreshRuns:
         written = self.written(choice).deviating.priced
         return tuple(each.specified_choice for each in written)
 
-    def of(self, choice: Choice, seed: int, *, most: int = 0) -> Proof:
+    def prove(self, choice: Choice, seed: int, *, most: int = 0) -> Proof:
         """Return a fresh run of a choice as written; its earlier trials are kept.
 
         It gets more trials, up to `most`, until its verdicts are settled.
         """
-        known, limits = self._known.get((choice, seed)), self.study.limits
-        out = known.out_of_limit if known else np.zeros((len(limits), 0), np.bool_)
-        count = max(self.trials, out.shape[1])
-        answer = self.written(choice)
-        while True:
-            if out.shape[1] < count:
-                study = answer.at_random(seed, count)
-                deviations = study.deviations()[out.shape[1] :]
-                out = np.hstack([out, self.evaluate(study, deviations, "fresh run")])
-            # all that is kept of a response: 1 out of limit or failed, 0 within
-            sample = Sample(np.full(count, Status.DONE, np.uint8))
-            flags = dict(zip(limits, out.astype(np.float64), strict=True))
-            yields = {
-                name: yield_of(flags[name], sample, WITHIN, each.demanded)
-                for name, each in limits.items()
-            }
-            verdicts = {each.verdict for each in yields.values()}
-            settled = verdicts == {MET} or NOT_MET in verdicts
-            if settled or count >= most:
-                break
-            wanted = max(each.needed or most for each in yields.values())
-            count = min(max(wanted, math.ceil(GROWTH * count)), most)
-        tolerances, half_widths = {}, {}
-        for each, x in self._chosen(choice):
-            tolerances[each.name] = each.text(x)
-            if not isinstance(each, Shift):
-                half_widths[each.name] = _typed(half_of(each.distributions(x)))
-        scheme = Scheme(
-            self.cost(choice),
-            tolerances,
-            half_widths,
-            {name: each.fraction_out_of_limit for name, each in yields.items()},
-            joint_yield(flags, sample, dict.fromkeys(limits, WITHIN)).complement,
-            count,
-            seed,
+        before = self._proofs.get((choice, seed))
+        none = np.zeros((len(self.study.limits), 0), np.bool_)
+        out = before.out_of_limit if before else none
+        study = self.written(choice)
+        until = UntilSettled(study, seed, out, first_look=self.trials, most=most)
+        nothing = np.zeros((0, len(study.description.contributors)))
+        begun = Trials.planned(study.description, nothing)
+        evaluate_stages(
+            study.model, until, begun, self.workers, self.tell, doing="fresh run"
         )
-        proof = Proof(choice, scheme, yields, out)
-        self._known[choice, seed] = proof
+        tolerances, half_widths = {}, {}
+        for entry, x in self._chosen(choice):
+            tolerances[entry.name] = entry.text(x)
+            if not isinstance(entry, Shift):
+                half_widths[entry.name] = _typed(half_of(entry.distributions(x)))
+        shares = {n: y.fraction_out_of_limit for n, y in until.yields.items()}
+        within_all = joint_yield(
+            until.flags, until.sample, dict.fromkeys(shares, WITHIN)
+        )
+        out = until.out_of_limit
+        scheme = Scheme(
+            self.cost(choice), tolerances, half_widths, shares, within_all.complement,
+            out.shape[1], seed,
+        )  # fmt: skip
+        proof = Proof(choice, scheme, until.yields, out)
+        self._proofs[choice, seed] = proof
         return proof
 
-    def evaluate(self, study: Study, deviations: Array, doing: str) -> Truths:
+    def out_of_limit(self, study: Study) -> Truths:
         """Return which trials are out of each limit, or failed: bool[limit, trial]."""
-        run, number = Trials.planned(study.description, deviations), len(deviations)
-        cases = [Case(0, number, study.settings)]
-        for blocks in self.workers.blocks(study.model, cases, deviations):
-            run.take(blocks)
-            self.tell(Progress(run.over, run.failed, number, doing))
-        if run.over < number:
-            raise Interrupted
-        return out_of_each_limit(study.limits, run)
+        stages = SampledStages(study)
+        evaluate_stages(
+            study.model, stages, stages.trials, self.workers, self.tell,
+            doing="wide run",
+        )  # fmt: skip
+        return out_of_each_limit(study.limits, stages.trials)
 
-    def _chosen(self, choice: Choice) -> Iterator[tuple[Priced, float]]:
+    def _chosen(self, choice: Choice) -> Iterable[tuple[Priced, float]]:
         return zip(self.priced, choice, strict=True)
 
     def written(self, choice: Choice) -> Study:
@@ -156,7 +199,10 @@ class FreshRuns:
 def out_of_each_limit(limits: Mapping[str, Limit], trials: Trials) -> Truths:
     """Return which trials are out of each limit, or failed: bool[limit, trial]."""
     return np.array(
-        [~within(trials.response(name), of.permitted) for name, of in limits.items()]
+        [
+            ~within(trials.response(name), limit.permitted)
+            for name, limit in limits.items()
+        ]
     )
 
 

@@ -1,5 +1,9 @@
 """Tolerances by linear tolerance analysis: worst case, and root sum square."""
 
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
 import numpy as np
 from scipy.special import log_ndtr
 
@@ -7,10 +11,13 @@ from tolstat.answers.allocate.optimizer import Choice, cheapest
 from tolstat.answers.allocate.search import Search
 from tolstat.arrays import Array
 from tolstat.deviations.density_ratio import correlations
-from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.spread import Spread, spread_of
-from tolstat.execution.diagnostics.slopes_and_corners import slopes
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.diagnostics.slopes_and_corners import (
+    slopes,
+    slopes_by_name,
+    tolerance_ends,
+)
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sensitivity.linear import Scatter, root_sum_square
 from tolstat.study.shift_entry import distributions_of
@@ -18,51 +25,47 @@ from tolstat.study.study import Study
 
 
 class LinearSchemes:
-    """The bounds of linear tolerance analysis."""
+    """The bounds of linear tolerance analysis.
+
+    Slopes are about the trial with all that is constant, and no other deviation.
+    """
 
     def __init__(self, study: Study, workers: Workers) -> None:
         self.priced, self.limits = study.deviating.priced, study.limits
-        self._own = study.deviating.distributions
-        self._known: dict[Distribution, Spread] = {}
-        rows = {each.name: i for i, each in enumerate(study.description.contributors)}
-        columns = {each.name: i for i, each in enumerate(study.description.responses)}
-        at, usual = np.zeros(len(rows)), np.zeros(len(rows))
-        self.names = []
-        for name, row in rows.items():
-            own = self._own.get(name)
-            if isinstance(own, Constant):
-                at[row] = own.value
-            elif own is not None:
-                lower, upper, *_ = self._spread(own)
-                usual[row] = (upper - lower) / 6
-                self.names.append(name)
-        # about the trial with all that is constant, and no other deviation
-        table = slopes(study.model, study.settings, usual, workers, at)
-        alone = workers.simulate(study.model, at[None, :], study.settings)
-        self.nominal = {n: float(alone.responses[0, columns[n]]) for n in self.limits}
-        self.slopes = {
-            name: {part: float(table[rows[part], columns[name]]) for part in self.names}
-            for name in self.limits
-        }
+        self._specified = study.deviating.distributions
+        self._spread: Callable[[Any], Spread] = lru_cache(maxsize=None)(spread_of)
+        lower, upper = tolerance_ends(study)
+        middle, usual = np.where(lower == upper, lower, 0.0), (upper - lower) / 6
+        contributors, responses = study.description
+        self.names = [
+            c.name for c, size in zip(contributors, usual, strict=True) if size
+        ]
+        table = slopes(study.model, study.settings, usual, workers, middle)
+        alone = workers.simulate(study.model, middle[None, :], study.settings)
+        nominal = dict(
+            zip([r.name for r in responses], alone.responses[0].tolist(), strict=True)
+        )
+        by_name = slopes_by_name(study, table, usual > 0)
+        self.nominal = {name: nominal[name] for name in self.limits}
+        self.slopes = {name: by_name.get(name, {}) for name in self.limits}
         self.correlation = correlations(self.names, study.deviating.dependence)
 
     def worst_case(self, choice: Choice) -> Array:
         """Return how far the worst corner exceeds each end, in rooms: float64[end]."""
-        spreads = self._spreads(choice)
-        found = []
+        spreads, excess = self._spreads(choice), []
         for name, limit in self.limits.items():
-            nominal = self.nominal[name]
-            rooms = [abs(end - nominal) for end in limit.permitted if np.isfinite(end)]
-            for sign, end in ((-1, limit.lower), (1, limit.upper)):
-                if not np.isfinite(end):
-                    continue
-                off = sum(
+            rooms = np.array(
+                [self.nominal[name] - limit.lower, limit.upper - self.nominal[name]]
+            )
+            widest = max(abs(room) for room in rooms if np.isfinite(room))
+            for sign, room in zip((-1, 1), rooms.tolist(), strict=True):
+                reach = sum(
                     max(sign * slope * x for x in spreads[part][:2])
                     for part, slope in self.slopes[name].items()
                 )
-                room = sign * (end - nominal)
-                found.append((off - room) / (max(rooms) or abs(off) or 1.0))
-        return np.array(found)
+                if np.isfinite(room):
+                    excess.append((reach - room) / (widest or abs(reach) or 1.0))
+        return np.array(excess)
 
     def root_sum_square(self, choice: Choice) -> Array:
         """Return logarithms of fractions out of limit over permitted: float64[limit].
@@ -76,20 +79,20 @@ class LinearSchemes:
             np.array([spreads[name].mean for name in self.names]),
             sigma[:, None] * self.correlation * sigma,
         )
-        found = []
-        for name, limit in self.limits.items():
-            linear = root_sum_square(self.nominal[name], self.slopes[name], scatter)
-            found.append(_above(linear.mean, linear.sigma, limit))
-        return np.array(found)
+        linear = (
+            root_sum_square(self.nominal[name], self.slopes[name], scatter)
+            for name in self.limits
+        )
+        return np.array(
+            [
+                _above(response.mean, response.sigma, limit)
+                for response, limit in zip(linear, self.limits.values(), strict=True)
+            ]
+        )
 
     def _spreads(self, choice: Choice) -> dict[str, Spread]:
-        new = {**self._own, **distributions_of(self.priced, choice)}
+        new = {**self._specified, **distributions_of(self.priced, choice)}
         return {name: self._spread(new[name]) for name in self.names}
-
-    def _spread(self, distribution: Distribution) -> Spread:
-        if distribution not in self._known:
-            self._known[distribution] = spread_of(distribution)
-        return self._known[distribution]
 
 
 def _above(mean: float, sigma: float, limit: Limit) -> float:
@@ -110,14 +113,15 @@ def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, str]]:
         "root_sum_square": linear.root_sum_square,
         "worst_case": linear.worst_case,
     }
-    known = [value for of in linear.slopes.values() for value in of.values()]
-    if not np.all(np.isfinite([*known, *linear.nominal.values()])):
+    numbers = [*linear.nominal.values()]
+    numbers += [slope for row in linear.slopes.values() for slope in row.values()]
+    if not np.all(np.isfinite(numbers)):
         return {}, dict.fromkeys(bounds, "the model has a response without a slope")
     search.centre(linear.root_sum_square)
-    found, omitted = dict[str, Choice](), dict[str, str]()
+    choices, omitted = dict[str, Choice](), dict[str, str]()
     for name, excess in bounds.items():
         if best := cheapest(search.variables, excess, search.tightest):
-            found[name] = search.runs.as_written(best.choice)
+            choices[name] = search.runs.as_written(best.choice)
         else:
             omitted[name] = "no tolerances meet the limits"
-    return found, omitted
+    return choices, omitted

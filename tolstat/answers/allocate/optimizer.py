@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import product
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -73,10 +73,10 @@ def cheapest(
         None where nothing tried is within the bounds.
     """
     search = _Search(variables, excess, start)
-    count = math.prod(each.options or 1 for each in variables)
+    count = math.prod(variable.options or 1 for variable in variables)
     exhaustive = count <= (MOST_SOLVED if search.continuous else MOST_TRIED)
-    found = search.of_all() if exhaustive else search.exchanged()
-    return Cheapest(found, search.cost(found), exhaustive) if found else None
+    best = search.of_all() if exhaustive else search.exchanged()
+    return Cheapest(best, search.cost(best), exhaustive) if best else None
 
 
 class _Search:
@@ -87,8 +87,7 @@ class _Search:
         start: Choice | None,
     ) -> None:
         self.variables, self.excess = variables, excess
-        self.continuous = [i for i, each in enumerate(variables) if not each.options]
-        self.lists = [i for i, each in enumerate(variables) if each.options]
+        self.continuous = [i for i, v in enumerate(variables) if not v.options]
         self.start = start or tuple(
             float((v.options - 1) // 2) if v.options else 0.5 * (v.tightest + v.loosest)
             for v in variables
@@ -115,76 +114,69 @@ class _Search:
     def exchanged(self) -> Choice | None:
         """Move one list or two by an option, while that is cheaper."""
         # tight is not always safe: a bound may be known better between
-        tight = tuple(each.tightest for each in self.variables)
-        current = self.solved(tight) or self.solved(self.start)
-        while current:
-            known = self.cost(current) * (1 - LITTLE)
+        tight = tuple(variable.tightest for variable in self.variables)
+        current = following = self.solved(tight) or self.solved(self.start)
+        while current and following:
+            current, cost = following, self.cost(following) * (1 - LITTLE)
             # continuous variables follow each move: the first that is cheaper
-            found = self._cheaper(self._neighbours(current), known, first=True)
-            if found is None:
-                break
-            current = found
+            following = self._cheaper(self._neighbours(current), cost, first=True)
         return current
 
     def _cheaper(
-        self, tried: Iterable[Choice], known: float, *, first: bool = False
+        self, choices: Iterable[Choice], cost: float, *, first: bool = False
     ) -> Choice | None:
-        """Return the cheapest within the bounds, or the first, cheaper than known.
+        """Return the cheapest within the bounds, or the first, below a cost.
 
         Those that may be cheapest are tried first.
         """
         best = None
-        for bound, choice in sorted((self.least_cost(each), each) for each in tried):
-            if bound >= known:
+        for bound, choice in sorted((self.least_cost(c), c) for c in choices):
+            if bound >= cost or (best and first):
                 break
-            found = self.solved(tuple(map(float, choice)))
-            if found and (cost := self.cost(found)) < known:
-                best, known = found, cost
-                if first:
-                    break
+            solved = self.solved(tuple(map(float, choice)))
+            if solved and self.cost(solved) < cost:
+                best, cost = solved, self.cost(solved)
         return best
 
     def _neighbours(self, current: Choice) -> Iterator[Choice]:
         """Yield choices with one list moved; with two if no variable is continuous."""
         moves = [
-            (i, x)
-            for i in self.lists
+            {i: x}
+            for i, variable in enumerate(self.variables)
             for x in (current[i] - 1, current[i] + 1)
-            if 0 <= x < self.variables[i].options
+            if variable.options and 0 <= x < variable.options
         ]
-        for i, x in moves:
-            one = (*current[:i], x, *current[i + 1 :])
-            yield one
-            for j, y in moves if not self.continuous else ():
-                if j > i:
-                    yield (*one[:j], y, *one[j + 1 :])
+        if not self.continuous:
+            pairs = combinations(moves, 2)
+            moves += [a | b for a, b in pairs if a.keys() != b.keys()]
+        for move in moves:
+            yield tuple(move.get(i, x) for i, x in enumerate(current))
 
     def solved(self, choice: Choice) -> Choice | None:
         """Choose the continuous variables; None if nothing tried is within bounds."""
         if not self.continuous:
             return choice if self.within(choice) else None
-        tightest = np.array([self.variables[i].tightest for i in self.continuous])
-        span = np.array([self.variables[i].loosest for i in self.continuous]) - tightest
+        variables = [self.variables[i] for i in self.continuous]
+        tightest = np.array([variable.tightest for variable in variables])
+        span = np.array([variable.loosest for variable in variables]) - tightest
 
-        def at(share: Array) -> Choice:
-            whole = list(choice)
+        def choice_at(share: Array) -> Choice:
             # a step for a slope may lead past an end
-            for i, x in zip(self.continuous, tightest + span * share, strict=True):
-                whole[i] = float(x)
-            return tuple(whole)
+            values = dict(zip(self.continuous, tightest + span * share, strict=True))
+            return tuple(float(values.get(i, x)) for i, x in enumerate(choice))
 
-        own = np.array([self.start[i] for i in self.continuous])
-        begin = np.clip((own - tightest) / span, 0.0, 1.0)
-        shift = np.array([self.variables[i].shift for i in self.continuous])
+        start = np.array([self.start[i] for i in self.continuous])
+        begin = np.clip((start - tightest) / span, 0.0, 1.0)
+        shift = np.array([variable.shift for variable in variables])
         middle, tight = (np.where(shift, begin, share) for share in (0.5, 0.0))
         loose = np.where(shift, -tightest / span, 1.0)  # not shifted
-        if self.within(at(loose)):
-            return at(loose)
-        scale = self.cost(at(middle)) or 1.0
+        if self.within(choice_at(loose)):
+            return choice_at(loose)
+        scale = self.cost(choice_at(middle)) or 1.0
 
         def objective(share: Array) -> float:
-            out = float(np.mean(self.excess(at(share)))) if shift.any() else 0.0
-            return self.cost(at(share)) / scale + CENTRING * out
+            out = float(np.mean(self.excess(choice_at(share)))) if shift.any() else 0.0
+            return self.cost(choice_at(share)) / scale + CENTRING * out
 
         with np.errstate(invalid="ignore"):  # an excess may be infinite
             solved = minimize(
@@ -194,29 +186,32 @@ class _Search:
                 bounds=[(0.0, 1.0)] * len(span),
                 constraints={
                     "type": "ineq",
-                    "fun": lambda share: -self.excess(at(share)),
+                    "fun": lambda share: -self.excess(choice_at(share)),
                 },
                 options={"maxiter": MOST_STEPS, "eps": STEP, "ftol": 1e-5},
-            )
-        found = np.where(np.isfinite(solved.x), np.clip(solved.x, 0.0, 1.0), begin)
-        safe = [each for each in (begin, middle, tight) if self.within(at(each))]
-        if self.within(at(found)):
-            near = [at(each) for each in (found, *safe)]
+            ).x
+        solved = np.where(np.isfinite(solved), np.clip(solved, 0.0, 1.0), begin)
+        safe = [
+            share for share in (begin, middle, tight) if self.within(choice_at(share))
+        ]
+        if self.within(choice_at(solved)):
+            choices = [choice_at(share) for share in (solved, *safe)]
             if shift.any():  # far within bounds slopes say little
-                near.append(self._towards(np.where(shift, loose, found), found, at))
+                outside = np.where(shift, loose, solved)
+                choices.append(self._towards(outside, solved, choice_at))
         else:
-            near = [self._towards(found, each, at) for each in safe]
-        return min(near, key=self.cost, default=None)
+            choices = [self._towards(solved, share, choice_at) for share in safe]
+        return min(choices, key=self.cost, default=None)
 
     def _towards(
-        self, outside: Array, inside: Array, at: Callable[[Array], Choice]
+        self, outside: Array, inside: Array, choice_at: Callable[[Array], Choice]
     ) -> Choice:
         """Go from inside the bounds towards outside as far as they permit."""
-        known, there = 0.0, 1.0  # of the way
+        inner, outer = 0.0, 1.0  # of the way: within the bounds, and not
         for _ in range(HALVINGS):
-            middle = 0.5 * (known + there)
-            if self.within(at(inside + middle * (outside - inside))):
-                known = middle
+            middle = 0.5 * (inner + outer)
+            if self.within(choice_at(inside + middle * (outside - inside))):
+                inner = middle
             else:
-                there = middle
-        return at(inside + known * (outside - inside))
+                outer = middle
+        return choice_at(inside + inner * (outside - inside))

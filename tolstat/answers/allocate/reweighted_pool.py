@@ -27,7 +27,7 @@ from tolstat.study.study import Study
 MISS = 0.025  # chance that a fraction is above the upper end of its interval
 OTHERS = 1024  # trials of a run within all limits that the search looks at
 NODES, TOLERANCES = 2049, 100  # between which weights are interpolated
-KEPT = 12  # weights of a block that are not computed again
+CACHED = 12  # weights of a block that are not computed again
 
 Weighting = Callable[[Choice], Array]
 
@@ -55,18 +55,16 @@ class Pool:
         """Take the trials of a run; deviations are sampled again rather than stored."""
         trials = out_of_limit.shape[1]
         study = with_choice(self.study, choice, seed, trials)
-        names = [each.name for each in study.description.contributors]
-        sampled = study.deviations()
+        names = [contributor.name for contributor in study.description.contributors]
+        deviations = study.deviations()
         out, step = np.asarray(out_of_limit.any(axis=0)), max(trials // OTHERS, 1)
-        kept = out.copy()
-        kept[::step] = True
+        rows = np.flatnonzero(out | (np.arange(trials) % step == 0))
         self._deviations = {
-            name: np.hstack([before, sampled[kept, names.index(name)]])
+            name: np.hstack([before, deviations[rows, names.index(name)]])
             for name, before in self._deviations.items()
         }
-        every = np.vstack([out_of_limit, out])
-        self._out = np.hstack([self._out, every[:, kept]])
-        self._times = np.hstack([self._times, np.where(out, 1.0, float(step))[kept]])
+        self._out = np.hstack([self._out, np.vstack([out_of_limit, out])[:, rows]])
+        self._times = np.hstack([self._times, np.where(out[rows], 1.0, float(step))])
         self._sampled.append((choice, trials))
         self.trials += trials
         self._weights = _Weights(self.study, self._deviations, self._sampled)
@@ -81,12 +79,12 @@ class Pool:
         is larger with the chance `miss`. Exact weights are computed instead of
         interpolated, which takes longer.
         """
-        weights = self._weights.of(choice, exact=exact) / self.trials
+        weights = self._weights.over_pool(choice, exact=exact) / self.trials
         counted = weights * self._times
         total = counted.sum()  # 0 where no trial is like it
         usual = float((counted * weights).sum() / total) if total else 1.0
         return np.array(
-            [gamma_ends(weights[of], usual, 1 - 2 * miss)[1] for of in self._out]
+            [gamma_ends(weights[out], usual, 1 - 2 * miss)[1] for out in self._out]
         )
 
 
@@ -104,22 +102,22 @@ class _Block(NamedTuple):
 def _blocks(study: Study) -> list[_Block]:
     """Return the entries in blocks that are independent of each other."""
     dependence = study.deviating.dependence
-    found: list[_Block] = []
-    for i, each in enumerate(study.deviating.priced):
-        own = list(each.specified)
-        joints = dependent_groups(own, dependence)
-        joints += [equal_parts(name, dependence) for name in own]
+    blocks: list[_Block] = []
+    for i, entry in enumerate(study.deviating.priced):
+        parts = list(entry.specified)
+        joints = dependent_groups(parts, dependence)
+        joints += [equal_parts(name, dependence) for name in parts]
         names = frozenset(name for joint in joints for name in joint)
-        joined = [block for block in found if block.names & names]
-        found = [block for block in found if block not in joined]
-        found.append(
+        joined = [block for block in blocks if block.names & names]
+        blocks = [block for block in blocks if block not in joined]
+        blocks.append(
             _Block(
                 tuple(sorted(sum((block.entries for block in joined), (i,)))),
                 names.union(*(block.names for block in joined)),
                 not joined and all(len(joint) == 1 for joint in joints),
             )
         )
-    return found
+    return blocks
 
 
 class _Weights:
@@ -143,12 +141,16 @@ class _Weights:
     @cached_property
     def _by_block(self) -> list[tuple[tuple[int, ...], Weighting]]:
         """Weights of each block, by its entries: the tables are large."""
-        return [
-            (block.entries, lru_cache(KEPT)(self._of_block(block)))
-            for block in _blocks(self._study)
-        ]
+        weightings: list[tuple[tuple[int, ...], Weighting]] = []
+        for block in _blocks(self._study):
+            entry = self._priced[block.entries[0]]
+            weighting: Weighting = partial(self._exact, entries=block.entries)
+            if block.alone and entry.law:
+                weighting = _Table(entry, self._deviations).weights
+            weightings.append((block.entries, lru_cache(CACHED)(weighting)))
+        return weightings
 
-    def of(self, choice: Choice, *, exact: bool) -> Array:
+    def over_pool(self, choice: Choice, *, exact: bool) -> Array:
         """Return the density of each with a choice over that of the pool.
 
         Exact ones are computed without tables, which blur the end of a zone.
@@ -156,39 +158,31 @@ class _Weights:
         over_loosest = self._exact if exact else self._interpolated
         if exact not in self._mixtures:
             trials = sum(n for _, n in self._sampled)
-            parts = (n / trials * over_loosest(each) for each, n in self._sampled)
+            parts = (n / trials * over_loosest(other) for other, n in self._sampled)
             self._mixtures[exact] = np.asarray(sum(parts))
-        found: Array = over_loosest(choice) / self._mixtures[exact]
-        return found
+        return np.asarray(over_loosest(choice) / self._mixtures[exact])
 
     def _interpolated(self, choice: Choice) -> Array:
         """Return the densities over those of the loosest, block by block."""
-        each = (of(tuple(choice[i] for i in block)) for block, of in self._by_block)
-        return np.asarray(math.prod(each))
+        factors = (
+            weighting(tuple(choice[i] for i in entries))
+            for entries, weighting in self._by_block
+        )
+        return np.asarray(math.prod(factors))
 
-    def _exact(self, choice: Choice) -> Array:
-        """Return them of all entries at once."""
-        return self._of_entries(range(len(choice)), choice)
-
-    def _of_entries(self, entries: Sequence[int], own: Choice) -> Array:
-        """Return the densities of some entries over those of the loosest."""
-        new = distributions_of([self._priced[i] for i in entries], own)
+    def _exact(self, choice: Choice, entries: Sequence[int] | None = None) -> Array:
+        """Return the densities of some entries, or all, over those of the loosest."""
+        numbers = range(len(choice)) if entries is None else entries
+        new = distributions_of([self._priced[i] for i in numbers], choice)
         return self._ratio.weights(new)
-
-    def _of_block(self, block: _Block) -> Weighting:
-        """Return the function that weights a block, from a table if possible."""
-        priced = self._priced[block.entries[0]]
-        if block.alone and priced.law:
-            return _Table(priced, self._deviations).weights
-        return partial(self._of_entries, block.entries)
 
 
 def _loosest(study: Study) -> dict[str, Distribution]:
     """Return what deviates, with the loosest tolerances."""
     priced = study.deviating.priced
-    ends = [each.ends[1] for each in priced]
-    every = study.deviating.distributions | distributions_of(priced, ends)
-    return {n: each for n, each in every.items() if not isinstance(each, Constant)}
+    ends = [entry.ends[1] for entry in priced]
+    distributions = study.deviating.distributions | distributions_of(priced, ends)
+    return {n: d for n, d in distributions.items() if not isinstance(d, Constant)}
 
 
 class _Table:
@@ -201,45 +195,45 @@ class _Table:
         self._entry = entry
         loosest = entry.distributions(entry.ends[1])
         self._name = next(iter(loosest))
-        of = loosest[self._name]
+        widest = {self._name: loosest[self._name]}
         scores = np.linspace(-FARTHEST, FARTHEST, NODES)
-        at = of.deviations(np.asarray(ndtr(scores), np.float64))
-        self._weighting = DensityRatio({self._name: at}, {self._name: of}, Dependence())
-        self._at: dict[int, tuple[Array, Array]] = {}
-        self._places = []
+        nodes = widest[self._name].deviations(np.asarray(ndtr(scores), np.float64))
+        self._ratio = DensityRatio({self._name: nodes}, widest, Dependence())
+        self._columns: dict[int, tuple[Array, Array]] = {}
+        self._positions = []
         for name in loosest:
-            place = np.interp(deviations[name], at, np.arange(NODES, dtype=np.float64))
-            below = np.minimum(place.astype(np.int64), NODES - 2)
-            self._places.append((below, place - below))
+            position = np.interp(deviations[name], nodes, np.arange(float(NODES)))
+            below = np.minimum(position.astype(np.int64), NODES - 2)
+            self._positions.append((below, position - below))
 
     def weights(self, choice: Choice) -> Array:
         """Return the density of all its parts over that with the loosest tolerance."""
         (chosen,) = choice
         tightest, loosest = self._entry.ends
-        place = TOLERANCES * (chosen - tightest) / (loosest - tightest)
-        first = min(max(int(place), 0), TOLERANCES - 1)
-        part = place - first
-        (low, log_low), (high, log_high) = self._node(first), self._node(first + 1)
+        position = TOLERANCES * (chosen - tightest) / (loosest - tightest)
+        first = min(max(int(position), 0), TOLERANCES - 1)
+        part = position - first
+        (low, log_low), (high, log_high) = self._column(first), self._column(first + 1)
         with np.errstate(invalid="ignore"):
             between = np.exp((1 - part) * log_low + part * log_high)
         # outside one of both zones there is no logarithm
         both = np.isfinite(log_low) & np.isfinite(log_high)
-        at = np.where(both, between, (1 - part) * low + part * high)
-        step, found = np.diff(at), np.ones(len(self._places[0][0]))
-        for below, rest in self._places:
-            found *= at[below] + rest * step[below]
-        return found
+        column = np.where(both, between, (1 - part) * low + part * high)
+        step, weights = np.diff(column), np.ones(len(self._positions[0][0]))
+        for below, rest in self._positions:
+            weights *= column[below] + rest * step[below]
+        return weights
 
-    def _node(self, number: int) -> tuple[Array, Array]:
+    def _column(self, number: int) -> tuple[Array, Array]:
         """Return weights with one of the tolerances, and their logarithms."""
-        if number not in self._at:
+        if number not in self._columns:
             tightest, loosest = self._entry.ends
             chosen = tightest + (loosest - tightest) * number / TOLERANCES
             new = {self._name: self._entry.distributions(chosen)[self._name]}
-            found = self._weighting.weights(new)
+            weights = self._ratio.weights(new)
             with np.errstate(divide="ignore"):
-                self._at[number] = found, np.log(found)
-        return self._at[number]
+                self._columns[number] = weights, np.log(weights)
+        return self._columns[number]
 
 
 def with_choice(study: Study, choice: Choice, seed: int, trials: int) -> Study:

@@ -7,6 +7,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from itertools import compress
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from tolstat.answers.allocate.optimizer import (
 from tolstat.answers.allocate.reweighted_pool import MISS, Pool, with_choice
 from tolstat.arrays import Array
 from tolstat.execution.run_loop import Progress
-from tolstat.execution.workers.crew import Interrupted
+from tolstat.execution.workers.block_scheduler import Interrupted
 from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.study.shift_entry import Shift
 from tolstat.study.study_schema import MOST_SEED
@@ -58,20 +59,20 @@ class Search:
     def __init__(self, runs: FreshRuns) -> None:
         study = runs.study
         self.runs, self.priced = runs, study.deviating.priced
-        self.permitted = np.array([1 - each.demanded for each in study.limits.values()])
+        self.permitted = 1 - np.array([e.demanded for e in study.limits.values()])
         self.pool = Pool(study)
         self.variables = [
-            DesignVariable(each.cost, *each.permitted, shift=True)
-            if isinstance(each, Shift)
-            else DesignVariable(each.cost, *each.ends, len(each.offered))
-            for each in self.priced
+            DesignVariable(entry.cost, *entry.permitted, shift=True)
+            if isinstance(entry, Shift)
+            else DesignVariable(entry.cost, *entry.ends, len(entry.offered))
+            for entry in self.priced
         ]
-        self.specified = tuple(each.specified_choice for each in self.priced)
+        self.specified = tuple(entry.specified_choice for entry in self.priced)
         self.tightest, self.loosest = (
             runs.as_written(end)
-            for end in zip(*(each.ends for each in self.priced), strict=True)
+            for end in zip(*(entry.ends for entry in self.priced), strict=True)
         )
-        self.shifts = [i for i, each in enumerate(self.variables) if each.shift]
+        self.shifts = [i for i, v in enumerate(self.variables) if v.shift]
         self.at_tightest: Proof | None = None  # that does not meet every limit
         self.failed: list[Proof] = []  # that do not
         self.exhaustive = True  # whether all combinations of lists were tried
@@ -80,7 +81,7 @@ class Search:
 
     def run_wide(self) -> None:
         """Evaluate the wide run, the loosest tolerances all over the shifts."""
-        loosest = tuple(each.ends[1] for each in self.priced)
+        loosest = tuple(entry.ends[1] for entry in self.priced)
         sets = loosest, self._halfway, self.tightest
         for choice, share in zip(sets, WIDE, strict=True):
             self._widen(choice, math.ceil(share * self.runs.trials))
@@ -92,10 +93,10 @@ class Search:
     def _halfway(self) -> Choice:
         """Tolerances halfway, with the shifts of the tightest."""
         return tuple(
-            0.5 * sum(each.ends)
-            if each.law
-            else (x if i in self.shifts else float(len(each.offered) // 2))
-            for i, (each, x) in enumerate(zip(self.priced, self.tightest, strict=True))
+            0.5 * sum(entry.ends)
+            if entry.law
+            else (x if i in self.shifts else float(len(entry.offered) // 2))
+            for i, (entry, x) in enumerate(zip(self.priced, self.tightest, strict=True))
         )
 
     def centre(self, excess: Callable[[Choice], Array]) -> None:
@@ -104,7 +105,7 @@ class Search:
             before, after = self.tightest[:i], self.tightest[i + 1 :]
             ends = self.variables[i].tightest, self.variables[i].loosest
             tried = [(*before, x, *after) for x in np.linspace(*ends, TRIED).tolist()]
-            least = min(tried, key=lambda each: float(np.max(excess(each))))
+            least = min(tried, key=lambda choice: float(np.max(excess(choice))))
             self.tightest = self.runs.as_written(least)
 
     def proved(self) -> Proof | None:
@@ -115,15 +116,15 @@ class Search:
         for number in range(1, MOST_PROVED + 1):
             self.runs.tell(Progress(0, 0, 0, f"search {number}"))
             excess = self.above(times * self.permitted)
-            found = cheapest(self.variables, excess, start)
-            if found is None and (best or self.at_tightest):
+            solved = cheapest(self.variables, excess, start)
+            if solved is None and (best or self.at_tightest):
                 break
             # where weights show nothing that meets the limits, a run may
-            choice = self.runs.as_written(found.choice) if found else self.tightest
-            self.exhaustive &= found is None or found.exhaustive
+            choice = self.runs.as_written(solved.choice) if solved else self.tightest
+            self.exhaustive &= solved is None or solved.exhaustive
             if best and self.runs.cost(choice) >= (1 - CHEAPER) * best.scheme.cost:
                 break
-            if choice in [each.choice for each in self.failed]:
+            if choice in [proof.choice for proof in self.failed]:
                 times *= TIGHTER
                 continue
             start, proof = choice, self._prove(choice, self.runs.longest)
@@ -149,11 +150,11 @@ class Search:
         def worth(choice: Choice) -> bool:
             return not best or self.runs.cost(choice) < (1 - less) * best.scheme.cost
 
-        wide = {each: self._scaled(each, WIDER) for each in choices}
-        ways = [each for each, wider in wide.items() if worth(wider)]
+        wide = {choice: self._scaled(choice, WIDER) for choice in choices}
+        ways = [choice for choice, wider in wide.items() if worth(wider)]
         for way in ways:
             self._widen(wide[way], self.runs.trials)
-        aimed = np.array([_aimed(longest, each) for each in self.permitted])
+        aimed = np.array([_aimed(longest, share) for share in self.permitted])
         for _ in range(MOST_STRETCHED):
             self.runs.tell(Progress(0, 0, 0, "common scale"))
             scaled = [self._along(way, aimed) for way in ways]
@@ -168,25 +169,25 @@ class Search:
     def _along(self, way: Choice, shares: Array) -> Choice | None:
         """Return tolerances scaled to these median fractions out of limit."""
         excess = self._excess(slice(None, -1), shares, EVEN, exact=True)
-        tight, loose, found = 1 / NARROWER, WIDER, None
+        tight, loose, best = 1 / NARROWER, WIDER, None
         for _ in range(SCALINGS):
             scale = math.sqrt(tight * loose)
             choice = self.runs.as_written(self._scaled(way, scale))
             if np.all(excess(choice) <= 0):
-                tight, found = scale, choice
+                tight, best = scale, choice
             else:
                 loose = scale
-        return found
+        return best
 
     def _scaled(self, choice: Choice, scale: float) -> Choice:
         """Return scaled tolerances, within their ends; those of a list stay."""
         return tuple(
-            min(max(x + math.log(scale), each.ends[0]), each.ends[1]) if each.law else x
-            for each, x in zip(self.priced, choice, strict=True)
+            min(max(x + math.log(scale), e.ends[0]), e.ends[1]) if e.law else x
+            for e, x in zip(self.priced, choice, strict=True)
         )
 
     def _prove(self, choice: Choice, longest: int) -> Proof:
-        proof = self.runs.of(choice, self.next_seed(), most=longest)
+        proof = self.runs.prove(choice, self.next_seed(), most=longest)
         self.pool.add(choice, proof.scheme.seed, proof.out_of_limit)
         if not proof.met:
             self.failed.append(proof)
@@ -196,8 +197,7 @@ class Search:
         """Add trials with some tolerances to those that are weighted."""
         seed = self.next_seed()
         study = with_choice(self.runs.study, choice, seed, trials)
-        out = self.runs.evaluate(study, study.deviations(), "wide run")
-        self.pool.add(choice, seed, out)
+        self.pool.add(choice, seed, self.runs.out_of_limit(study))
         self.wide_trials += trials
 
     def next_seed(self) -> int:
@@ -219,13 +219,13 @@ class Search:
         return float(self.pool.upper_ends(choice, EVEN)[-1])
 
     def _excess(
-        self, of: slice, shares: Array, miss: float, *, exact: bool = False
+        self, limits: slice, shares: Array, miss: float, *, exact: bool = False
     ) -> Callable[[Choice], Array]:
         def excess(choice: Choice) -> Array:
             if self.runs.workers.stopping():
                 raise Interrupted
             ends = self.pool.upper_ends(choice, miss, exact=exact)
-            return np.log(ends[of] / shares)
+            return np.log(ends[limits] / shares)
 
         return excess
 
@@ -236,19 +236,19 @@ class Search:
         """
         broken = np.zeros(len(self.permitted), np.bool_)
         excess = self.above(self.permitted)
-        for i, (each, x) in enumerate(zip(self.priced, choice, strict=True)):
+        for i, (entry, x) in enumerate(zip(self.priced, choice, strict=True)):
             if i not in self.shifts and not self.at_loosest(i, x):
-                law = each.law
-                looser = min(x + math.log(1 + LOOSER), each.ends[1]) if law else x - 1
+                step = min(x + math.log(1 + LOOSER), entry.ends[1])
+                looser = step if entry.law else x - 1
                 broken |= excess((*choice[:i], looser, *choice[i + 1 :])) > 0
-        names = self.runs.study.limits
-        return tuple(n for n, own in zip(names, broken.tolist(), strict=True) if own)
+        return tuple(compress(self.runs.study.limits, broken.tolist()))
 
     def at_loosest(self, entry: int, choice: float) -> bool:
         """Return whether a tolerance is as loose as it may be, and can be written."""
         end, law = self.loosest[entry], self.priced[entry].law
-        found = choice > end - AT_END if law else choice == end
-        return found and entry not in self.shifts
+        if entry in self.shifts:
+            return False
+        return choice > end - AT_END if law else choice == end
 
 
 def _aimed(trials: int, permitted: float) -> float:
@@ -257,10 +257,10 @@ def _aimed(trials: int, permitted: float) -> float:
     One standard error below the most that they can.
     """
     counts = range(math.ceil(permitted * trials))
-    few = bisect_left(
+    count = bisect_left(
         counts, True, key=lambda n: anytime_valid(n, trials).upper > permitted
     )
-    return max(few - 1 - math.sqrt(few), 0.5) / trials
+    return max(count - 1 - math.sqrt(count), 0.5) / trials
 
 
 def points_about(search: Search, start: Choice) -> list[Point]:
@@ -269,8 +269,8 @@ def points_about(search: Search, start: Choice) -> list[Point]:
     search.runs.tell(Progress(0, 0, 0, "trade-off"))
     for times in CURVE[::-1]:
         share = min(float(times) * reference, 1.0)
-        if found := search.cheapest_for(share, start):
-            start = found.choice
+        if solved := search.cheapest_for(share, start):
+            start = solved.choice
             points.append(Point(share, search.runs.cost(start), start))
     return points
 
@@ -281,8 +281,8 @@ def own_fractions(search: Search, points: list[Point]) -> list[Point]:
     One set of options of lists is the cheapest for many fractions.
     """
     return [
-        replace(each, fraction_out_of_any_limit=search.out_of_any_limit(each.choice))
-        for each in {each.choice: each for each in points}.values()
+        replace(point, fraction_out_of_any_limit=search.out_of_any_limit(choice))
+        for choice, point in {point.choice: point for point in points}.items()
     ]
 
 
@@ -291,10 +291,12 @@ def at_equal_cost(search: Search, points: list[Point], seed: int) -> Proof:
 
     It is the drawing's run if a run does not confirm the weighted trials.
     """
-    specified = search.runs.of(search.specified, seed)
-    spent = search.runs.of(for_equal_cost(search, points), seed)
-    own, other = (each.scheme.fraction_out_of_any_limit for each in (specified, spent))
-    return spent if other.value <= own.value else specified
+    specified = search.runs.prove(search.specified, seed)
+    spent = search.runs.prove(for_equal_cost(search, points), seed)
+    return min(
+        (spent, specified),
+        key=lambda proof: proof.scheme.fraction_out_of_any_limit.value,
+    )
 
 
 def for_equal_cost(search: Search, points: list[Point]) -> Choice:
@@ -302,18 +304,18 @@ def for_equal_cost(search: Search, points: list[Point]) -> Choice:
     runs = search.runs
     cost = runs.cost(search.specified)
     least, best = search.out_of_any_limit(search.specified), search.specified
-    for each in points:
-        written = runs.as_written(each.choice)
-        if each.fraction_out_of_any_limit < least and runs.cost(written) <= cost:
-            least, best = each.fraction_out_of_any_limit, written
+    shares = [point.fraction_out_of_any_limit for point in points]
+    for share, point in zip(shares, points, strict=True):
+        written = runs.as_written(point.choice)
+        if share < least and runs.cost(written) <= cost:
+            least, best = share, written
     high = math.log(least)
-    shares = [each.fraction_out_of_any_limit for each in points]
     fewer = [share for share in shares if share < least]
     low = math.log(max(fewer)) if fewer else high - math.log(FEWER)
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        found = search.cheapest_for(math.exp(middle), best)
-        if found and runs.cost(written := runs.as_written(found.choice)) <= cost:
+        solved = search.cheapest_for(math.exp(middle), best)
+        if solved and runs.cost(written := runs.as_written(solved.choice)) <= cost:
             best, high = written, middle
         else:
             low = middle

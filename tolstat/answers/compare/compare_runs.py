@@ -24,9 +24,8 @@ from tolstat.answers.sampled_trials import Drawn
 from tolstat.errors import PictureError
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.intervals.statistic import quantiles_at
 from tolstat.statistics.limits.difference import correlation_of_quantiles, difference
-from tolstat.statistics.sample import Sample
+from tolstat.statistics.sample import Sample, quantiles_at
 from tolstat.statistics.summary import Summary, summarize
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run

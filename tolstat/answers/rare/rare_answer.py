@@ -41,6 +41,8 @@ from tolstat.statistics.limits.yields import (
     JUMP,
     MET,
     UNDECIDED,
+    Doubt,
+    Verdict,
     judged_with,
     worded,
 )
@@ -82,10 +84,10 @@ class RareSummary(run_answer.RunAnswer):
     demanded_ppk: float  # the demand, as the Ppk of a normal response
     fraction_out_of_limit: Estimate  # of production; failed trials are out of limit
     within: Estimate
-    verdict: str  # as of a plain run, for one number of trials
+    verdict: Verdict  # as of a plain run, for one number of trials
     # why it is undecided: `INTEGRATION_ERROR` or `JUMP`; or on which condition the
     # limit is met
-    reason: str
+    reason: Doubt
     equivalent_ppk: Estimate  # of a normal response with the same fraction
     plain_trials: float  # of a plain run with as narrow an interval; NaN where none
     # fraction out of limit at this end of a limit that is straight, as far from the
@@ -159,7 +161,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         lambda good: rare_share(~good[last], weights[last]).complement,
     )  # fmt: skip
     if verdict == MET and share.upper + unseen > 1 - limit.demanded:
-        reason = "if no kind of failure was missed"
+        reason = Doubt.MISSED_KIND
     # the median of all deviations lies on a step of symmetric parts, to no side of it
     off_median = (run.status == Status.DONE) & (run.column(DISTANCE) > 0)
     clusters = jumping(run, np.flatnonzero(off_median), [name])

@@ -25,8 +25,8 @@ from tolstat.statistics.integration_error import (
     share_above_largest,
 )
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.intervals.statistic import quantiles_at
 from tolstat.statistics.limits.yields import INTEGRATION_ERROR, UNDECIDED, yield_of
+from tolstat.statistics.sample import quantiles_at
 from tolstat.statistics.summary import Summary
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Reason

@@ -13,7 +13,8 @@ from tolstat.arrays import Array
 from tolstat.deviations.names import expand
 from tolstat.errors import ModelError, allowed_names
 from tolstat.model import settings as model_settings
-from tolstat.model.checked import described, history_of, offers, shown, simulate
+from tolstat.model.checked import described, simulate
+from tolstat.model.checked_views import checked_view, history_of, offers
 from tolstat.model.contract import STEP, Model
 from tolstat.model.description import Description
 from tolstat.model.view import View, in_units
@@ -195,7 +196,7 @@ def view_of(
     offer, rows = known[name], _first(model, settings, deviations)
     if study is not None and offer.n_others:
         rows = np.concatenate([rows, study.machines(offer.n_others)])
-    found = shown(model, offer, rows, settings)
+    found = checked_view(model, offer, rows, settings)
     return in_units(found, study.shown) if study else found
 
 

@@ -13,8 +13,10 @@ from tolstat.answers.next_steps import to_resume
 from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, Typed, listed
 from tolstat.errors import ModelError, RunFileError
+from tolstat.execution.compatibility import made_differently
 from tolstat.integrator.integrate import observed
-from tolstat.model.checked import history_of, simulate
+from tolstat.model.checked import simulate
+from tolstat.model.checked_views import history_of
 from tolstat.model.contract import STEP, Model
 from tolstat.model.description import Response
 from tolstat.model.setting_kinds import as_typed
@@ -191,7 +193,7 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         settings=swept,
         stored=True,
         differences=tuple(_differences(run, index, found)),
-        reason="; ".join(run.made_otherwise(loaded.source_digest)),
+        reason="; ".join(made_differently(run, loaded.source_digest)),
         damage=run.damage.words if run.damage else "",
         repair=to_resume(run.path, run.machine),
         contributors={

@@ -24,12 +24,13 @@ from tolstat.errors import (
     DependenceError,
     DistributionError,
     PictureError,
+    Remedy,
     RunFileError,
     StudyError,
 )
-from tolstat.execution.compatibility import study_of, trials_drawn_otherwise
-from tolstat.execution.planning import plan_of
-from tolstat.execution.trial_table import drawn_again
+from tolstat.execution.compatibility import study_of, trials_sampled_differently
+from tolstat.execution.planning import planned_run
+from tolstat.execution.proposers import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.intervals.weights import (
@@ -155,12 +156,12 @@ def _out_of_limit(drawn: Drawn, response: str) -> int | None:
 
 def _check_drawn(run: Run, study: Study) -> None:
     """Refuse a run whose study samples other deviations now."""
-    plan = plan_of(study, drawn_again(run, study).trials, run.path)
-    if len(trials_drawn_otherwise(run, plan)):
+    plan = planned_run(study, drawn_again(run, study).trials, run.path)
+    if len(trials_sampled_differently(run, plan)):
         raise RunFileError(
             f"{run.path}: its study samples other deviations now: its data or its "
             "model have changed",
-            Advice("run again", run.path, run.machine, run=run),
+            Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
         )
 
 

@@ -4,58 +4,37 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tolstat.arrays import Array, Truths
-from tolstat.deviations.spread import spread_of
+from tolstat.arrays import Array
 from tolstat.execution.diagnostics.halved_tolerances import halved_shares
 from tolstat.execution.diagnostics.idle_contributors import idle_contributors
 from tolstat.execution.diagnostics.slopes_and_corners import (
     Target,
     slopes,
+    slopes_by_name,
+    tolerance_ends,
     worst_corners,
 )
 from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.status import Status
 from tolstat.store.run_records import Diagnostics, WorstCase
 from tolstat.study.study import Study
 
 
-def gather(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
+def diagnostics_of(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
     """Return the diagnostics of a run; none if no deviations were sampled."""
     if study.sampler is None:
         return Diagnostics(missing="no deviations were drawn")
-    lower, upper = _zones(study)
+    lower, upper = tolerance_ends(study)
     usual = (upper - lower) / 6  # sigma of a normal part at Cp = 1
     table = slopes(study.model, study.settings, usual, workers)
-    by_name = _by_name(study, table, usual > 0)
+    by_name = slopes_by_name(study, table, usual > 0)
     return Diagnostics(
         by_name,
         _worst_cases(study, trials, lower, upper, table, workers),
-        workers.here(halved_shares, study, trials, by_name),
+        workers.call(halved_shares, study, trials, by_name),
         idle_contributors(study, trials, lower, upper, table, workers),
     )
-
-
-def _zones(study: Study) -> tuple[Array, Array]:
-    """Return both ends of each contributor's tolerance, SI; zero without tolerance."""
-    names = [each.name for each in study.description.contributors]
-    ends = np.zeros((2, len(names)))
-    for name, distribution in study.deviating.distributions.items():
-        ends[:, names.index(name)] = spread_of(distribution)[:2]
-    return ends[0], ends[1]
-
-
-def _by_name(
-    study: Study, table: Array, varying: Truths
-) -> dict[str, dict[str, float]]:
-    """Return slopes by response and contributor that deviates."""
-    if not varying.any():
-        return {}
-    names = [each.name for each in study.description.contributors]
-    return {
-        response.name: {names[i]: float(slope[i]) for i in np.flatnonzero(varying)}
-        for response, slope in zip(study.description.responses, table.T, strict=True)
-    }
 
 
 def _worst_cases(
@@ -67,14 +46,14 @@ def _worst_cases(
     workers: Workers,
 ) -> dict[str, dict[str, WorstCase]]:
     """Return the worst trials within the tolerances, for each end of each limit."""
-    names = [each.name for each in study.description.contributors]
-    responses = [each.name for each in study.description.responses]
+    names = [contributor.name for contributor in study.description.contributors]
+    responses = [response.name for response in study.description.responses]
     batches = study.deviating.dependence.batches
     factors: dict[str, list[int]] = {}  # columns that change together
     for column in np.flatnonzero(lower < upper).tolist():
         batch = batches.get(names[column])
-        alike = batch.name if batch and batch.share == 1 else names[column]
-        factors.setdefault(alike, []).append(column)
+        factor = batch.name if batch and batch.share == 1 else names[column]
+        factors.setdefault(factor, []).append(column)
     ends_of_limits = [
         (name, sign)
         for name, limit in study.limits.items()
@@ -92,13 +71,14 @@ def _worst_cases(
     corners = worst_corners(
         study.model, study.settings, lower, upper, groups, targets, workers
     )
-    found: dict[str, dict[str, WorstCase]] = {}
+    worst_cases: dict[str, dict[str, WorstCase]] = {}
     for (name, sign), corner in zip(ends_of_limits, corners, strict=True):
-        machine = dict(zip(names, corner.deviations.tolist(), strict=True))
+        trial = dict(zip(names, corner.deviations.tolist(), strict=True))
         side = "largest" if sign > 0 else "least"
-        case = WorstCase(corner.value, machine, corner.tried, corner.failed)
-        found.setdefault(name, {})[side] = case
-    return found
+        worst_cases.setdefault(name, {})[side] = WorstCase(
+            corner.value, trial, corner.tried, corner.failed
+        )
+    return worst_cases
 
 
 def _worst_starts(

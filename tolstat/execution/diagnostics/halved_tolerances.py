@@ -30,18 +30,18 @@ def effects_of(
     slopes: Mapping[str, Mapping[str, float]],
     contributors: Iterable[Contributor],
 ) -> dict[str, dict[str, Effect]]:
-    """Return what is known of each contributor, by limited response."""
+    """Return the effect of each contributor, by limited response."""
     kinds = kinds_of_part(list(assumed), contributors)
     kind_of = {name: kind for kind, members in kinds.items() for name in members}
     return {
         response: {
             name: Effect(
-                each.words,
+                assumption.words,
                 slopes.get(response, {}).get(name, math.nan)
-                * (each.tolerance[1] - each.tolerance[0]),
+                * (assumption.tolerance[1] - assumption.tolerance[0]),
                 kind_of.get(name, ""),
             )
-            for name, each in assumed.items()
+            for name, assumption in assumed.items()
         }
         for response in limited
     }
@@ -60,58 +60,60 @@ def halved_shares(
     sampler = study.sampler
     if sampler is None or sampler.replicates or not sampler.sample:
         return {}
-    own = np.arange(len(trials.status)) % sampler.group(len(study.factors)) < OWN
-    deviating = study.deviating
-    every = {
-        each.name: trials.deviations[own, column]
-        for column, each in enumerate(study.description.contributors)
-        if each.name in deviating.distributions
-        and not isinstance(deviating.distributions[each.name], Constant)
+    independent = (
+        np.arange(len(trials.status)) % sampler.group(len(study.factors)) < OWN
+    )
+    deviating, contributors = study.deviating, study.description.contributors
+    distributions = deviating.distributions
+    deviations = {
+        contributor.name: trials.deviations[independent, column]
+        for column, contributor in enumerate(contributors)
+        if not isinstance(distributions.get(contributor.name), Constant | None)
     }
     out_of_limit = {
-        name: ~within(trials.response(name)[own], limit.permitted)
+        name: ~within(trials.response(name)[independent], limit.permitted)
         for name, limit in study.limits.items()
     }
-    if not every or not out_of_limit:
+    if not deviations or not out_of_limit:
         return {}
-    weighting = DensityRatio(every, deviating.distributions, deviating.dependence)
-    contributors = study.description.contributors
-    kinds = kinds_of_part(list(every), contributors).values()
-    found: dict[str, dict[Members, Halved]] = {name: {} for name in out_of_limit}
+    ratio = DensityRatio(deviations, distributions, deviating.dependence)
     # a deviation over a full turn, the phase of a run-out, has no tolerance to halve
-    zones = {name: zone_of(deviating.distributions[name]) for name in every}
-    turning = [e.name for e in contributors if is_turn(e.unit, zones.get(e.name))]
-    unfit, sized = set[str](), deviating.sized  # refused alone; these come first
-    alone = [(name,) for name in every]
-    effects = effects_of(
-        out_of_limit, assumed_of(deviating), slopes, study.description.contributors
-    )
-    named = [
-        members
-        for causes in named_causes(every, out_of_limit, effects).values()
-        for members in causes.groups
+    turning = {
+        contributor.name
+        for contributor in contributors
+        if contributor.name in deviations
+        and is_turn(contributor.unit, zone_of(distributions[contributor.name]))
+    }
+    effects = effects_of(out_of_limit, assumed_of(deviating), slopes, contributors)
+    causes = named_causes(deviations, out_of_limit, effects).values()
+    groups = [
+        *((name,) for name in deviations),
+        *map(tuple, kinds_of_part(list(deviations), contributors).values()),
+        *(members for cause in causes for members in cause.groups),
     ]
-    for members in dict.fromkeys([*alone, *map(tuple, kinds), *named]):
-        these = [name for name in members if name not in turning]
+    shares: dict[str, dict[Members, Halved]] = {name: {} for name in out_of_limit}
+    unfit = set[str]()  # refused alone; these come first
+    for members in dict.fromkeys(groups):
+        narrowed = [name for name in members if name not in turning]
         try:
-            if not these:
+            if not narrowed:
                 raise DistributionError("a full turn is no tolerance")
             new = {
-                name: halved(deviating.distributions[name], sized=name in sized)
-                for name in these
+                name: halved(distributions[name], sized=name in deviating.sized)
+                for name in narrowed
             }
-            weights = Weights(weighting.weights(new))
+            weights = Weights(ratio.weights(new))
         except DistributionError as error:
-            refused = [name for name in these if name in unfit and len(members) > 1]
+            refused = [n for n in narrowed if n in unfit and len(members) > 1]
             reason = f"{', '.join(refused)}: {error}" if refused else str(error)
-            unfit.update(these if len(members) == 1 else ())
-            for of in found.values():
-                of[members] = Halved(Estimate(math.nan, reason=reason), 0)
+            unfit.update(narrowed if len(members) == 1 else ())
+            for of_response in shares.values():
+                of_response[members] = Halved(Estimate(math.nan, reason=reason), 0)
             continue
-        for name, of in found.items():
+        for name, of_response in shares.items():
             share = weighted_share(out_of_limit[name], weights)
-            of[members] = Halved(share, weights.number)
-    return found
+            of_response[members] = Halved(share, weights.number)
+    return shares
 
 
 def is_turn(unit: str, zone: Tolerance | None) -> bool:

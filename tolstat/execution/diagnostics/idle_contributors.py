@@ -7,14 +7,14 @@ from tolstat.arrays import Array, Truths
 from tolstat.deviations.distributions import Tolerance
 from tolstat.execution.diagnostics.halved_tolerances import is_turn
 from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.status import Status
 from tolstat.study.study import Study
 
 Indices = NDArray[np.int64]
 
 ROUNDING = 1e-12  # of the largest value of a response: no change
-LEAST, MOST = 8, 64  # trials in which a contributor is moved
+FEWEST_TRIALS, MOST_TRIALS = 8, 64  # trials in which a contributor is moved
 OTHERS = 4  # of these, whose deviation it takes, beside both ends of its tolerance
 
 
@@ -40,8 +40,8 @@ def idle_contributors(
     effects = np.abs(slopes) * (upper - lower)[:, None]
     moves = np.any(effects > rounding, axis=1)  # NaN where the nominal trial failed
     turns = [
-        is_turn(each.unit, Tolerance(*ends))
-        for each, *ends in zip(
+        is_turn(contributor.unit, Tolerance(*ends))
+        for contributor, *ends in zip(
             study.description.contributors, lower, upper, strict=True
         )
     ]
@@ -54,25 +54,26 @@ def idle_contributors(
     moved = np.tile(rows, (len(suspects), len(values), 1, 1))
     for i, column in enumerate(suspects):
         moved[i, :, :, column] = values[:, None, column]
-    every = np.concatenate([rows, moved.reshape(-1, rows.shape[1])])
-    answers = workers.simulate(study.model, every, study.settings)
+    trials_moved = np.concatenate([rows, moved.reshape(-1, rows.shape[1])])
+    answers = workers.simulate(study.model, trials_moved, study.settings)
     shape = (len(suspects), -1, len(rows))
     status = answers.status[len(rows) :].reshape(shape)
     responses = answers.responses[len(rows) :].reshape(*shape, len(rounding))
     before = answers.responses[: len(rows)]
     changed: Truths = np.any(status != answers.status[: len(rows)], axis=(1, 2))
     changed |= np.any(np.abs(responses - before) > rounding, axis=(1, 2, 3))
-    names = [each.name for each in study.description.contributors]
+    names = [contributor.name for contributor in study.description.contributors]
     return tuple(names[i] for i in suspects[~changed])
 
 
 def _chosen(trials: Trials, done: Indices, suspects: int) -> Indices:
     """Return trials, int[n]: the first ones, and the ends of each response.
 
-    As many as make the moved ones no more than the run has, within LEAST and MOST.
+    As many as make the moved ones no more than the run has: FEWEST_TRIALS at least,
+    MOST_TRIALS at most.
     """
     number = len(done) // (suspects * (2 + OTHERS))
-    first = done[: min(max(number, LEAST), MOST)]
+    first = done[: min(max(number, FEWEST_TRIALS), MOST_TRIALS)]
     of_done = trials.responses[done]
     outermost = done[np.stack([of_done.argmin(0), of_done.argmax(0)], 1).ravel()]
     return np.unique(np.concatenate([first, outermost[: len(first)]]))

@@ -5,9 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tolstat.arrays import Array
-from tolstat.execution.workers.crew import Workers
+from tolstat.arrays import Array, Truths
+from tolstat.deviations.spread import spread_of
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
+from tolstat.study.study import Study
 
 Move = tuple[list[int], Array]  # columns, and the ends they are moved to
 STEP = 0.1  # of a usual deviation, to either side
@@ -19,7 +21,7 @@ def slopes(
     settings: Any,
     usual: Array,
     workers: Workers,
-    at: Array | None = None,
+    trial: Array | None = None,
 ) -> Array:
     """Return the slopes of the responses at one trial.
 
@@ -33,7 +35,7 @@ def slopes(
         Usual size of each deviation, SI; a contributor with zero has no slope.
     workers : Workers
         Evaluate the trials.
-    at : float64[contributor], optional
+    trial : float64[contributor], optional
         Deviations of the trial, SI; the nominal one if not given.
 
     Returns
@@ -47,12 +49,34 @@ def slopes(
         return np.zeros((len(usual), len(model.describe(settings).responses)))
     step = STEP * usual[varying]
     ahead = np.diag(STEP * usual)[varying]
-    shifted = np.concatenate([ahead, -ahead]) + (0.0 if at is None else at)
-    found = workers.simulate(model, shifted, settings).responses
-    ahead, behind = np.split(found, 2)
-    every = np.zeros((len(usual), found.shape[1]))
-    every[varying] = (ahead - behind) / (2 * step[:, None])
-    return every
+    shifted = np.concatenate([ahead, -ahead]) + (0.0 if trial is None else trial)
+    responses = workers.simulate(model, shifted, settings).responses
+    ahead, behind = np.split(responses, 2)
+    table = np.zeros((len(usual), responses.shape[1]))
+    table[varying] = (ahead - behind) / (2 * step[:, None])
+    return table
+
+
+def tolerance_ends(study: Study) -> tuple[Array, Array]:
+    """Return both ends of each contributor's tolerance, SI; zero without tolerance."""
+    names = [contributor.name for contributor in study.description.contributors]
+    ends = np.zeros((2, len(names)))
+    for name, distribution in study.deviating.distributions.items():
+        ends[:, names.index(name)] = spread_of(distribution)[:2]
+    return ends[0], ends[1]
+
+
+def slopes_by_name(
+    study: Study, table: Array, varying: Truths
+) -> dict[str, dict[str, float]]:
+    """Return slopes by response and contributor that deviates."""
+    if not varying.any():
+        return {}
+    names = [contributor.name for contributor in study.description.contributors]
+    return {
+        response.name: {names[i]: float(slope[i]) for i in np.flatnonzero(varying)}
+        for response, slope in zip(study.description.responses, table.T, strict=True)
+    }
 
 
 class Target(NamedTuple):
@@ -90,19 +114,19 @@ def worst_corners(
     all at once if that is worse still. The search is local and proves nothing.
     """
     searches = [_search(target, lower, upper, factors) for target in targets]
-    pending = {place: next(search) for place, search in enumerate(searches)}
-    found: dict[int, Corner] = {}
+    pending = {number: next(search) for number, search in enumerate(searches)}
+    corners: dict[int, Corner] = {}
     while pending:
         answers = workers.simulate(model, np.concatenate([*pending.values()]), settings)
         ends = np.cumsum([len(rows) for rows in pending.values()])[:-1]
         parts = np.split(answers.responses, ends)
-        for place, responses in zip([*pending], parts, strict=True):
+        for number, responses in zip([*pending], parts, strict=True):
             try:
-                pending[place] = searches[place].send(responses)
+                pending[number] = searches[number].send(responses)
             except StopIteration as end:
-                found[place] = end.value
-                del pending[place]
-    return [found[place] for place in range(len(targets))]
+                corners[number] = end.value
+                del pending[number]
+    return [corners[number] for number in range(len(targets))]
 
 
 def _search(
@@ -124,13 +148,13 @@ def _search(
             break
         rows = np.array([_moved(before.deviations, [move]) for move in tried])
         corner, badness = _taken(target, before, rows, (yield rows))
-        known = target.sign * before.value
-        if not badness.max() > known + 1e-9 * abs(known):
+        so_far = target.sign * before.value
+        if not badness.max() > so_far + 1e-9 * abs(so_far):
             break
         # all moves that made it worse, at once; of two ends the worse one
         taken: dict[int, Move] = {}  # by first column: one of both ends
         for i in np.lexsort((-np.arange(len(badness)), badness)):
-            if badness[i] > known:
+            if badness[i] > so_far:
                 taken[tried[i][0][0]] = tried[i]
         rows = _moved(before.deviations, list(taken.values()))[None, :]
         corner, _ = _taken(target, corner, rows, (yield rows))
@@ -153,7 +177,7 @@ def _taken(
 
 def _moved(trial: Array, moves: Sequence[Move]) -> Array:
     """Return a trial with some of its parts at an end of their tolerance."""
-    found = trial.copy()
+    moved = trial.copy()
     for columns, ends in moves:
-        found[columns] = ends
-    return found
+        moved[columns] = ends
+    return moved

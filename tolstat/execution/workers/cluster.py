@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any
 
 from tolstat.errors import BrokenError, LostError, StudyError
-from tolstat.execution.workers.remote_blocks import Mismatch
+from tolstat.execution.workers.block import Mismatch
 
 ADDRESS = re.compile(r"tcp://([^/:\s]+|\[[0-9a-fA-F:.%]+\]):[0-9]{1,5}")
 CONNECT = 10.0  # s, for a scheduler to answer
@@ -55,9 +55,9 @@ class Cluster(Executor):
         try:
             self._client = Client(address, timeout=CONNECT, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
-            why = str(error) or type(error).__name__
+            reason = str(error) or type(error).__name__
             raise BrokenError(
-                f"no Dask scheduler answers at {address}: {why}; "
+                f"no Dask scheduler answers at {address}: {reason}; "
                 "`dask scheduler` starts one, `dask worker ADDRESS` its workers"
             ) from error
         self.address = address
@@ -69,10 +69,10 @@ class Cluster(Executor):
     def _look(self) -> None:
         """Look for workers; LostError once none could be used for a minute."""
         try:
-            there = self._client.nthreads()
+            threads = self._client.nthreads()
         except Exception:  # Dask raises anything if the scheduler is gone
-            there = {}
-        self._usable = {k: n for k, n in there.items() if k not in self._refused}
+            threads = {}
+        self._usable = {k: n for k, n in threads.items() if k not in self._refused}
         self._looked = time.monotonic()
         if self._usable:
             self._seen = self._looked
@@ -90,19 +90,19 @@ class Cluster(Executor):
         self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any
     ) -> Future[Any]:
         """Let a worker call a function; Dask calls it again where one is lost."""
-        where: dict[str, Any] = {}
+        chosen: dict[str, Any] = {}
         if self._refused and self._usable:  # others, should these leave
-            where = {"workers": [*self._usable], "allow_other_workers": True}
-        executor = self._client.get_executor(pure=False, **where)
-        found: Future[Any] = executor.submit(_on_worker, partial(fn, *args, **kwargs))
-        return found
+            chosen = {"workers": [*self._usable], "allow_other_workers": True}
+        executor = self._client.get_executor(pure=False, **chosen)
+        future: Future[Any] = executor.submit(_on_worker, partial(fn, *args, **kwargs))
+        return future
 
-    def refuse(self, found: Mismatch) -> None:
+    def refuse(self, mismatch: Mismatch) -> None:
         """Name a worker that is no longer used; LostError if none is left."""
-        if found.who not in self._refused:
-            self._refused.add(found.who)
+        if mismatch.who not in self._refused:
+            self._refused.add(mismatch.who)
             warnings.warn(
-                f"worker {found.who} is not used: {'; '.join(found.reasons)}",
+                f"worker {mismatch.who} is not used: {'; '.join(mismatch.reasons)}",
                 RuntimeWarning,
                 stacklevel=2,
             )
@@ -110,9 +110,9 @@ class Cluster(Executor):
         if not self._usable:
             raise self._lost("none of its workers can be used")
 
-    def _lost(self, why: str) -> LostError:
+    def _lost(self, reason: str) -> LostError:
         return LostError(
-            f"the cluster at {self.address}: {why}; `dask worker {self.address}` "
+            f"the cluster at {self.address}: {reason}; `dask worker {self.address}` "
             "starts a worker"
         )
 
@@ -125,7 +125,7 @@ def _on_worker(call: Callable[[], Any]) -> Any:
     """Call a function on a worker of a cluster; a mismatch gets its address."""
     from distributed import get_worker
 
-    found = call()
-    if isinstance(found, Mismatch):
-        return found._replace(who=get_worker().address)
-    return found
+    outcome = call()
+    if isinstance(outcome, Mismatch):
+        return outcome._replace(who=get_worker().address)
+    return outcome

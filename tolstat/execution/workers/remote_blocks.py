@@ -5,13 +5,18 @@ import os
 import pickle
 import socket
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from tolstat import catalogue
-from tolstat.errors import Advice, ModelError, TolstatError
-from tolstat.model.contract import Model
+from tolstat.errors import Advice, LostError, ModelError, Remedy, TolstatError, told
+from tolstat.execution.workers.block import Block, Evaluated, Mismatch, evaluate
+from tolstat.model.contract import Answers, Model
+from tolstat.operating_system import processors
 from tolstat.store.provenance import decisive
 
 _loading = threading.Lock()
@@ -26,11 +31,70 @@ class Parcel(NamedTuple):
     decisive: dict[str, str]
 
 
-class Mismatch(NamedTuple):
-    """A process whose numbers could differ in bits; it has evaluated nothing."""
+class Processes:
+    """Other processes, behind any executor: a pool, MPI, a cluster.
 
-    who: str  # its name
-    reasons: tuple[str, ...]  # what differs there
+    An executor may say by `number` or `num_workers` how many blocks run at once, and
+    may have `refuse(mismatch)`, which stops the use of a worker.
+    """
+
+    def __init__(self, executor: Executor) -> None:
+        self._executor = executor
+
+    @property
+    def number(self) -> int:
+        """How many blocks run at once."""
+        names = "number", "num_workers"
+        sizes = (getattr(self._executor, name, 0) for name in names)
+        return next(filter(None, sizes), None) or processors()
+
+    def submit(self, block: Block) -> Future[Any]:
+        """Let a process evaluate a block."""
+        parcel = packed(partial(evaluate, block))
+        with _lost_processes():
+            future = self._executor.submit(carried_out, parcel)
+        if isinstance(future, Future):
+            return future
+        raise self._broken(future, "a Future")
+
+    def answer(self, future: Future[Any], block: Block) -> Evaluated | Mismatch:
+        """Return the answer of a finished block, if it fits the block."""
+        with _lost_processes():
+            outcome = future.result()
+        match outcome:
+            case Mismatch(who, reasons):
+                if not hasattr(self._executor, "refuse"):
+                    raise _lost(f"{who}: {'; '.join(reasons)}")
+                self._executor.refuse(outcome)
+                return outcome
+            case (Answers(responses, status, _) as answers, float() as seconds):
+                shape = block.shape
+                shapes = getattr(responses, "shape", 0), getattr(status, "shape", 0)
+                if shapes == (shape, shape[:1]):
+                    return Evaluated(answers, seconds)
+        raise self._broken(outcome, f"the answers of {len(block.deviations)} trials")
+
+    def close(self, *, wait: bool) -> None:
+        """Leave the executor as it is: its caller shuts it down."""
+
+    def _broken(self, reply: object, expected: str) -> LostError:
+        executor, kind = type(self._executor).__name__, type(reply).__name__
+        return _lost(f"{executor} returns {kind}, not {expected}")
+
+
+@contextmanager
+def _lost_processes() -> Iterator[None]:
+    """Raise LostError, whatever an executor raises if its processes are lost."""
+    try:
+        yield
+    except TolstatError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise _lost(told(error)) from error
+
+
+def _lost(reason: str) -> LostError:
+    return LostError(f"a worker process: {reason}")
 
 
 class _Packer(pickle.Pickler):
@@ -38,9 +102,9 @@ class _Packer(pickle.Pickler):
 
     def reducer_override(self, obj: Any) -> Any:
         if isinstance(obj, Model):
-            place = _place_of(obj)
-            _loaded[place] = obj  # threads of this process have it already
-            return _found, (obj.name, place, obj.source_digest)
+            source = _source_of(obj)
+            _loaded[source] = obj  # threads of this process have it already
+            return _model_of, (obj.name, source, obj.source_digest)
         return NotImplemented
 
 
@@ -53,11 +117,11 @@ def packed(call: Callable[[], Any]) -> Parcel:
 
 def carried_out(parcel: Parcel) -> Any:
     """Return the result of a call made here; a `Mismatch` if bits could differ."""
-    here = decisive()
+    present = decisive()
     reasons = [
-        f"its {what} is {here.get(what, 'unknown')}, the run needs {value}"
-        for what, value in parcel.decisive.items()
-        if here.get(what) != value
+        f"its {fact} is {present.get(fact, 'unknown')}, the run needs {value}"
+        for fact, value in parcel.decisive.items()
+        if present.get(fact) != value
     ]
     try:
         call = pickle.loads(parcel.content)
@@ -68,25 +132,25 @@ def carried_out(parcel: Parcel) -> Any:
     return call()
 
 
-def _place_of(model: Model) -> str:
+def _source_of(model: Model) -> str:
     """Return where others find a model: FILE.py:NAME, empty for an installed one."""
-    place = catalogue.place_of(model)
-    if place == catalogue.ANY:
+    source = catalogue.place_of(model)
+    if source == catalogue.ANY:
         raise ModelError(
             f"model '{model.name}' is an object of this process, so other processes "
             "cannot find it; load it from its file (tolstat.catalogue.load)",
-            Advice("custom model"),
+            Advice(Remedy.CUSTOM_MODEL),
         )
-    file, _, name = place.rpartition(":")
-    return f"{Path(file).resolve()}:{name}" if place else ""
+    file, _, name = source.rpartition(":")
+    return f"{Path(file).resolve()}:{name}" if source else ""
 
 
-def _found(name: str, place: str, digest: str) -> Model:
+def _model_of(name: str, source: str, digest: str) -> Model:
     """Return a model by its name; refuse another source."""
     with _loading:  # of two threads one loads it
-        if place and place not in _loaded:
-            _loaded[place] = catalogue.load(place)
-        model = _loaded[place] if place else catalogue.find(name)
+        if source and source not in _loaded:
+            _loaded[source] = catalogue.load(source)
+        model = _loaded[source] if source else catalogue.find(name)
     if model.source_digest != digest:
         raise ModelError(
             f"its source of model '{name}' is {model.source_digest}, the run "

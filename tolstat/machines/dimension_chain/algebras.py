@@ -53,23 +53,23 @@ class Values:
 
     def operation(self, sign: str, left: Any, right: Any) -> Any:
         with np.errstate(all="ignore"):
-            found = OPERATIONS[sign](left, right)
+            result = OPERATIONS[sign](left, right)
         reason = "the power has no value" if sign == "**" else "too large"
         by_zero = sign == "/" and np.any(right == 0)
-        return self._known(found, "division by zero" if by_zero else reason)
+        return self._checked(result, "division by zero" if by_zero else reason)
 
     def function(self, name: str, arguments: Sequence[Any]) -> Any:
         with np.errstate(all="ignore"):
             if name in OF_ONE:
-                found = OF_ONE[name](arguments[0])
+                result = OF_ONE[name](arguments[0])
             else:
-                found = reduce(OF_TWO[name], arguments)
-        return self._known(found, OUTSIDE.get(name, "too large"))
+                result = reduce(OF_TWO[name], arguments)
+        return self._checked(result, OUTSIDE.get(name, "too large"))
 
-    def _known(self, found: Any, reason: str) -> Any:
-        if self.strict and not np.all(np.isfinite(found)):
+    def _checked(self, result: Any, reason: str) -> Any:
+        if self.strict and not np.all(np.isfinite(result)):
             raise ValueError(f"{reason}, with every link at its nominal value")
-        return found
+        return result
 
 
 class Slope(NamedTuple):
@@ -94,43 +94,66 @@ DERIVATIVES = {
 }
 
 
-class Slopes(Values):
-    """An algebra of values and their slopes by every link, by the chain rule."""
+Part = tuple[Any, Any]  # the derivative of a step by one of its values, and that value
 
-    def constant(self, value: float) -> Slope:
-        some = next(iter(self.links.values()))
-        zero = np.zeros((len(self.links), *np.shape(some)))
-        return Slope(super().constant(value), zero)
 
-    def link(self, name: str) -> Slope:
-        found = self.constant(0.0).by_link
-        found[list(self.links).index(name)] = 1.0
-        return Slope(self.links[name], found)
+class Derived(Values):
+    """An algebra of values that carry something along, by the chain rule."""
 
-    def operation(self, sign: str, left: Slope, right: Any) -> Slope:
+    def operation(self, sign: str, left: Any, right: Any) -> Any:
         other = right if sign == "**" else right.value
         value = super().operation(sign, left.value, other)
         with np.errstate(all="ignore"):
-            if sign == "+":
-                return Slope(value, left.by_link + right.by_link)
-            if sign == "-":
-                return Slope(value, left.by_link - right.by_link)
             if sign == "*":
-                both = left.by_link * right.value + left.value * right.by_link
-                return Slope(value, both)
+                return self.carried(sign, value, [(other, left), (left.value, right)])
             if sign == "/":
-                over = left.by_link - value * right.by_link
-                return Slope(value, over / right.value)
-            power = 0.0 if right == 0 else right * left.value ** (right - 1)
-            return Slope(value, power * left.by_link)
+                return self.carried(sign, value, [(1.0, left), (-value, right)], other)
+            if sign == "**":
+                power = 0.0 if right == 0 else right * left.value ** (right - 1)
+                return self.carried(sign, value, [(power, left)])
+            return self.carried_by_sum(sign, value, left, right)
 
-    def function(self, name: str, arguments: Sequence[Slope]) -> Slope:
-        values = [each.value for each in arguments]
+    def function(self, name: str, arguments: Sequence[Any]) -> Any:
+        values = [argument.value for argument in arguments]
         value = super().function(name, values)
         with np.errstate(all="ignore"):
             outer = derivatives(name, values, value)
-            parts = [o * each.by_link for o, each in zip(outer, arguments, strict=True)]
-        return Slope(value, sum(parts))
+            return self.carried(name, value, [*zip(outer, arguments, strict=True)])
+
+    def carried(
+        self, name: str, value: Any, parts: Sequence[Part], divisor: Any = 1.0
+    ) -> Any:
+        """Return a step's value with what its parts carry, times their derivatives.
+
+        A quotient's derivatives are still to be divided by its divisor.
+        """
+        raise NotImplementedError
+
+    def carried_by_sum(self, sign: str, value: Any, left: Any, right: Any) -> Any:
+        """Return the value of a sum or difference with what its terms carry."""
+        raise NotImplementedError
+
+
+class Slopes(Derived):
+    """An algebra of values and their slopes by every link."""
+
+    def constant(self, value: float) -> Slope:
+        link = next(iter(self.links.values()))
+        zero = np.zeros((len(self.links), *np.shape(link)))
+        return Slope(super().constant(value), zero)
+
+    def link(self, name: str) -> Slope:
+        by_link = self.constant(0.0).by_link
+        by_link[list(self.links).index(name)] = 1.0
+        return Slope(self.links[name], by_link)
+
+    def carried(
+        self, name: str, value: Any, parts: Sequence[Part], divisor: Any = 1.0
+    ) -> Slope:
+        return Slope(value, sum(outer * x.by_link for outer, x in parts) / divisor)
+
+    def carried_by_sum(self, sign: str, value: Any, left: Any, right: Any) -> Slope:
+        return Slope(value, OPERATIONS[sign](left.by_link, right.by_link))
 
 
 def derivatives(name: str, arguments: Sequence[Any], value: Any) -> list[Any]:
@@ -145,7 +168,7 @@ def derivatives(name: str, arguments: Sequence[Any], value: Any) -> list[Any]:
         square = x * x + y * y
         return [x / square, -y / square]
     # of min or max: the first argument that attains it
-    same = [each == value for each in np.broadcast_arrays(*arguments)]
+    same = [argument == value for argument in np.broadcast_arrays(*arguments)]
     return [1.0 * (np.argmax(same, 0) == i) for i in range(len(arguments))]
 
 
@@ -157,8 +180,7 @@ class Rounded(NamedTuple):
     size: Any  # what it would be if its terms did not take each other away
 
 
-@dataclass(frozen=True)
-class Roundings(Values):
+class Roundings(Derived):
     """An algebra of values without rounding errors: what is none but that is 0.
 
     Where terms take each other away, in a sum or at a zero of a function, an error of
@@ -178,35 +200,22 @@ class Roundings(Values):
     def _unit(self) -> float:
         return len(self.links) * float(np.finfo(float).eps)
 
-    def operation(self, sign: str, left: Rounded, right: Any) -> Rounded:
-        other = right if sign == "**" else right.value
-        value = super().operation(sign, left.value, other)
-        with np.errstate(all="ignore"):
-            if sign in "+-":
-                size = np.maximum(left.size, right.size)
-                return _without_rounding(value, left.error + right.error, size)
-            if sign == "*":
-                both = (
-                    left.error * np.abs(right.value),
-                    right.error * np.abs(left.value),
-                )
-                return Rounded(value, both[0] + both[1], left.size * right.size)
-            if sign == "/":
-                over, under = left.error + right.error * np.abs(value), right.value
-                return Rounded(value, over / np.abs(under), left.size / np.abs(under))
-            power = 0.0 if right == 0 else right * left.value ** (right - 1)
-            return Rounded(value, np.abs(power) * left.error, np.abs(value))
-
-    def function(self, name: str, arguments: Sequence[Rounded]) -> Rounded:
-        values = [each.value for each in arguments]
-        value = super().function(name, values)
-        with np.errstate(all="ignore"):
-            outer = derivatives(name, values, value)
-            parts = [np.abs(o) * x.error for o, x in zip(outer, arguments, strict=True)]
-            error, size = sum(parts), np.abs(value)
+    def carried(
+        self, name: str, value: Any, parts: Sequence[Part], divisor: Any = 1.0
+    ) -> Rounded:
+        error = reduce(operator.add, [np.abs(outer) * x.error for outer, x in parts])
+        sizes, under = [x.size for _, x in parts], np.abs(divisor)
         if name in WITH_ZEROS:  # of a size of one where they rise and fall
-            return _without_rounding(value, error, np.maximum(size, 1.0))
-        return Rounded(value, error, size)
+            return _without_rounding(value, error, np.maximum(np.abs(value), 1.0))
+        if name == "*":
+            return Rounded(value, error, sizes[0] * sizes[1])
+        if name == "/":
+            return Rounded(value, error / under, sizes[0] / under)
+        return Rounded(value, error, np.abs(value))
+
+    def carried_by_sum(self, sign: str, value: Any, left: Any, right: Any) -> Rounded:
+        size = np.maximum(left.size, right.size)
+        return _without_rounding(value, left.error + right.error, size)
 
 
 def _without_rounding(value: Any, error: Any, size: Any) -> Rounded:

@@ -1,7 +1,7 @@
 """Results of a chain without trials: worst case, root sum square, contributions."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -53,17 +53,19 @@ def answers(
         n: x + (0.5 * (used[n].lower + used[n].upper) if n in used else 0.0)
         for n, x in nominal.items()
     }
-    at = formula.worked_out(Slopes({n: np.float64(x) for n, x in middle.items()}))
-    slopes = np.where(np.isfinite(at.by_link), at.by_link, np.nan)  # none at a vertical
+    slope = formula.worked_out(Slopes({n: np.float64(x) for n, x in middle.items()}))
+    slopes = np.where(
+        np.isfinite(slope.by_link), slope.by_link, np.nan
+    )  # none at a vertical
     xi = dict(zip(middle, map(float, slopes), strict=True))
     parts = {n: (xi[n] * s.sigma) ** 2 for n, s in used.items()}
     variance = math.fsum(parts.values())
-    off = (xi[n] * (nominal[n] + s.mean - middle[n]) for n, s in used.items())
+    offsets = (xi[n] * (nominal[n] + s.mean - middle[n]) for n, s in used.items())
     least, largest, turning = _worst(formula, nominal, used)
     return Answers(
         least,
         largest,
-        float(at.value) + math.fsum(off),
+        float(slope.value) + math.fsum(offsets),
         math.sqrt(variance),
         {n: part / variance if variance else 0.0 for n, part in parts.items()},
         turning,
@@ -79,21 +81,20 @@ def _worst(
     upper = np.array([nominal[n] + spreads[n].upper for n in names])
 
     def slopes_at(points: Array) -> tuple[Array, Array]:
-        links = {n: np.full(len(points), x) for n, x in nominal.items()}
-        links |= {n: points[:, i] for i, n in enumerate(names)}
-        found = formula.worked_out(Slopes(links))
+        links = links_at(points, names, nominal)
+        slope = formula.worked_out(Slopes(links))
         which = [list(links).index(n) for n in names]
-        value = np.broadcast_to(found.value, len(points))
-        return value, np.asarray(found.by_link)[which].T
+        value = np.broadcast_to(slope.value, len(points))
+        return value, np.asarray(slope.by_link)[which].T
 
     points = points_of(lower, upper)
     values, slopes = slopes_at(points)
     if not np.isfinite(values).all():
         return math.nan, math.nan, ()
     # points without a slope, at a tip or a vertical, are left out
-    known = np.isfinite(slopes)
-    rises = known.any(axis=0) & np.all((slopes >= 0) | ~known, axis=0)
-    falls = known.any(axis=0) & np.all((slopes <= 0) | ~known, axis=0)
+    finite = np.isfinite(slopes)
+    rises = finite.any(axis=0) & np.all((slopes >= 0) | ~finite, axis=0)
+    falls = finite.any(axis=0) & np.all((slopes <= 0) | ~finite, axis=0)
     turning = tuple(n for i, n in enumerate(names) if not (rises[i] or falls[i]))
     ends = []
     for sign in (1.0, -1.0):
@@ -109,6 +110,14 @@ def _worst(
     if ends[1] - ends[0] > POLE * np.ptp(values) and turning:
         return math.nan, math.nan, turning
     return ends[0], ends[1], turning
+
+
+def links_at(
+    points: Array, names: Sequence[str], nominal: Mapping[str, float]
+) -> dict[str, Array]:
+    """Return every link at points[point, link] of some, float64[point]."""
+    links = {name: np.full(len(points), x) for name, x in nominal.items()}
+    return links | dict(zip(names, points.T, strict=True))
 
 
 def points_of(lower: Array, upper: Array) -> Array:
@@ -140,12 +149,12 @@ def _searched(
         slope = np.where(np.isfinite(slope[0]), slope[0], 0.0)
         return sign * float(value[0]) / size, sign * slope * width / size
 
-    found = []
+    least_values = []
     for start in starts:
         x = _by_coordinates(sign, slopes_at, start, lower, upper)
         x = (x - lower) / width
-        found.append(minimize(aim, x, jac=True, bounds=[(0, 1)] * len(x)).fun)
-    return sign * size * float(np.nanmin(found))
+        least_values.append(minimize(aim, x, jac=True, bounds=[(0, 1)] * len(x)).fun)
+    return sign * size * float(np.nanmin(least_values))
 
 
 def _by_coordinates(

@@ -56,11 +56,11 @@ class Settings:
     @property
     def nominal(self) -> dict[str, float]:
         """Every link, SI."""
-        return {n: np.float64(each["nominal"].value) for n, each in self.links.items()}
+        return {n: np.float64(link["nominal"].value) for n, link in self.links.items()}
 
     @property
     def unit(self) -> str:
         """SI unit of the closing link."""
-        units = {name: each["nominal"].unit for name, each in self.links.items()}
+        units = {name: link["nominal"].unit for name, link in self.links.items()}
         kind: Kind = self.formula.worked_out(Dimensions(units))
         return kind.unit

@@ -42,7 +42,7 @@ class Formula:
 
     text: str
     names: tuple[str, ...]  # of links that it may name
-    _tree: ast.expr = field(init=False, repr=False, compare=False)
+    tree: ast.expr = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Read it once.
@@ -52,38 +52,33 @@ class Formula:
         """
         # lines may be broken for the eye
         object.__setattr__(self, "text", " ".join(self.text.split()))
-        object.__setattr__(self, "_tree", self._parsed())
+        object.__setattr__(self, "tree", self._parsed())
         self.worked_out(Values(dict.fromkeys(self.names, math.nan)))  # as it is walked
         if not self.used:
-            raise ModelError(f"gap = {self._shown} names no link")
-
-    @property
-    def tree(self) -> ast.expr:
-        """What was read."""
-        return self._tree
+            raise ModelError(f"gap = {self._quoted} names no link")
 
     @property
     def used(self) -> tuple[str, ...]:
         """The links that it names, in their order."""
-        named = {n.id for n in ast.walk(self._tree) if isinstance(n, ast.Name)}
+        named = {n.id for n in ast.walk(self.tree) if isinstance(n, ast.Name)}
         return tuple(name for name in self.names if name in named)
 
     @property
-    def _shown(self) -> str:
+    def _quoted(self) -> str:
         """The text for a message."""
         return repr(self.text if len(self.text) <= SHOWN else f"{self.text[:SHOWN]}...")
 
     @property
     def steps(self) -> tuple[Step, ...]:
         """Its divisions, powers and calls of functions."""
-        found = []
-        for node in ast.walk(self._tree):
+        steps = []
+        for node in ast.walk(self.tree):
             match node:
                 case ast.Call(func=ast.Name(id=name), args=arguments):
-                    found.append(Step(name, node, tuple(arguments)))
+                    steps.append(Step(name, node, tuple(arguments)))
                 case ast.BinOp(left=left, op=ast.Div() | ast.Pow() as op, right=right):
-                    found.append(Step(SIGNS[type(op)], node, (left, right)))
-        return tuple(found)
+                    steps.append(Step(SIGNS[type(op)], node, (left, right)))
+        return tuple(steps)
 
     def worked_out(self, algebra: Algebra, part: ast.expr | None = None) -> Any:
         """Return the value of the formula, or of a part: numbers, slopes or dimensions.
@@ -91,7 +86,7 @@ class Formula:
         Raises ModelError if the algebra refuses a step (`ValueError`): its place and
         the reason.
         """
-        return self._value(part or self._tree, algebra)
+        return self._value(part or self.tree, algebra)
 
     def _value(self, node: ast.expr, algebra: Algebra, depth: int = 0) -> Any:
         """Return the value of a node and the nodes below it; refuse any not allowed."""
@@ -137,7 +132,7 @@ class Formula:
                 raise self._refused(node, "a power is written **, not ^")
             case ast.Call(args=args):
                 name = self._function(node)
-                arguments = [self._value(each, algebra, below) for each in args]
+                arguments = [self._value(argument, algebra, below) for argument in args]
                 return self._step(node, algebra.function, name, arguments)
         allowed = "links, numbers, + - * / ** and functions are allowed"
         raise self._refused(node, f"{allowed} ({', '.join(FUNCTIONS)})")
@@ -163,17 +158,18 @@ class Formula:
         if not self.text:
             raise ModelError("gap is empty: a formula is expected, such as 'A - 2*B'")
         if "#" in self.text:  # what follows it would be left out
-            place = self.text.index("#") + 1
+            character = self.text.index("#") + 1
             raise ModelError(
-                f"gap = {self._shown}, character {place}: a formula has no comments"
+                f"gap = {self._quoted}, character {character}: a formula has no "
+                "comments"
             )
         try:
             return ast.parse(self.text, mode="eval").body
         except SyntaxError as error:
-            place = error.offset or len(self.text)
+            character = error.offset or len(self.text)
             raise ModelError(
-                f"gap = {self._shown} cannot be read at character {place}; a formula "
-                "such as 'A - 2*B' is expected"
+                f"gap = {self._quoted} cannot be read at character {character}; a "
+                "formula such as 'A - 2*B' is expected"
             ) from None
         except (RecursionError, MemoryError, ValueError):
             raise ModelError("the formula is too deeply nested to be read") from None
@@ -191,7 +187,7 @@ class Formula:
             allowed = allowed_names(called, [*FUNCTIONS, "**"])
             raise self._refused(node, f"{called} is not a function here; {allowed}")
         least, most = FUNCTIONS[node.func.id]
-        starred = any(isinstance(each, ast.Starred) for each in node.args)
+        starred = any(isinstance(argument, ast.Starred) for argument in node.args)
         if node.keywords or starred or not least <= len(node.args) <= most:
             count = f"{least}" if least == most else f"{least} to {most}"
             words = "value" if count == "1" else "values"
@@ -202,8 +198,8 @@ class Formula:
         """Return an error with the place in the formula, its text, and the reason."""
         start = len(self.text.encode()[: node.col_offset].decode(errors="ignore"))
         stop = len(self.text.encode()[: node.end_col_offset].decode(errors="ignore"))
-        here = self.text[start:stop][:40]
-        where = f"gap = {self._shown}, character {start + 1}, {here!r}"
+        excerpt = self.text[start:stop][:40]
+        where = f"gap = {self._quoted}, character {start + 1}, {excerpt!r}"
         return ModelError(f"{where}: {reason}")
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.algebras import Dimensions, Kind, Slopes, Values
-from tolstat.machines.dimension_chain.chain import points_of
+from tolstat.machines.dimension_chain.chain import links_at, points_of
 from tolstat.machines.dimension_chain.formula import Formula, Step
 from tolstat.units.scale import FIGURES, figures, scale_of
 
@@ -54,11 +54,9 @@ def jumps(
     inside = points_of(lower, upper)
 
     def valued(points: Array, part: ast.expr | None = None) -> Array:
-        links = {n: np.full(len(points), x) for n, x in nominal.items()}
-        links |= {n: points[:, i] for i, n in enumerate(names)}
-        return np.broadcast_to(
-            formula.worked_out(Values(links), part), len(points)
-        ).astype(float)
+        links = Values(links_at(points, names, nominal))
+        value = formula.worked_out(links, part)
+        return np.broadcast_to(value, len(points)).astype(float)
 
     def steepest(part: ast.expr) -> Array:
         """Return the corners where a part is least and largest if it is monotonic."""
@@ -80,8 +78,8 @@ def jumps(
         start = _sides(step, valued(first, part))
         for _ in range(HALVINGS):
             half = (first + second) / 2
-            near = (_sides(step, valued(half, part)) == start)[:, None]
-            first, second = np.where(near, half, first), np.where(near, second, half)
+            same = (_sides(step, valued(half, part)) == start)[:, None]
+            first, second = np.where(same, half, first), np.where(same, second, half)
         with np.errstate(all="ignore"):
             steps = np.abs(valued(first) - valued(second))
         gap = valued(points)

@@ -8,9 +8,8 @@ from tolstat.arrays import Array, Truths
 from tolstat.machines.dimension_chain.algebras import Roundings
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
-from tolstat.machines.dimension_chain.doubtful_terms import doubtful_terms
 from tolstat.machines.dimension_chain.jumps import jumps
-from tolstat.machines.dimension_chain.turns import several_turns
+from tolstat.machines.dimension_chain.slips import slips
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.units.scale import scale_of
@@ -35,8 +34,8 @@ class DimensionChain(Model):
 
     def describe(self, settings: Settings) -> Description:
         links = []
-        for name, each in settings.links.items():
-            size, unit, written = each["nominal"]
+        for name, columns in settings.links.items():
+            size, unit, written = columns["nominal"]
             scale = scale_of(unit, written)
             sentence = f"link of {scale.factor * size:.10g} {scale.mark}".strip()
             link = Contributor(name, unit, "", sentence, size=size, shown=scale.shown)
@@ -54,10 +53,10 @@ class DimensionChain(Model):
     def numbers(
         self, settings: Settings, spreads: Spreads, *, independent: bool = True
     ) -> tuple[StudyNumber, ...]:
-        found = answers(settings.formula, settings.nominal, spreads)
+        results = answers(settings.formula, settings.nominal, spreads)
         unit, formula = settings.unit, settings.formula
         idle = [name for name in spreads if name not in formula.used]
-        turns = ", ".join(found.turning)
+        turns = ", ".join(results.turning)
         of_worst = [f"{', '.join(idle)} not in the formula"] if idle else []
         of_rss = list(of_worst)
         if not independent:
@@ -65,43 +64,38 @@ class DimensionChain(Model):
         if turns:
             of_worst.append(f"found by a search: the gap rises and falls with {turns}")
             of_rss.append(f"inaccurate: the gap rises and falls with {turns}")
-        if math.isnan(found.worst_min):
-            jumps = (
-                "the formula jumps, or has no value, somewhere within the tolerances"
-            )
-            of_worst = [jumps]
+        if math.isnan(results.worst_min):
+            jumps = "jumps, or has no value, somewhere within the tolerances"
+            of_worst = [f"the formula {jumps}"]
         worst = "closing link within the tolerances, all links at once"
         numbers = [
-            ("worst_min", found.worst_min, f"least {worst}", of_worst, "least"),
-            ("worst_max", found.worst_max, f"largest {worst}", of_worst, "largest"),
-            ("rss_mean", found.rss_mean, "mean of the linear chain", of_rss, ""),
+            ("worst_min", results.worst_min, f"least {worst}", of_worst, "least"),
+            ("worst_max", results.worst_max, f"largest {worst}", of_worst, "largest"),
+            ("rss_mean", results.rss_mean, "mean of the linear chain", of_rss, ""),
         ]
-        shares = []
+        shares: dict[str, float] = {}
         if independent:  # else covariances decide: no sigma, no shares
             sigma = "its sigma, by root sum square"
-            numbers.append(("rss_sigma", found.rss_sigma, sigma, of_rss, ""))
-            shares = [
-                StudyNumber(
-                    f"share_{name}", "1", share, f"of {name} in that variance",
-                    caveat="; ".join(of_rss),
-                )
-                for name, share in found.shares.items()
-            ]  # fmt: skip
+            numbers.append(("rss_sigma", results.rss_sigma, sigma, of_rss, ""))
+            shares = results.shares
+        caveat, words = "; ".join(of_rss), "of {} in that variance"
         return (
             *(
                 StudyNumber(name, unit, value, words, "", GAP, "; ".join(but), side)
                 for name, value, words, but, side in numbers
             ),
-            *shares,
+            *(
+                StudyNumber(f"share_{n}", "1", x, words.format(n), caveat=caveat)
+                for n, x in shares.items()
+            ),
         )
 
     def warnings(self, settings: Settings, spreads: Spreads) -> tuple[str, ...]:
-        units = {name: each["nominal"].unit for name, each in settings.links.items()}
+        units = {name: link["nominal"].unit for name, link in settings.links.items()}
         formula, nominal = settings.formula, settings.nominal
         return (
             *_unused(settings),
-            *several_turns(formula, nominal, units),
-            *doubtful_terms(formula, units),
+            *slips(formula, nominal, units),
             *jumps(formula, nominal, spreads, units),
         )
 
@@ -128,5 +122,5 @@ def _gap(deviations: Array, settings: Settings) -> Array:
         name: nominal + deviations[:, i]
         for i, (name, nominal) in enumerate(settings.nominal.items())
     }
-    found = settings.formula.worked_out(Roundings(links)).value
-    return np.broadcast_to(found, len(deviations))
+    gap = settings.formula.worked_out(Roundings(links)).value
+    return np.broadcast_to(gap, len(deviations))

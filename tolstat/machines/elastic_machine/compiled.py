@@ -26,23 +26,23 @@ def chain_of(p, n):
 def rates(moment, y, p, out):
     """Fill theta', theta'', then the rows with peaks."""
     n = len(y) // 2
-    at, chain = named(Moment, moment), chain_of(p, n)
+    instant, chain = named(Moment, moment), chain_of(p, n)
     first = HEAD + 3 * n
     steps = first + PIECE * int(p[1, 0])
     # kept where `loads` takes it from, row by row
     static = rows(out[3 * n : 4 * n])
-    static_deflection(at.phase, rows(p[steps:]), static)
-    phi0__ = acceleration(at.t, at.phase, rows(p[first:steps]))
+    static_deflection(instant.phase, rows(p[steps:]), static)
+    phi0__ = acceleration(instant.t, instant.phase, rows(p[first:steps]))
     derivative(phi0__, rows(y), rows(y[n:]), static, chain, rows(out))
-    loads(at.phase >= rows(p)[0], rows(y), static, chain, rows(out[2 * n :]))
+    loads(instant.phase >= rows(p)[0], rows(y), static, chain, rows(out[2 * n :]))
 
 
 @compiled(rates_signature)
 def watch(moment, y, p, out):
     """Fill the rows with peaks alone."""
     n = len(y) // 2
-    at, chain = named(Moment, moment), chain_of(p, n)
+    instant, chain = named(Moment, moment), chain_of(p, n)
     steps = HEAD + 3 * n + PIECE * int(p[1, 0])
     static = rows(out[n : 2 * n])
-    static_deflection(at.phase, rows(p[steps:]), static)
-    loads(at.phase >= rows(p)[0], rows(y), static, chain, rows(out))
+    static_deflection(instant.phase, rows(p[steps:]), static)
+    loads(instant.phase >= rows(p)[0], rows(y), static, chain, rows(out))

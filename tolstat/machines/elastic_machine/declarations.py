@@ -52,9 +52,9 @@ class Settings:
         """Refuse what does not fit together."""
         n = len(self.inertia)
         for name in ("stiffness", "damping"):
-            if (found := len(getattr(self, name))) != n:
+            if (count := len(getattr(self, name))) != n:
                 raise ModelError(
-                    f"{name} has {found} numbers, inertia has {n}: every mass has one "
+                    f"{name} has {count} numbers, inertia has {n}: every mass has one "
                     "of each (damping: 0 for none). The defaults have four masses"
                 )
         for i, step in enumerate(self.load_torque, start=1):
@@ -79,7 +79,7 @@ class Settings:
     def _check_motion(self) -> None:
         """Refuse a programmed motion that is none, or does not end in time."""
         times = [row["time"] for row in self.acceleration]
-        table = self.start_up_law == "table"
+        table = self.by_table
         if table and (len(times) < 2 or times[-1] <= 0.0 or times != sorted(times)):
             raise ModelError(
                 'start_up_law = "table" takes two or more rows of acceleration, their '
@@ -108,22 +108,25 @@ class Settings:
             )
 
     @property
+    def by_table(self) -> bool:
+        """Whether a table gives the programmed acceleration."""
+        return self.start_up_law == "table"
+
+    @property
     def law(self) -> Law:
         """The start-up law."""
-        table = self.start_up_law == "table"
-        return of_table(self.acceleration) if table else LAWS[self.start_up_law]
+        return of_table(self.acceleration) if self.by_table else LAWS[self.start_up_law]
 
     @property
     def nominal_start_up(self) -> float:
         """Its duration t0, s."""
-        table = self.start_up_law == "table"
-        return float(self.acceleration[-1]["time"]) if table else self.start_up_time
+        last = self.acceleration[-1]["time"] if self.by_table else self.start_up_time
+        return float(last)
 
     @property
     def speed(self) -> float:
         """What multiplies f of the law: phi0'' = speed/t0 f, rad/s."""
-        table = self.start_up_law == "table"
-        return self.nominal_start_up if table else self.final_speed
+        return self.nominal_start_up if self.by_table else self.final_speed
 
 
 def spring(s: int) -> str:

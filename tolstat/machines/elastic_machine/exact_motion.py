@@ -28,29 +28,29 @@ SLOW = 0.02  # of the fastest mass on its spring: the rate that scales phi0''
 def generator(chains: Chains, turns: list[Array], order: int, rate: Array) -> Entries:
     """Return G by row and column."""
     J, c, b = chains[:3]
-    n, one = J.shape[1], np.ones(len(J))
-    found: Entries = {}
+    n, ones = J.shape[1], np.ones(len(J))
+    entries: Entries = {}
     for s in range(n):
-        found[s, n + s] = np.sqrt(c[:, s] / J[:, s])
-        found[n + s, n + s] = -b[:, s] / J[:, s]
-        found[n + s, 2 * n] = -rate * np.sqrt(J[:, s] / J.sum(axis=1))
+        entries[s, n + s] = np.sqrt(c[:, s] / J[:, s])
+        entries[n + s, n + s] = -b[:, s] / J[:, s]
+        entries[n + s, 2 * n] = -rate * np.sqrt(J[:, s] / J.sum(axis=1))
     for s in range(1, n):
-        found[s, n + s - 1] = -np.sqrt(c[:, s] / J[:, s - 1])
-        found[n + s - 1, n + s - 1] -= b[:, s] / J[:, s - 1]
-        beside = b[:, s] / np.sqrt(J[:, s] * J[:, s - 1])
-        found[n + s, n + s - 1] = found[n + s - 1, n + s] = beside
-    for (i, j), value in list(found.items()):
+        entries[s, n + s - 1] = -np.sqrt(c[:, s] / J[:, s - 1])
+        entries[n + s - 1, n + s - 1] -= b[:, s] / J[:, s - 1]
+        coupling = b[:, s] / np.sqrt(J[:, s] * J[:, s - 1])
+        entries[n + s, n + s - 1] = entries[n + s - 1, n + s] = coupling
+    for (i, j), value in list(entries.items()):
         if i < n:
-            found[j, i] = -value
+            entries[j, i] = -value
     for part, turn in enumerate(turns):
         first = 2 * n + part * order
         for s in range(n):
-            found[n + s, first] = found[n + s, 2 * n]
+            entries[n + s, first] = entries[n + s, 2 * n]
         for i in range(first, first + order - 1):
-            found[i, i + 1] = rate * one
+            entries[i, i + 1] = rate * ones
         if turn.any():
-            found[first + 2, first + 1] = -turn * turn / rate
-    return found
+            entries[first + 2, first + 1] = -turn * turn / rate
+    return entries
 
 
 def driving(time: Array, programme: Programme, piece: int) -> Array:
@@ -80,9 +80,9 @@ def motion_of(
     J, c = chains[:2]
     n, law, marks = J.shape[1], settings.law, events.marks
     order = 3 if law.turn else max(len(piece) for piece in law.pieces)
-    each = len(law.pieces)
-    parts = range(programme.begin.shape[1] // each)
-    turns = [programme.turn[:, i * each] for i in parts]
+    law_pieces = len(law.pieces)
+    parts = range(programme.begin.shape[1] // law_pieces)
+    turns = [programme.turn[:, i * law_pieces] for i in parts]
     rate = np.max([SLOW * np.sqrt(c / J).max(axis=1), *turns], axis=0)
     entries = generator(chains, turns, order, rate)
     scale = np.sqrt(J.sum(axis=1))[:, None] / rate[:, None] ** np.arange(1, order + 1)
@@ -96,10 +96,10 @@ def motion_of(
             mass = step["mass"]
             rest[:, phase, 2 * n : 2 * n + mass] += acts[:, None] / c[:, :mass]
         for piece in range(programme.begin.shape[1]):
-            holds = (events.on[:, piece] <= phase) & (phase < events.off[:, piece])
-            now = scale * driving(marks[:, phase], programme, piece)[:, :order]
-            first = 2 * n + piece // each * order
-            change[:, phase, first : first + order] += np.where(holds[:, None], now, 0)
+            holds = (events.on[:, piece] <= phase) & (phase < events.until[:, piece])
+            f = scale * driving(marks[:, phase], programme, piece)[:, :order]
+            first = 2 * n + piece // law_pieces * order
+            change[:, phase, first : first + order] += np.where(holds[:, None], f, 0)
     steps = np.diff(rest[:, :, 2 * n :], axis=1, prepend=0.0)
     change[:, :, :n] = -np.sqrt(c)[:, None] * steps
     G = np.stack(list(entries.values()), axis=1)
@@ -107,7 +107,7 @@ def motion_of(
     twists = np.eye(n) / np.sqrt(c)[:, None]
     angles = np.tri(n) / np.sqrt(c)[:, None]
     since = np.zeros((len(J), 3 * n))
-    since[:, n : 2 * n] = events.off[:, -1:]
+    since[:, n : 2 * n] = events.until[:, -1:]
     return LinearMotion(
         1, order * len(parts), np.array(list(entries)), G, marks, change,
         np.concatenate([angles, angles, twists], axis=1), rest, since,

@@ -37,7 +37,7 @@ def frequency_functions(
 def response(deviations: Array, settings: Settings) -> Chart:
     """Return the frequency functions of the last mass."""
     chains, n = build(deviations, settings), len(settings.inertia)
-    J, c, b = (each[0] for each in chains[:3])
+    J, c, b = (values[0] for values in chains[:3])
     highest = ABOVE * modes_of(J, c, b).k[-1]
     omega = highest * np.arange(1, POINTS + 1) / POINTS
     e, sigma = frequency_functions(J, c, b, omega)
@@ -46,12 +46,12 @@ def response(deviations: Array, settings: Settings) -> Chart:
         Curve(f"e_{n}{r}", "rad/(N m)", "", f"torque on mass {r}", size[:, r - 1])
         for r in dict.fromkeys((n, 1))
     ]
-    own = Curve(f"sigma_{n}", "s^2", "", "by the programmed acceleration", sizes)
+    curve = Curve(f"sigma_{n}", "s^2", "", "by the programmed acceleration", sizes)
     return Chart.of(
         Axis("frequency", "Hz"),
         omega / (2.0 * np.pi),
         Picture(f"Twist of mass {n} by torques", *torques, logarithmic=True),
-        Picture(f"Twist of mass {n} by acceleration", own, logarithmic=True),
+        Picture(f"Twist of mass {n} by acceleration", curve, logarithmic=True),
     )
 
 
@@ -72,7 +72,7 @@ def missed(deviations: Array, settings: Settings) -> Array:
     """
     n = len(settings.inertia)
     chains = build(deviations, settings)
-    modes = modes_of(*(each[0] for each in chains[:3]))
+    modes = modes_of(*(values[0] for values in chains[:3]))
     k, zeta = float(modes.k[0]), float(modes.zeta[0])
     alone = replace(settings, load_torque=())
     first = replace(
@@ -81,9 +81,9 @@ def missed(deviations: Array, settings: Settings) -> Array:
     times = np.linspace(0.0, settings.horizon, SAMPLES + 1)
     rest = deviations[0, 3 * n + 1 + len(settings.load_torque) :]
     motion = [deviations[0, 3 * n], *rest]  # start-up and braking times
-    whole = simulated(np.array([[*deviations[0, : 3 * n], *motion]]), alone, times)
+    all_modes = simulated(np.array([[*deviations[0, : 3 * n], *motion]]), alone, times)
     part = simulated(np.array([[0.0, 0.0, 0.0, *motion]]), first, times)
-    theta = whole.solution.history[0, :, :n]
+    theta = all_modes.solution.history[0, :, :n]
     of_first = part.solution.history[0, :, :1] * k * k * modes.rho[0]
     return np.asarray(peak_between(theta - of_first) / peak_between(theta))
 
@@ -93,7 +93,7 @@ def first_mode(deviations: Array, settings: Settings) -> Listing:
     if settings.speed == 0:
         raise ModelError("final_speed = 0: there is no programmed motion")
     n = len(settings.inertia)
-    rho = modes_of(*(each[0] for each in build(deviations, settings)[:3])).rho
+    rho = modes_of(*(values[0] for values in build(deviations, settings)[:3])).rho
     return Listing.of(
         "a mass; shares of its largest error, without load",
         ("mass", "1", "count", np.arange(1.0, n + 1.0)),

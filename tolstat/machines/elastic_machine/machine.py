@@ -26,8 +26,8 @@ class ElasticMachine(Model):
         return declarations.description_of(settings, deflected)
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        there = parameters.exist(parameters.build(deviations, settings))
-        return {declarations.IMPOSSIBLE: ~there}
+        buildable = parameters.exist(parameters.build(deviations, settings))
+        return {declarations.IMPOSSIBLE: ~buildable}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         return outcome_of(simulated(deviations, settings), settings)

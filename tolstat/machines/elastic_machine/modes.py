@@ -32,12 +32,12 @@ def of_springs(values: Array) -> Array:
     They are before each mass; the first is fixed to the programmed shaft.
     """
     n = values.shape[-1]
-    found = np.zeros((*values.shape, n))
-    every, inner = np.arange(n), np.arange(n - 1)
-    found[..., every, every] = values
-    found[..., inner, inner] += values[..., 1:]
-    found[..., inner, inner + 1] = found[..., inner + 1, inner] = -values[..., 1:]
-    return found
+    matrix = np.zeros((*values.shape, n))
+    masses, inner = np.arange(n), np.arange(n - 1)
+    matrix[..., masses, masses] = values
+    matrix[..., inner, inner] += values[..., 1:]
+    matrix[..., inner, inner + 1] = matrix[..., inner + 1, inner] = -values[..., 1:]
+    return matrix
 
 
 def natural_frequencies(J: Array, c: Array) -> Array:
@@ -56,11 +56,11 @@ def _root(J: Array, c: Array) -> Array:
     squared, so slow modes beside fast ones keep their digits.
     """
     n = J.shape[-1]
-    every, inner = np.arange(n), np.arange(n - 1)
-    found = np.zeros((*J.shape, n))
-    found[..., every, every] = np.sqrt(c / J)
-    found[..., inner, inner + 1] = -np.sqrt(c[..., 1:] / J[..., :-1])
-    return found
+    masses, inner = np.arange(n), np.arange(n - 1)
+    root = np.zeros((*J.shape, n))
+    root[..., masses, masses] = np.sqrt(c / J)
+    root[..., inner, inner + 1] = -np.sqrt(c[..., 1:] / J[..., :-1])
+    return root
 
 
 def modes_of(J: Array, c: Array, b: Array) -> Modes:

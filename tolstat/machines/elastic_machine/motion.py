@@ -23,7 +23,7 @@ class Piece(NamedTuple):
     """A piece of the programmed motion of each trial, each float64[lanes]."""
 
     on: Array  # phase from which it holds
-    off: Array  # phase from which no more
+    until: Array  # phase from which no more
     begin: Array  # s
     f: Array  # phi0'' at its begin, rad/s2, and its derivatives
     f_: Array
@@ -54,14 +54,14 @@ def acceleration(t: Array, phase: Array, pieces: Array) -> Array:
     """
     total = 0.0 * t
     for first in range(0, len(pieces), PIECE):
-        on, off, begin = pieces[first], pieces[first + 1], pieces[first + 2]
+        on, until, begin = pieces[first], pieces[first + 1], pieces[first + 2]
         f, f_, f__ = pieces[first + 3], pieces[first + 4], pieces[first + 5]
         f___, turn = pieces[first + 6], pieces[first + 7]
         x = t - begin
         powers = f + x * (f_ + x * (0.5 * f__ + x * f___ * (1.0 / 6.0)))
         half = np.sin(0.5 * turn * x) / np.where(turn > 0.0, turn, 1.0)
-        found = np.where(turn > 0.0, f + 2.0 * f__ * half * half, powers)
-        total = total + np.where((phase >= on) & (phase < off), found, 0.0)
+        f_t = np.where(turn > 0.0, f + 2.0 * f__ * half * half, powers)
+        total = total + np.where((phase >= on) & (phase < until), f_t, 0.0)
     return total
 
 
@@ -104,7 +104,7 @@ def derivative(
     out[n + n - 1] = -chain.per_J[n - 1] * before - phi0__
 
 
-def loads(over: Truths, theta: Array, static: Array, chain: Chain, out: Array) -> None:
+def loads(ended: Truths, theta: Array, static: Array, chain: Chain, out: Array) -> None:
     """Fill the rows with peaks in out[3 masses, lanes].
 
     theta, rad; after start-up, where it is over[lanes], what is left of it beside the
@@ -117,5 +117,5 @@ def loads(over: Truths, theta: Array, static: Array, chain: Chain, out: Array) -
         if s > 0:
             twist = theta[s] - theta[s - 1]
         out[s] = theta[s]
-        out[n + s] = np.where(over, theta[s] - static[s], 0.0)
+        out[n + s] = np.where(ended, theta[s] - static[s], 0.0)
         out[2 * n + s] = chain.c[s] * twist

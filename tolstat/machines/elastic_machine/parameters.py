@@ -37,7 +37,7 @@ class Events(NamedTuple):
 
     marks: Array  # [trial, mark], s: start, events in order of time, horizon
     on: Array  # [trial, piece of the programmed motion], from which it holds
-    off: Array  # [trial, piece], and from which no more
+    until: Array  # [trial, piece], and from which no more
     begun: Array  # [trial, step of the load], from which it acts
 
 
@@ -82,14 +82,14 @@ def programme_of(chains: Chains, settings: Settings) -> Programme:
     parts = [(0.0, chains.t0, settings.speed)]
     if settings.braking_time:
         parts.append((settings.braking_start, chains.t_b, -settings.speed))
-    found = []
+    pieces = []
     for begin, T, speed in parts:
         t = begin + T[:, None] * s
         power = T[:, None] ** -np.arange(1.0, 5.0)
         f = speed * table * power[:, None, :]
         turn = np.broadcast_to(law.turn / T[:, None], f.shape[:2])
-        found.append((t[:, :-1], t[:, 1:], f, turn))
-    return Programme(*(np.hstack(each) for each in zip(*found, strict=True)))
+        pieces.append((t[:, :-1], t[:, 1:], f, turn))
+    return Programme(*(np.hstack(values) for values in zip(*pieces, strict=True)))
 
 
 def static_deflection(c: Array, M: Array) -> Array:
@@ -112,11 +112,11 @@ def deflection_at_start_up(chains: Chains, settings: Settings) -> Array:
     moment.
     """
     eps_max = settings.law.greatest * settings.speed / chains.t0
-    found = static_deflection(chains.c, -chains.J * eps_max[:, None])
+    deflection = static_deflection(chains.c, -chains.J * eps_max[:, None])
     for i, step in enumerate(settings.load_torque):
         acts = np.where(step["time"] <= chains.t0, chains.M[:, i], 0.0)
-        found = found + acts[:, None] * of_unit_torque(chains.c, step["mass"])
-    return found
+        deflection = deflection + acts[:, None] * of_unit_torque(chains.c, step["mass"])
+    return deflection
 
 
 def deflected_at_start_up(settings: Settings) -> tuple[int, ...]:
@@ -127,9 +127,9 @@ def deflected_at_start_up(settings: Settings) -> tuple[int, ...]:
     n = len(settings.inertia)
     # one more for braking
     nominal = build(np.zeros((1, 3 * n + 2 + len(settings.load_torque))), settings)
-    found = np.abs(deflection_at_start_up(nominal, settings)[0])
-    there = found > BALANCED * scale_of(settings)[:n]
-    return tuple((1 + np.flatnonzero(there)).tolist())
+    deflection = np.abs(deflection_at_start_up(nominal, settings)[0])
+    deflected = deflection > BALANCED * scale_of(settings)[:n]
+    return tuple((1 + np.flatnonzero(deflected)).tolist())
 
 
 def events_of(chains: Chains, programme: Programme, settings: Settings) -> Events:
@@ -140,22 +140,22 @@ def events_of(chains: Chains, programme: Programme, settings: Settings) -> Event
     """
     n = programme.begin.shape[1] // (2 if settings.braking_time else 1)
     # the ends of start-up and braking, then what begins behind t = 0
-    own = np.hstack([programme.end[:, n - 1 :: n], programme.begin[:, 1:]])
+    of_pieces = np.hstack([programme.end[:, n - 1 :: n], programme.begin[:, 1:]])
     steps = [step["time"] for step in settings.load_torque]
-    given = np.broadcast_to(np.array(steps, float), (len(own), len(steps)))
+    of_steps = np.broadcast_to(np.array(steps, float), (len(of_pieces), len(steps)))
     # what does not end has no answer; its marks end with the horizon
-    times = np.hstack([np.minimum(own, settings.horizon), given])
+    times = np.hstack([np.minimum(of_pieces, settings.horizon), of_steps])
     order = np.argsort(times, axis=1, kind="stable")
     phase = np.empty_like(times)
     np.put_along_axis(phase, order, 1.0 + np.arange(times.shape[1])[None], axis=1)
     ordered = np.take_along_axis(times, order, axis=1)
-    edge = np.zeros((len(own), 1))
+    edge = np.zeros((len(of_pieces), 1))
     marks = np.hstack([edge, ordered, edge + settings.horizon])
     parts = programme.end[:, n - 1 :: n].shape[1]
-    on = np.hstack([edge, phase[:, parts : own.shape[1]]])
-    off = np.hstack([on[:, 1:], edge])
-    off[:, n - 1 :: n] = phase[:, :parts]
-    return Events(marks, on, off, phase[:, own.shape[1] :])
+    on = np.hstack([edge, phase[:, parts : of_pieces.shape[1]]])
+    until = np.hstack([on[:, 1:], edge])
+    until[:, n - 1 :: n] = phase[:, :parts]
+    return Events(marks, on, until, phase[:, of_pieces.shape[1] :])
 
 
 def rows_of(
@@ -168,12 +168,12 @@ def rows_of(
     step of the load its phase and the static deflection of each mass.
     """
     # a start-up after the horizon ends as "not finite", without motion
-    one = np.where(ends_late(chains, settings), np.nan, 1.0)[:, None]
-    on, off, (begin, _, f, turn) = events.on, events.off, programme
-    pieces = np.concatenate([np.stack([on, off, begin], 2), f, turn[:, :, None]], 2)
-    number = np.full_like(one, on.shape[1])
-    rows = [off[:, -1:], number, 1.0 / chains.J, chains.c, one * chains.b]
-    rows.append(pieces.reshape(len(one), PIECE * on.shape[1]))
+    ones = np.where(ends_late(chains, settings), np.nan, 1.0)[:, None]
+    on, until, (begin, _, f, turn) = events.on, events.until, programme
+    pieces = np.concatenate([np.stack([on, until, begin], 2), f, turn[:, :, None]], 2)
+    number = np.full_like(ones, on.shape[1])
+    rows = [until[:, -1:], number, 1.0 / chains.J, chains.c, ones * chains.b]
+    rows.append(pieces.reshape(len(ones), PIECE * on.shape[1]))
     for i, step in enumerate(settings.load_torque):
         deflection = chains.M[:, i : i + 1] * of_unit_torque(chains.c, step["mass"])
         rows += [events.begun[:, i : i + 1], deflection]
@@ -198,6 +198,6 @@ def scale_of(settings: Settings) -> Array:
         theta = theta + abs(step["torque"]) * of_unit_torque(c, step["mass"])
     k_1 = natural_frequencies(J, c)[0, 0]
     swings = static_deflection(c, k_1**2 * J * theta)
-    twist = np.maximum(*(np.diff(each[0], prepend=0.0) for each in (theta, swings)))
+    twist = np.maximum(*(np.diff(x[0], prepend=0.0) for x in (theta, swings)))
     scale = np.minimum(twist, np.append(twist[1:], np.inf))
     return np.concatenate([scale, k_1 * scale])

@@ -87,7 +87,7 @@ def of_table(rows: Sequence[Mapping[str, float]]) -> Law:
         for (a, f_a), (b, f_b) in pairwise(zip(s, f, strict=True))
         if b > a
     ]
-    begins, values, slopes = (np.array(each) for each in zip(*lines, strict=True))
+    begins, values, slopes = (np.array(column) for column in zip(*lines, strict=True))
     ends = np.append(begins[1:], 1.0)
 
     def spectrum(rho: Array) -> Array:
@@ -97,8 +97,8 @@ def of_table(rows: Sequence[Mapping[str, float]]) -> Law:
         a, b = np.exp(-jw * begins), np.exp(-jw * ends)
         parts = (values * a - last * b) / jw + slopes * (a - b) / jw**2
         area = (0.5 * (values + last) * (ends - begins)).sum()
-        found: Array = np.abs(np.where(rho == 0.0, area, parts.sum(axis=-1)))
-        return found
+        share: Array = np.abs(np.where(rho == 0.0, area, parts.sum(axis=-1)))
+        return share
 
     return Law(
         spectrum, float(f[np.argmax(np.abs(f))]), tuple(begins[1:].tolist()), (),

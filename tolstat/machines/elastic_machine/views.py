@@ -1,6 +1,7 @@
 """Views of a chain: its histories, spectrum, residual vibration and modes."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -44,7 +45,6 @@ RULE = 5.0, 10.0  # periods of the first mode that the paper recommends
 LONGEST = 200.0  # most periods in the start-up that a spectrum shows
 LOOKED = 3.0  # periods after the longest start-up
 POINTS = 40  # start-ups integrated, beside the closed form
-Drawn = dict[str, tuple[str, Array, Array | None]]  # curves by name, see `curves_of`
 
 
 def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
@@ -52,26 +52,26 @@ def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
     theta, marks = trials.solution.history[0].T, trials.events.marks[0]
     machine = rows_of(trials.chains, trials.programme, trials.events, settings)[0]
     n = len(settings.inertia)
-    ended = float(marks[int(machine[0])])
+    end_time = float(marks[int(machine[0])])
     first = HEAD + 3 * n
     steps = first + PIECE * int(machine[1])
     chain = Chain(*machine[HEAD:first].reshape(3, n))
     phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
-    over = phase >= machine[0]
-    static, found = np.empty((n, len(time))), np.empty((3 * n, len(time)))
+    ended = phase >= machine[0]
+    static, load_values = np.empty((n, len(time))), np.empty((3 * n, len(time)))
     motion.static_deflection(phase, machine[steps:], static)
-    motion.loads(over, theta, static, chain, found)
-    found[n : 2 * n, ~over] = np.nan
+    motion.loads(ended, theta, static, chain, load_values)
+    load_values[n : 2 * n, ~ended] = np.nan
     phi0__ = motion.acceleration(time, phase, machine[first:steps])
 
     responses = description_of(settings, deflected_at_start_up(settings)).responses
-    watched = tuple(map(Curve.of, responses, found))
+    watched = tuple(map(Curve.of, responses, load_values))
     programmed = Curve(
         "acceleration", "rad/s^2", "phi0''", "of the programmed shaft", phi0__
     )  # fmt: skip
     # of many masses some, from the first to the last
-    shown = np.unique(np.linspace(0, n - 1, min(n, MOST_SHOWN)).round().astype(int))
-    error, residual, torque = ([watched[i * n + s] for s in shown] for i in range(3))
+    selected = np.unique(np.linspace(0, n - 1, min(n, MOST_SHOWN)).round().astype(int))
+    error, residual, torque = ([watched[i * n + s] for s in selected] for i in range(3))
     panels = (
         Panel.of("Dynamic errors", *error),
         Panel.of("Residual after start-up", *residual),
@@ -84,7 +84,7 @@ def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
         time,
         (*watched, programmed),
         marks=peaks_of(watched, time, words=""),
-        spans=(Span(0.0, ended, words),),
+        spans=(Span(0.0, end_time, words),),
         panels=panels,
     )
 
@@ -102,34 +102,30 @@ def off_zeros(longest: float) -> Array:
     return 0.005 + 0.01 * np.arange(int(100.0 * longest), dtype=np.float64)
 
 
-def curves_of(unit: str, symbol: str, shown: str, drawn: Drawn) -> list[Curve]:
-    """Return curves by name: sentence and values; of points also where they are."""
-    return [
-        Curve(name, unit, symbol, words, values, at, shown, at is not None)
-        for name, (words, values, at) in drawn.items()
-    ]
-
-
 def spectrum(deviations: Array, settings: Settings) -> Chart:
     """Return lambda(rho), rho the periods in the start-up, with the modes on it."""
     chains, n = build(deviations, settings), len(settings.inertia)
     law, printed = settings.law, LAWS["constant"]
-    own = modes_of(*chains[:3]).k[0] * chains.t0[0] / (2.0 * np.pi)
-    longest = min(max(RULE[1], 1.1 * own[-1]), LONGEST)
-    near = own[own <= longest]
-    beyond = f"; {len(own) - len(near)} have more periods" if len(near) < n else ""
+    periods = modes_of(*chains[:3]).k[0] * chains.t0[0] / (2.0 * np.pi)
+    longest = min(max(RULE[1], 1.1 * periods[-1]), LONGEST)
+    inside = periods[periods <= longest]
+    beyond = (
+        f"; {len(periods) - len(inside)} have more periods" if len(inside) < n else ""
+    )
     rho, zeros = off_zeros(longest), zeros_of(law, longest)
-    drawn: Drawn = {
-        "lambda": (f"share of the final speed: {law.sentence}", law.spectrum(rho), None)
-    }
+    curve = partial(Curve, unit="1", symbol="lambda", shown="1")
+    points = partial(curve, points=True)
+    words = f"share of the final speed: {law.sentence}"
+    curves = [curve("lambda", sentence=words, values=law.spectrum(rho))]
     if law is not printed:
-        values = printed.spectrum(rho)
-        drawn["constant"] = "the same: constant acceleration", values, None
-    drawn["modes"] = f"of this trial{beyond}", law.spectrum(near), near
+        words = "the same: constant acceleration"
+        curves.append(curve("constant", sentence=words, values=printed.spectrum(rho)))
+    words, share = f"of this trial{beyond}", law.spectrum(inside)
+    curves.append(points("modes", sentence=words, values=share, at=inside))
+    above_zero = tuple(curves)
     if len(zeros):
-        drawn["zeros"] = "zeros of lambda", 0.0 * zeros, zeros
-    curves = curves_of("1", "lambda", "1", drawn)
-    above_zero = curves[: list(drawn).index("modes") + 1]
+        words = "zeros of lambda"
+        curves.append(points("zeros", sentence=words, values=0.0 * zeros, at=zeros))
     return Chart.of(
         Axis("periods in the start-up", "1", "1"),
         rho,
@@ -152,30 +148,32 @@ def residual(deviations: Array, settings: Settings) -> Chart:
     T_1 = 2.0 * np.pi / modes.k[0, 0]
     t0 = T_1 * off_zeros(RULE[1])
 
-    def left(machine: int, t0: Array) -> Array:
-        one = Modes(*(each[machine] for each in modes))
-        return np.asarray(left_by_start_up(one, law, omega0, t0)[:, :, -1].sum(axis=1))
+    def amplitude(machine: int, t0: Array) -> Array:
+        mode = Modes(*(values[machine] for values in modes))
+        return np.asarray(left_by_start_up(mode, law, omega0, t0)[:, :, -1].sum(axis=1))
 
-    at, integrated = residual_integrated(deviations[0], settings, T_1)
-    drawn: Drawn = {
-        "undamped": ("modes added up, undamped", left(0, t0), None),
-        "integrated": ("with damping", integrated, at),
-    }
-    if len(zeros := T_1 * zeros_of(law, RULE[1])):
-        drawn["zeros of mode 1"] = "undamped", 0.0 * zeros, zeros
-    curves = curves_of("rad", "theta", "", drawn)
+    start_ups, integrated = residual_integrated(deviations[0], settings, T_1)
+    curve = partial(Curve, unit="rad", symbol="theta")
+    points = partial(curve, points=True)
+    words = "modes added up, undamped"
+    undamped = curve("undamped", sentence=words, values=amplitude(0, t0))
+    words = "with damping"
+    damped = points("integrated", sentence=words, values=integrated, at=start_ups)
+    zeros = T_1 * zeros_of(law, RULE[1])
+    none = points("zeros of mode 1", sentence="undamped", values=0.0 * zeros, at=zeros)
     marks: tuple[Mark, ...] = ()
-    if t0[0] <= (own := chains.t0[0]) <= t0[-1]:
-        here = float(left(0, np.array([own]))[0])
-        marks = (Mark("undamped", float(own), here, "as set"),)
-    others = [left(i, t0) for i in range(1, len(chains.J))]
+    if t0[0] <= (start_up := chains.t0[0]) <= t0[-1]:
+        value = float(amplitude(0, np.array([start_up]))[0])
+        marks = (Mark("undamped", float(start_up), value, "as set"),)
+    others = [amplitude(i, t0) for i in range(1, len(chains.J))]
     bands = bands_of("undamped", "rad", np.array(others))
     of_many = f"{len(others)} machines" if others else ""
+    title = f"Residual {len(settings.inertia)}"
     return Chart.of(
         Axis("start-up time", "s"),
         t0,
-        Picture(f"Residual {len(settings.inertia)}", *curves[:2], *bands, *curves[2:]),
-        Picture(of_many, *curves[:2], *bands, logarithmic=True),
+        Picture(title, undamped, damped, *bands, *([none] if len(zeros) else [])),
+        Picture(of_many, undamped, damped, *bands, logarithmic=True),
         marks=marks,
         spans=(Span(RULE[0] * T_1, RULE[1] * T_1, "5 to 10 periods of mode 1"),),
     )
@@ -203,7 +201,7 @@ def listed(deviations: Array, settings: Settings) -> Listing:
     law, n = settings.law, len(modes.k)
     periods = modes.k * chains.t0[0] / (2.0 * np.pi)
     last = modes.rho[:, -1]
-    begin, end, f, turn = (each[0] for each in programme_of(chains, settings))
+    begin, end, f, turn = (values[0] for values in programme_of(chains, settings))
     pieces = np.column_stack([begin, end, f, turn])
     return Listing.of(
         "a mode; damping as if classical; residual at the end of the motion",

@@ -27,19 +27,19 @@ def design_of(settings: Settings) -> Design:
         why = f"z1 z3 = z2 z4 = {z2 * z4}: wheel 1 would never turn"
         raise _refused(settings, f"{why}; give {_other_teeth(settings)}")
     b2, b3 = _helix_angles(settings, D)
-    given = settings.helix_2 is not None and settings.helix_3 is not None
+    both_given = settings.helix_2 is not None and settings.helix_3 is not None
     dw2 = settings.module * z2 / math.cos(b2)
     dw1, dw3 = dw2 * z1 / z2, dw2 / D
-    found = Design(
+    design = Design(
         scheme, i, D, b2, b3, dw1, dw2, dw3, dw3 * z4 / z3,
         a=(dw1 + scheme.s12 * dw2) / 2,
         alpha12=math.atan(math.tan(settings.pressure_angle) / math.cos(b2)),
         alpha34=_pressure_angle(settings, b2, b3, dw3),
-        unbalance=float(schemes.unbalance(b2, b3, D)) if given else 0.0,
+        unbalance=float(schemes.unbalance(b2, b3, D)) if both_given else 0.0,
         F=2 * settings.torque / dw1,
     )  # fmt: skip
-    _check_satellites(settings, found)
-    return found
+    _check_satellites(settings, design)
+    return design
 
 
 def _refused(settings: Settings, why: str) -> ModelError:
@@ -81,17 +81,17 @@ def _helix_angles(settings: Settings, D: float) -> tuple[float, float]:
     if b3 is not None:
         return math.atan(math.tan(b3) * D), b3
     mr, (z1, z2, z3, z4) = settings.module_ratio, settings.teeth
-    found = schemes.balanced(SCHEMES[settings.scheme], mr, z1, z2, z3, z4)
-    if math.isnan(found.b2):
+    helices = schemes.balanced(SCHEMES[settings.scheme], mr, z1, z2, z3, z4)
+    if math.isnan(helices.b2):
         raise _refused(
             settings,
             "no helix angles balance wheels that are coaxial without profile shift: "
-            f"kap = cos b2 / cos b3 = {found.kap:.6g} and sin b2 / sin b3 = "
-            f"{mr * z2 / z3:.6g} ask for sin^2 b3 = {found.square:.6g}. Give helix_2 "
+            f"kap = cos b2 / cos b3 = {helices.kap:.6g} and sin b2 / sin b3 = "
+            f"{mr * z2 / z3:.6g} ask for sin^2 b3 = {helices.square:.6g}. Give helix_2 "
             "or helix_3, for which wheels 3 and 4 are shifted, another module_ratio, "
             f"or {_other_teeth(settings)}",
         )
-    return float(found.b2), float(found.b3)
+    return float(helices.b2), float(helices.b3)
 
 
 def _pressure_angle(settings: Settings, b2: float, b3: float, dw3: float) -> float:
@@ -124,9 +124,11 @@ def profile_shift(z: int, module: float, b: float, alpha: float, a: float) -> fl
     By involute geometry, of the sum (difference) z of their teeth; normal module, m,
     helix angle at the reference cylinder, normal pressure angle, centre distance, m.
     """
-    at = math.atan(math.tan(alpha) / math.cos(b))
-    working = math.acos(min(module * z / (2 * math.cos(b)) * math.cos(at) / a, 1.0))
-    inv = math.tan(working) - working - math.tan(at) + at
+    alpha_t = math.atan(math.tan(alpha) / math.cos(b))
+    working = math.acos(
+        min(module * z / (2 * math.cos(b)) * math.cos(alpha_t) / a, 1.0)
+    )
+    inv = math.tan(working) - working - math.tan(alpha_t) + alpha_t
     return z * inv / (2 * math.tan(alpha))
 
 
@@ -146,25 +148,25 @@ def _check_satellites(settings: Settings, design: Design) -> None:
     k, high = settings.satellites, 2 * settings.addendum * settings.module
     widest = max(design.dw2 + high, design.dw3 + high / settings.module_ratio)
 
-    def apart(n: int) -> float:
+    def between(n: int) -> float:
         return 2 * design.a * math.sin(math.pi / n)
 
     touch = (1 + ROUNDING) * widest
-    have_room = [n for n in range(2, schemes.MOST_SATELLITES + 1) if apart(n) > touch]
+    have_room = [n for n in range(2, schemes.MOST_SATELLITES + 1) if between(n) > touch]
     if k not in have_room:
         most = f"at most {have_room[-1]} have" if have_room else "not even two have"
         raise _refused(
             settings,
-            f"{k} satellites touch: they are {1e3 * apart(k):.5g} mm apart and "
+            f"{k} satellites touch: they are {1e3 * between(k):.5g} mm apart and "
             f"{1e3 * widest:.5g} mm wide with their addendum; {most} room",
         )
-    whole, step = schemes.assembly(design.scheme, k, *settings.teeth)
-    if whole % step:
+    dividend, divisor = schemes.assembly(design.scheme, k, *settings.teeth)
+    if dividend % divisor:
         sign = "-" if design.scheme.s12 == design.scheme.s34 else "+"
-        can = [str(n) for n in have_room if whole % (step // k * n) == 0]
+        can = [str(n) for n in have_room if dividend % (divisor // k * n) == 0]
         raise _refused(
             settings,
-            f"{k} equal satellites cannot be put in: z1 z3 {sign} z2 z4 = {whole} is "
-            f"no multiple of satellites gcd(z2, z3) = {step}; of the numbers that have "
-            f"room {', '.join(can) or 'none'} can",
+            f"{k} equal satellites cannot be put in: z1 z3 {sign} z2 z4 = {dividend} "
+            f"is no multiple of satellites gcd(z2, z3) = {divisor}; of the numbers "
+            f"that have room {', '.join(can) or 'none'} can",
         )

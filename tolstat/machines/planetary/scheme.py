@@ -150,9 +150,9 @@ def balanced(
         square = np.where(spur, 0.0, (1 - kap**2) / ((mr * x) ** 2 - kap**2))
         sin_b3 = np.sqrt(square)
         sin_b2 = mr * x * sin_b3
-        there = (square >= 0) & (square < 1) & (sin_b2 < 1)
-        b2 = np.arcsin(np.where(there, sin_b2, np.nan))
-        b3 = np.arcsin(np.where(there, sin_b3, np.nan))
+        exists = (square >= 0) & (square < 1) & (sin_b2 < 1)
+        b2 = np.arcsin(np.where(exists, sin_b2, np.nan))
+        b3 = np.arcsin(np.where(exists, sin_b3, np.nan))
     return Helices(kap, square, b2, b3)
 
 

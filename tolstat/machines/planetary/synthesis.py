@@ -109,17 +109,17 @@ def designs(
     >>> designs(scheme="AI", ratio=7, ratio_tolerance=0.01, satellites=3, z1=(17, 26),
     ...         z2=(17, 60), z3=(17, 60), z4=(61, 130), helix=(0.14, 0.52))
     """
-    given = {**locals(), "module": 1.0 if module is None else module}
+    arguments = {**locals(), "module": 1.0 if module is None else module}
     import pandas as pd
 
-    checked = {name: _checked(name, value) for name, value in given.items()}
+    checked = {name: _checked(name, value) for name, value in arguments.items()}
     i = checked.pop("ratio")
-    columns, left = search(Settings(**checked), i)
+    columns, counts = search(Settings(**checked), i)
     frame = pd.DataFrame(columns)
     units = {name: UNITS.get(name, "1") for name in columns}
     if module is None:
         units = {name: "1" if unit == "m" else unit for name, unit in units.items()}
-    frame.attrs = {"units": units, "left": left}
+    frame.attrs = {"units": units, "left": counts}
     return frame
 
 
@@ -138,21 +138,21 @@ def _checked(name: str, value: Any) -> Any:
         raise ModelError(f"{name} = {value!r}: {error}{unit}") from None
 
 
-def search(wanted: Settings, i: float) -> tuple[Columns, dict[str, int]]:
+def search(settings: Settings, i: float) -> tuple[Columns, dict[str, int]]:
     """Return the gears of the ratio i for the settings; see `designs`.
 
     Columns, a row for each gear; and how many sets of teeth each condition left, in
     words.
     """
-    scheme = SCHEMES[wanted.scheme]
-    _check_reach(wanted, scheme, i)
+    scheme = SCHEMES[settings.scheme]
+    _check_reach(settings, scheme, i)
     parts: list[Columns] = []
-    left: dict[str, int] = {}
+    totals: dict[str, int] = {}
     n_found = 0
-    for teeth in _candidates(wanted, scheme, i):
-        part, counts = _conditions(wanted, scheme, i, teeth)
+    for teeth in _candidates(settings, scheme, i):
+        part, counts = _conditions(settings, scheme, i, teeth)
         parts.append(part)
-        left = {words: left.get(words, 0) + n for words, n in counts.items()}
+        totals = {words: totals.get(words, 0) + n for words, n in counts.items()}
         n_found += len(part["z1"])
         if n_found > MOST_DESIGNS:
             raise ModelError(
@@ -160,12 +160,12 @@ def search(wanted: Settings, i: float) -> tuple[Columns, dict[str, int]]:
                 "helix angles, or the tolerance of the ratio"
             )
     columns = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
-    return _ordered(columns, wanted.order), left
+    return _ordered(columns, settings.order), totals
 
 
-def _check_reach(wanted: Settings, scheme: Scheme, i: float) -> None:
+def _check_reach(settings: Settings, scheme: Scheme, i: float) -> None:
     """Refuse ranges that are too wide, and a ratio that no teeth in them have."""
-    (low1, high1), (low2, high2), (low3, high3), (low4, high4) = _teeth(wanted)
+    (low1, high1), (low2, high2), (low3, high3), (low4, high4) = _teeth(settings)
     triples = (high1 - low1 + 1) * (high2 - low2 + 1) * (high3 - low3 + 1)
     if triples > MOST_TRIPLES:
         raise ModelError(
@@ -177,23 +177,25 @@ def _check_reach(wanted: Settings, scheme: Scheme, i: float) -> None:
     else:
         possible, words = i > 1, "above 1"
     if not possible:
-        raise ModelError(f"ratio {i:g}: the scheme {wanted.scheme} has ratios {words}")
+        raise ModelError(
+            f"ratio {i:g}: the scheme {settings.scheme} has ratios {words}"
+        )
     ends = (
         ratio(scheme, low1, high2, low3, high4),
         ratio(scheme, high1, low2, high3, low4),
     )
     # a bit more: an end belongs to its range
-    slack = (wanted.ratio_tolerance + 1e-9) * abs(i)
+    slack = (settings.ratio_tolerance + 1e-9) * abs(i)
     if max(ends) < i - slack or i + slack < min(ends):
         raise ModelError(
-            f"ratio {i:g}: with these ranges of teeth the scheme {wanted.scheme} has "
+            f"ratio {i:g}: with these ranges of teeth the scheme {settings.scheme} has "
             f"ratios from {min(ends):.6g} to {max(ends):.6g}; widen them"
         )
 
 
-def _teeth(wanted: Settings) -> list[tuple[int, int]]:
+def _teeth(settings: Settings) -> list[tuple[int, int]]:
     """Return fewest and most teeth of each wheel."""
-    ranges = (wanted.z1, wanted.z2, wanted.z3, wanted.z4)
+    ranges = (settings.z1, settings.z2, settings.z3, settings.z4)
     return [(int(low), int(high)) for low, high in ranges]
 
 
@@ -202,20 +204,20 @@ def _ordered(columns: Columns, order: str) -> Columns:
     if order == "teeth":
         return columns
     keys = {**columns, "ratio_error": np.abs(columns["ratio_error"])}
-    then = "size" if order == "ratio_error" else "ratio_error"
+    second = "size" if order == "ratio_error" else "ratio_error"
     # differences by rounding alone do not count
-    rank = np.lexsort((np.round(keys[then], 12), np.round(keys[order], 12)))
+    rank = np.lexsort((np.round(keys[second], 12), np.round(keys[order], 12)))
     return {name: values[rank] for name, values in columns.items()}
 
 
 def _candidates(
-    wanted: Settings, scheme: Scheme, i: float
+    settings: Settings, scheme: Scheme, i: float
 ) -> Iterator[tuple[Column, ...]]:
     """Yield z1, z2, z3, z4 by teeth, slice by slice: the z4 that the ratio allows."""
-    (low1, high1), (low2, high2), (low3, high3), (low4, high4) = _teeth(wanted)
+    (low1, high1), (low2, high2), (low3, high3), (low4, high4) = _teeth(settings)
     n2, n3 = high2 - low2 + 1, high3 - low3 + 1
     pairs, at_once = (high1 - low1 + 1) * n2, max(1, SLICE // n3)
-    slack = wanted.ratio_tolerance * abs(i)
+    slack = settings.ratio_tolerance * abs(i)
     for start in range(0, pairs, at_once):
         pair = np.arange(start, min(start + at_once, pairs))
         z1, z2 = np.repeat(low1 + pair // n2, n3), np.repeat(low2 + pair % n2, n3)
@@ -229,58 +231,59 @@ def _candidates(
         cuts = np.searchsorted(total, np.arange(SLICE, total[-1], SLICE))
         for part in np.split(np.arange(len(z1)), cuts):
             n = n4[part]
-            one = np.repeat(part, n)
-            nth = np.arange(len(one)) - np.repeat(np.cumsum(n) - n, n)
-            yield z1[one], z2[one], z3[one], first[one] + nth
+            row = np.repeat(part, n)
+            nth = np.arange(len(row)) - np.repeat(np.cumsum(n) - n, n)
+            yield z1[row], z2[row], z3[row], first[row] + nth
 
 
 def _conditions(
-    wanted: Settings, scheme: Scheme, wanted_i: float, teeth: tuple[Column, ...]
+    settings: Settings, scheme: Scheme, i: float, teeth: tuple[Column, ...]
 ) -> tuple[Columns, dict[str, int]]:
     """Return the gears among sets of teeth, and how many each condition left."""
-    left = {}
-    k, mr = wanted.satellites, wanted.module_ratio
+    counts = {}
+    k, mr = settings.satellites, settings.module_ratio
+    gears: Columns = dict(zip(("z1", "z2", "z3", "z4"), teeth, strict=True))
 
-    def those(words: str, fit: Column, *each: Column) -> tuple[Column, ...]:
+    def fitting(words: str, fit: Column) -> Columns:
         """Count and return those that fit."""
-        left[words] = int(np.count_nonzero(fit))
-        return tuple(values[fit] for values in each)
+        counts[words] = int(np.count_nonzero(fit))
+        return {name: values[fit] for name, values in gears.items()}
 
     z1, z2, z3, z4 = teeth
-    i = ratio(scheme, *teeth)
-    near = np.abs(i / wanted_i - 1) <= wanted.ratio_tolerance + ROUNDING
-    rings = (z1 + scheme.s12 * z2 > 0) & (z4 + scheme.s34 * z3 > 0)
-    fit = near & rings & (i != 0)  # with 0 wheel 1 never turns
-    z1, z2, z3, z4 = those("have the ratio", fit, *teeth)
+    ratios = ratio(scheme, *teeth)
+    fit = np.abs(ratios / i - 1) <= settings.ratio_tolerance + ROUNDING
+    fit &= (z1 + scheme.s12 * z2 > 0) & (z4 + scheme.s34 * z3 > 0)  # rings
+    fit &= ratios != 0  # with 0 wheel 1 never turns
+    gears = fitting("have the ratio", fit)
 
-    _, _, b2, b3 = schemes.balanced(scheme, mr, z1, z2, z3, z4)
-    least, most = wanted.helix[0] - ROUNDING, wanted.helix[1] + ROUNDING
+    _, _, b2, b3 = schemes.balanced(scheme, mr, *gears.values())
+    gears |= {"helix_2": b2, "helix_3": b3}
+    least, most = settings.helix[0] - ROUNDING, settings.helix[1] + ROUNDING
     fit = (least <= b2) & (b2 <= most) & (least <= b3) & (b3 <= most)
-    words = "are balanced at such helix angles"
-    z1, z2, z3, z4, b2, b3 = those(words, fit, z1, z2, z3, z4, b2, b3)
+    gears = fitting("are balanced at such helix angles", fit)
 
-    whole, step = schemes.assembly(scheme, k, z1, z2, z3, z4)
-    z1, z2, z3, z4, b2, b3, whole, step = those(
-        "can be assembled", whole % step == 0, z1, z2, z3, z4, b2, b3, whole, step
-    )
+    z1, z2, z3, z4, _, _ = gears.values()
+    dividend, divisor = schemes.assembly(scheme, k, z1, z2, z3, z4)
+    gears["assembly"] = dividend // divisor
+    gears = fitting("can be assembled", dividend % divisor == 0)
 
-    i, D = (f(scheme, z1, z2, z3, z4) for f in (ratio, schemes.diameter_ratio))
-    m2, m3 = wanted.module, wanted.module / mr
+    z1, z2, z3, z4, b2, b3, assembly = gears.values()
+    ratios, D = (f(scheme, z1, z2, z3, z4) for f in (ratio, schemes.diameter_ratio))
+    m2, m3 = settings.module, settings.module / mr
     dw2, dw3 = m2 * z2 / np.cos(b2), m3 * z3 / np.cos(b3)
     centres = m2 * (z1 + scheme.s12 * z2) / np.cos(b2)  # 2a
-    apart = centres * math.sin(math.pi / k)
-    tips = 2 * wanted.addendum
-    columns = {
-        "z1": z1, "z2": z2, "z3": z3, "z4": z4, "ratio": i, "D": D,
+    between = centres * math.sin(math.pi / k)
+    tips = 2 * settings.addendum
+    gears = {
+        "z1": z1, "z2": z2, "z3": z3, "z4": z4, "ratio": ratios, "D": D,
         "helix_2": b2, "helix_3": b3,
-        "ratio_error": (i - wanted_i) / abs(wanted_i),
+        "ratio_error": (ratios - i) / abs(i),
         "size": centres + np.maximum(dw2, dw3),
-        "neighbouring": apart - np.maximum(dw2, dw3),
-        "tip_gap": apart - np.maximum(dw2 + tips * m2, dw3 + tips * m3),
-        "assembly": whole // step,
+        "neighbouring": between - np.maximum(dw2, dw3),
+        "tip_gap": between - np.maximum(dw2 + tips * m2, dw3 + tips * m3),
+        "assembly": assembly,
         # change of tan b2 - D tan b3 with each of the angles
         "balance": np.hypot(1 / np.cos(b2) ** 2, D / np.cos(b3) ** 2),
     }  # fmt: skip
-    room = columns["neighbouring"] > ROUNDING * columns["size"]  # 0 is a touch
-    found = those("have room for the satellites", room, *columns.values())
-    return dict(zip(columns, found, strict=True)), left
+    room = gears["neighbouring"] > ROUNDING * gears["size"]  # 0 is a touch
+    return fitting("have room for the satellites", room), counts

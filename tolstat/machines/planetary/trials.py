@@ -97,7 +97,7 @@ def faults(deviations: Array, design: Design, settings: Settings) -> dict[str, T
     diameters = design.dw1, design.dw2, design.dw3, design.dw4
     wheels = zip(diameters, settings.teeth, strict=True)
     half_pitch = [np.pi * d / z / 2 for d, z in wheels]
-    thin = [np.abs(each) / h for each, h in zip(E, half_pitch, strict=True)]
+    thin = [np.abs(deviation) / h for deviation, h in zip(E, half_pitch, strict=True)]
     depth = DEPTH * settings.module / max(1.0, settings.module_ratio)
     meshes = (steep < np.pi / 2) & (np.abs(da) < depth)
     meshes &= np.abs(e).max(axis=1) < half_pitch[0]

@@ -23,13 +23,13 @@ def designs_listing(_: Array, settings: Settings) -> Listing:
     i = settings.wanted_ratio or design_of(settings).ratio
     columns, counts = search(settings, i)
     if not len(columns["z1"]):
-        left = "; ".join(f"{n} {words}" for words, n in counts.items())
+        counted = "; ".join(f"{n} {words}" for words, n in counts.items())
         raise ModelError(
-            f"no gear found. Of the sets of teeth {left}. Widen z1 ... z4, helix or "
+            f"no gear found. Of the sets of teeth {counted}. Widen z1 ... z4, helix or "
             "ratio_tolerance, or change wanted_ratio, satellites or module_ratio"
         )
-    every = ((n, UNITS.get(n, "1"), SHOWN.get(n, ""), x) for n, x in columns.items())
-    return Listing.of(SENTENCE, *every)
+    rows = ((n, UNITS.get(n, "1"), SHOWN.get(n, ""), x) for n, x in columns.items())
+    return Listing.of(SENTENCE, *rows)
 
 
 def existence_chart(_: Array, settings: Settings) -> Chart:
@@ -37,15 +37,15 @@ def existence_chart(_: Array, settings: Settings) -> Chart:
 
     No addenda: satellites may come so near that their pitch circles touch.
     """
-    own = design_of(settings)
-    widest = max(2.0, 1.25 * own.D)
+    design = design_of(settings)
+    widest = max(2.0, 1.25 * design.D)
     D = np.unique([*np.linspace(0.01, widest, 400), 1.0])
     lower, upper = existence(settings.scheme, D, settings.satellites)
     # two satellites never touch: infinite ends are cut off
-    reach = max(8 * (1 + widest), 1.25 * abs(own.ratio))
+    reach = max(8 * (1 + widest), 1.25 * abs(design.ratio))
     outline = np.clip([*lower, *upper[::-1]], -reach, reach)
     lines = [np.where(np.abs(v) <= reach, v, np.nan) for v in (lower, upper)]
-    where, i = np.array([own.D]), np.array([own.ratio])
+    where, i = np.array([design.D]), np.array([design.ratio])
     exists = f"{settings.satellites} satellites"
     if np.any(outline != [*lower, *upper[::-1]]):
         exists += f", drawn to {reach:g}"
@@ -56,7 +56,7 @@ def existence_chart(_: Array, settings: Settings) -> Chart:
     )
     region = Region(exists, "1", np.array([*D, *D[::-1]]), outline)
     picture = Picture(f"Ratio i, {settings.scheme}", region, *curves)
-    marks = (Mark("these teeth", own.D, own.ratio, "i ="),)
+    marks = (Mark("these teeth", design.D, design.ratio, "i ="),)
     return Chart.of(Axis("dw2 / dw3", "1", "1"), D, picture, marks=marks)
 
 

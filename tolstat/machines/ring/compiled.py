@@ -28,10 +28,10 @@ def ring_of(P, n):
 def rates(moment, y, p, out):
     """Fill derivatives; rows with peaks: t_R, X, rollers; timed above zero: -t_R."""
     n = len(y) // 4
-    Y, P, found = rows(y), rows(p), rows(out)
+    Y, P, filled = rows(y), rows(p), rows(out)
     tool, ring = named(Tool, p), ring_of(P[HEAD:], n)
     t_R = depth_of_cut(rows(moment)[0], Y, P[HEAD + RING * n :], tool, ring)
     P_R, P_T = cutting_forces(t_R, tool)
-    a_1__, b_1__ = derivative(Y, P_R, P_T, tool, ring, found)
+    a_1__, b_1__ = derivative(Y, P_R, P_T, tool, ring, filled)
     l_1, l_2 = reactions(a_1__, b_1__, P_R, P_T, tool)
     write(out, 4 * n + 2, (t_R, Y[4 * n], l_1, l_2, -t_R))

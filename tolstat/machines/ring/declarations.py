@@ -96,8 +96,8 @@ class Asked:
                 f"{self.middle_radius:g} m: a ring has an inner radius above 0"
             )
         if not self.support_angle < math.pi:
-            given = typed("rad", self.support_angle)
-            raise ModelError(f"support_angle = {given}: it must be below 180 deg")
+            angle = typed("rad", self.support_angle)
+            raise ModelError(f"support_angle = {angle}: it must be below 180 deg")
         lobes = self.out_of_roundness_harmonics
         if len(set(lobes)) < len(lobes):
             raise ModelError(
@@ -211,15 +211,15 @@ def description_of(settings: Asked) -> Description:
     and no growth about it.
     """
     lobes = [
-        each
+        item
         for k in settings.out_of_roundness_harmonics
-        for each in (
+        for item in (
             Contributor(amplitude(k), "m", f"e_{k}", f"out-of-roundness of the blank, {k} lobes", "t_R", part="blank"),
             Contributor(phase(k), "rad", f"psi_{k}", f"phase of the {k} lobes", "t_R", shown="deg", part="blank"),
         )
     ]  # fmt: skip
-    left_out = (CRITICAL if settings.hoop else ()) + (() if settings.rests else OF_REST)
-    responses = tuple(each for each in _RESPONSES if each.name not in left_out)
+    excluded = (CRITICAL if settings.hoop else ()) + (() if settings.rests else OF_REST)
+    responses = tuple(item for item in _RESPONSES if item.name not in excluded)
     return Description((*_PARTS, *lobes), responses)
 
 

@@ -42,7 +42,7 @@ def squares(Omega: Array, on: Supported) -> NDArray[np.complex128]:
     """
     k = harmonics(on.s.shape[1] + 1)
     n = len(k.j)
-    every = np.arange(n)
+    rows = np.arange(n)
     M = k.n * k.n - k.l * k.l * (Omega * Omega)[:, None]
     gyro = 2.0 * Omega[:, None] * k.l
     per_a, per_b = inverse(on.s, k.C), inverse(on.t, k.C)
@@ -51,7 +51,7 @@ def squares(Omega: Array, on: Supported) -> NDArray[np.complex128]:
     H[:, :n, n:] = per_a * gyro[:, None, :]
     # per_b (gyro (the rows above) + (0, M)), harmonic by harmonic
     below = gyro[:, :, None] * H[:, :n]
-    below[:, every, n + every] += M
+    below[:, rows, n + rows] += M
     for j in range(n):
         H[:, n:] += per_b[:, :, j, None] * below[:, None, j]
     return np.linalg.eigvals(H).astype(complex)
@@ -80,11 +80,11 @@ def _meeting(p: Array, Omega: Array, on: Supported) -> tuple[Array, Array]:
     ss, tt, st = on.s * on.s, on.t * on.t, on.s * on.t
     S, T, X = total(ss * per), total(tt * per), total(st * cross)
     S_p, T_p, X_p = total(ss * per_p), total(tt * per_p), total(st * cross_p)
-    left, right = 1.0 - 2.0 * p * S, 1.0 - 2.0 * p * T
-    left_p, right_p = -2.0 * (S + p * S_p), -2.0 * (T + p * T_p)
+    F_a, F_b = 1.0 - 2.0 * p * S, 1.0 - 2.0 * p * T
+    F_a_p, F_b_p = -2.0 * (S + p * S_p), -2.0 * (T + p * T_p)
     both = 16.0 * Omega * Omega * p * p
-    F = left * right - both * p * X * X
-    F_p = left_p * right + left * right_p
+    F = F_a * F_b - both * p * X * X
+    F_p = F_a_p * F_b + F_a * F_b_p
     F_p = F_p - both * (3.0 * X * X + 2.0 * p * X * X_p)
     return F, F_p
 
@@ -106,13 +106,13 @@ def _newton(p: Array, Omega: Array, on: Supported) -> tuple[Array, Array]:
 
 def _bisected(on: Supported) -> tuple[Array, Array]:
     """Return p and Omega where two frequencies meet, of one ring, by bisection."""
-    many = Supported(*(np.repeat(each, AT_ONCE, axis=0) for each in on))
-    begin, there = 2.0, np.zeros(AT_ONCE, dtype=bool)
-    while not there.any():
+    repeated = Supported(*(np.repeat(values, AT_ONCE, axis=0) for values in on))
+    begin, unstable = 2.0, np.zeros(AT_ONCE, dtype=bool)
+    while not unstable.any():
         speeds = begin + APART * np.arange(1.0, AT_ONCE + 1.0)
-        there = flutters(speeds, many)
+        unstable = flutters(speeds, repeated)
         begin = float(speeds[-1])
-    upper = speeds[there][:1]
+    upper = speeds[unstable][:1]
     lower = upper - APART
     for _ in range(BISECTED):
         middle = 0.5 * (lower + upper)
@@ -139,9 +139,9 @@ def flutter_speed(alpha: Array, support_angle: float, N: int) -> Array:
     their nominal angle, rad. A ring for which that finds no onset, because others of
     its frequencies meet first, is searched by itself.
     """
-    own, place = np.unique(alpha, return_inverse=True)
-    on = supported(own, N)
-    p, Omega = (np.full_like(own, each) for each in _nominal(support_angle, N))
+    alphas, inverse_of = np.unique(alpha, return_inverse=True)
+    on = supported(alphas, N)
+    p, Omega = (np.full_like(alphas, start) for start in _nominal(support_angle, N))
     with np.errstate(all="ignore"):
         p, Omega = _newton(p, Omega, on)
         F, _ = _meeting(p, Omega, on)
@@ -150,6 +150,6 @@ def flutter_speed(alpha: Array, support_angle: float, N: int) -> Array:
     below = np.where(met, Omega * (1.0 - NEAR), 2.0)
     met = met & ~flutters(below, on)
     for i in np.flatnonzero(~met):
-        one = Supported(on.s[i : i + 1], on.t[i : i + 1])
-        Omega[i] = _bisected(one)[1][0]
-    return Omega[place]
+        ring = Supported(on.s[i : i + 1], on.t[i : i + 1])
+        Omega[i] = _bisected(ring)[1][0]
+    return Omega[inverse_of]

@@ -61,7 +61,7 @@ def supported(alpha: Array, N: int) -> Supported:
     )
 
 
-def place(theta: Array, on: Supported) -> Place:
+def displacements(theta: Array, on: Supported) -> Place:
     """Return the displacements at theta[trial], an angle in space, (1), (2)."""
     j = np.arange(2, on.s.shape[1] + 2)
     angle = theta[:, None] * j
@@ -97,7 +97,7 @@ def shared(s: Array, C: Array) -> Array:
 def inverse(s: Array, C: Array) -> Array:
     """Return (diag C + 2 s s^T)^-1, of masses, float64[trial, harmonic, harmonic]."""
     per, scaled = shared(s, C), s / C
-    found = -2.0 * per[:, None, None] * scaled[:, :, None] * scaled[:, None, :]
-    every = np.arange(len(C))
-    found[:, every, every] += 1.0 / C
-    return found
+    matrix = -2.0 * per[:, None, None] * scaled[:, :, None] * scaled[:, None, :]
+    diagonal = np.arange(len(C))
+    matrix[:, diagonal, diagonal] += 1.0 / C
+    return matrix

@@ -49,11 +49,11 @@ def compliances(rings: Rings, hoop: bool) -> tuple[Array, Array]:
     They are the displacements of the ring at the tool by P_R and P_T, float64[trial]. K
     has blocks [[M_j, g_j], [-g_j, M_j]].
     """
-    x, at = terms_of(rings, rings.Omega, hoop), rings.at
+    x, tool = terms_of(rings, rings.Omega, hoop), rings.tool_place
     det = (x.M * x.M + x.g * x.g) * rings.pi_chi[:, None]
-    c_R = total(x.M * (at.u_a * at.u_a + at.u_b * at.u_b) / det)
-    along = x.M * (at.u_a * at.v_a + at.u_b * at.v_b)
-    across = x.g * (at.u_b * at.v_a - at.u_a * at.v_b)
+    c_R = total(x.M * (tool.u_a * tool.u_a + tool.u_b * tool.u_b) / det)
+    along = x.M * (tool.u_a * tool.v_a + tool.u_b * tool.v_b)
+    across = x.g * (tool.u_b * tool.v_a - tool.u_a * tool.v_b)
     return c_R, total((along + across) / det)
 
 
@@ -83,8 +83,8 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
         short = excess(middle) < 0.0
         lower, upper = np.where(short, middle, lower), np.where(short, upper, middle)
     rests = passed if hoop else passed & (rings.Omega < 2.0 * np.sqrt(rings.nu))
-    found = np.where(rings.t_R0 > 0.0, upper, rings.t_R0)
-    return np.where(rests, found, np.nan)
+    depth = np.where(rings.t_R0 > 0.0, upper, rings.t_R0)
+    return np.where(rests, depth, np.nan)
 
 
 def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
@@ -98,9 +98,9 @@ def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
     a, b, a_, b_ = (slice(i * n, (i + 1) * n) for i in range(4))
     per_a, per_b = inverse(rings.on.s, C), inverse(rings.on.t, C)
     A = np.zeros((len(rings.nu), 4 * n, 4 * n))
-    every = np.arange(2 * n)
-    A[:, every, 2 * n + every] = 1.0
-    d, gyro, M, g = (each[:, None, :] for each in x)
+    rows = np.arange(2 * n)
+    A[:, rows, 2 * n + rows] = 1.0
+    d, gyro, M, g = (term[:, None, :] for term in x)
     A[:, a_, a], A[:, a_, b] = -per_a * M, -per_a * g
     A[:, b_, a], A[:, b_, b] = per_b * g, -per_b * M
     A[:, a_, a_], A[:, a_, b_] = -per_a * d, -per_a * gyro
@@ -113,7 +113,7 @@ def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
 
     At a depth below zero, m, they are not coupled.
     """
-    C, at = harmonics(rings.on.s.shape[1] + 1).C, rings.at
+    C, tool = harmonics(rings.on.s.shape[1] + 1).C, rings.tool_place
     n = len(C)
     A = np.zeros((len(rings.nu), 4 * n + 2, 4 * n + 2))
     A[:, : 4 * n, : 4 * n] = ring_matrix(rings, rings.Omega, hoop)
@@ -123,11 +123,11 @@ def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
     k_R = np.where(depth > 0.0, rings.x_R * P_R / t, 0.0)
     k_T = np.where(depth > 0.0, rings.x_T * P_T / t, 0.0)
     R, T = (k_R / rings.pi_chi)[:, None], (k_T / rings.pi_chi)[:, None]
-    f_a, f_b = R * at.u_a + T * at.v_a, R * at.u_b + T * at.v_b
+    f_a, f_b = R * tool.u_a + T * tool.v_a, R * tool.u_b + T * tool.v_b
     a__ = (inverse(rings.on.s, C) @ f_a[:, :, None])[:, :, 0]
     b__ = (inverse(rings.on.t, C) @ f_b[:, :, None])[:, :, 0]
     push = np.concatenate([a__, b__], axis=1)
-    sees = np.concatenate([at.u_a, at.u_b, np.ones((len(t), 1))], axis=1)
+    sees = np.concatenate([tool.u_a, tool.u_b, np.ones((len(t), 1))], axis=1)
     deepens = [*range(2 * n), 4 * n]  # a, b, X
     A[:, 2 * n : 4 * n, deepens] -= push[:, :, None] * sees[:, None, :]
     A[:, 4 * n, 4 * n + 1] = 1.0
@@ -142,14 +142,14 @@ def growth_rate(rings: Rings, depth: Array, hoop: bool) -> Array:
 
     A static depth, m, that is NaN gives NaN.
     """
-    known = np.isfinite(depth)
-    A = cutting_matrix(rings, np.where(known, depth, 0.0), hoop)
+    finite = np.isfinite(depth)
+    A = cutting_matrix(rings, np.where(finite, depth, 0.0), hoop)
     growth = np.linalg.eigvals(A).real.max(axis=1)
-    return np.where(known, growth, np.nan)
+    return np.where(finite, growth, np.nan)
 
 
 def ring_eigenvalues(rings: Rings, Omega: Array, hoop: bool) -> NDArray[np.complex128]:
     """Return those of the ring alone, [trial, 4 harmonics], 1/s, by |Im|, then Re."""
-    found = np.linalg.eigvals(ring_matrix(rings, Omega, hoop)).astype(complex)
-    order = np.lexsort((found.real, np.abs(found.imag)), axis=1)
-    return np.take_along_axis(found, order, axis=1)
+    eigenvalues = np.linalg.eigvals(ring_matrix(rings, Omega, hoop)).astype(complex)
+    order = np.lexsort((eigenvalues.real, np.abs(eigenvalues.imag)), axis=1)
+    return np.take_along_axis(eigenvalues, order, axis=1)

@@ -112,6 +112,6 @@ def reactions(
     """
     Q_a = P_T * tool.sin_R - P_R * tool.cos_R
     Q_b = -P_R * tool.sin_R - P_T * tool.cos_R
-    both = (0.5 * Q_a - tool.pi_chi * a_1__) * tool.per_cos
-    apart = (tool.pi_chi * b_1__ - 0.5 * Q_b) * tool.per_sin
-    return both + apart, both - apart
+    mean = (0.5 * Q_a - tool.pi_chi * a_1__) * tool.per_cos
+    difference = (tool.pi_chi * b_1__ - 0.5 * Q_b) * tool.per_sin
+    return mean + difference, mean - difference

@@ -54,5 +54,5 @@ def spectrum(speeds: ArrayLike, settings: Mapping[str, Any] | None = None) -> Sp
             f"speeds: numbers in a row are expected, rad/s, at most {FASTEST:g}"
         )
     nominal = np.zeros((len(Omega), len(description_of(chosen).contributors)))
-    found = ring_eigenvalues(build(nominal, chosen), Omega, chosen.hoop)
-    return Spectrum(found, np.abs(found.imag).min(axis=1), found.real.max(axis=1))
+    values = ring_eigenvalues(build(nominal, chosen), Omega, chosen.hoop)
+    return Spectrum(values, np.abs(values.imag).min(axis=1), values.real.max(axis=1))

@@ -40,8 +40,8 @@ def simulated(
     start = np.zeros((len(machines), len(scale)))
     marks = np.tile([0.0, settings.duration], (len(machines), 1))
     accuracy = Accuracy(settings.rtol, settings.step)
-    found = integrate(system, start, machines, marks, accuracy, samples=samples)
-    return Trials(rings, found)
+    solution = integrate(system, start, machines, marks, accuracy, samples=samples)
+    return Trials(rings, solution)
 
 
 def rows_of(rings: Rings, settings: Asked) -> Array:
@@ -50,9 +50,9 @@ def rows_of(rings: Rings, settings: Asked) -> Array:
     First the fields of `motion.Tool`, then those of `motion.Ring`. For each lobe of any
     trial its number and its two parts follow.
     """
-    k, on, at = harmonics(settings.harmonics), rings.on, rings.at
+    k, on, tool_place = harmonics(settings.harmonics), rings.on, rings.tool_place
     x = terms_of(rings, rings.Omega, settings.hoop)
-    one = np.ones_like(rings.Omega)
+    ones = np.ones_like(rings.Omega)
     tool = (
         1.0 / rings.m_c, rings.c_c, rings.K_C, rings.t_R0,
         rings.c_R, rings.x_R, rings.c_T, rings.x_T, rings.Omega, 1.0 / rings.pi_chi,
@@ -66,9 +66,9 @@ def rows_of(rings: Rings, settings: Asked) -> Array:
         for i, lobe in enumerate(rings.lobes)
         # a round trial adds zeros, bit for bit: no answer depends on them
         if (rings.e_cos[:, i] != 0.0).any() or (rings.e_sin[:, i] != 0.0).any()
-        for part in (lobe * one, rings.e_cos[:, i], rings.e_sin[:, i])
+        for part in (lobe * ones, rings.e_cos[:, i], rings.e_sin[:, i])
     ]
-    ring = (per_C, x.d, x.gyro, x.M, x.g, on.s, on.t, *at)
+    ring = (per_C, x.d, x.gyro, x.M, x.g, on.s, on.t, *tool_place)
     return np.hstack([np.stack([*tool], axis=1), *ring, *(e[:, None] for e in blank)])
 
 
@@ -91,31 +91,32 @@ def scale_of(settings: Asked) -> Array:
 def depth_of_cut(rings: Rings, states: Array, time: Array | float) -> Array:
     """Return t_R, m, of states[trial, state] at a time, s; one trial's at several."""
     n = rings.on.s.shape[1]
-    moved = rings.at.u_a * states[:, :n] + rings.at.u_b * states[:, n : 2 * n]
+    tool = rings.tool_place
+    moved = tool.u_a * states[:, :n] + tool.u_b * states[:, n : 2 * n]
     return rings.t_R0 + states[:, 4 * n] + total(moved) + out_of_roundness(rings, time)
 
 
 def outcome_of(trials: Trials, settings: Asked) -> Outcome:
     """Return the responses in the order of `description_of`, and the failures."""
-    rings, found = trials.rings, trials.solution
-    least, greatest = found.least[:, DEPTH], found.greatest[:, DEPTH]
+    rings, solution = trials.rings, trials.solution
+    least, greatest = solution.least[:, DEPTH], solution.greatest[:, DEPTH]
     rest = static_depth(rings, settings.hoop)
     # each roller bears half the ring, and holds until it would pull with more
     dead_load = rings.pi_chi * G / np.cos(rings.alpha)
     columns = [
         least,
         greatest,
-        depth_of_cut(rings, found.states[:, -1], settings.duration),
+        depth_of_cut(rings, solution.states[:, -1], settings.duration),
         *((rest, rings.t_R0 - rest) if settings.rests else ()),
         rings.t_R0 - least,
         # a sum of steps may exceed the duration by a rounding
-        np.minimum(found.above[:, 0] / settings.duration, 1.0),
-        found.peak[:, TRAVEL],
-        found.least[:, ROLLER_1],
-        found.greatest[:, ROLLER_1],
-        found.least[:, ROLLER_2],
-        found.greatest[:, ROLLER_2],
-        found.greatest[:, ROLLER_1 : ROLLER_2 + 1].max(axis=1) / dead_load,
+        np.minimum(solution.above[:, 0] / settings.duration, 1.0),
+        solution.peak[:, TRAVEL],
+        solution.least[:, ROLLER_1],
+        solution.greatest[:, ROLLER_1],
+        solution.least[:, ROLLER_2],
+        solution.greatest[:, ROLLER_2],
+        solution.greatest[:, ROLLER_1 : ROLLER_2 + 1].max(axis=1) / dead_load,
         # the forces rise with the depth
         *cutting_forces(greatest, rings),
     ]
@@ -125,6 +126,6 @@ def outcome_of(trials: Trials, settings: Asked) -> Outcome:
         columns += [2.0 * root, onset * root]
     if settings.rests:
         columns.append(growth_rate(rings, rest, settings.hoop))
-    no_rest = (found.status == Status.DONE) & np.isnan(rest) & settings.rests
+    no_rest = (solution.status == Status.DONE) & np.isnan(rest) & settings.rests
     responses = np.stack(columns, axis=1)
-    return Outcome(responses, found.status, found.steps, {NO_REST: no_rest})
+    return Outcome(responses, solution.status, solution.steps, {NO_REST: no_rest})

@@ -34,7 +34,7 @@ SHOWN = 4  # frequencies, from the lowest on
 NONE = np.empty(0)  # of a curve that gets its values later
 
 # of (trials, their speeds): float64[speed, quantity]
-Found = Callable[[Rings, Array], Array]
+Quantities = Callable[[Rings, Array], Array]
 
 
 def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
@@ -65,8 +65,8 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
     rollers = [Curve(f"roller_{i}_max", "N", f"l_{i}", words, l) for i, l in numbered]
     marks: tuple[Mark, ...] = ()
     if np.isfinite(t_R).all():
-        at = int(t_R.argmin())
-        marks = (Mark("depth_min", float(time[at]), float(t_R[at]), "least"),)
+        lowest = int(t_R.argmin())
+        marks = (Mark("depth_min", float(time[lowest]), float(t_R[lowest]), "least"),)
     levels = [Level(0.0, "out of the cut below")]
     if np.isfinite(static):
         levels.append(Level(static, "static depth"))
@@ -86,27 +86,27 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
 
 
 def own_and_others(
-    deviations: Array, settings: Asked, speeds: Array, found: Found
+    deviations: Array, settings: Asked, speeds: Array, solve: Quantities
 ) -> tuple[Array, Array]:
     """Return float64[speed, quantity] of the first, [machine, ...] of the others."""
-    own, *others = (
-        found(build(np.repeat(row[None], len(speeds), axis=0), settings), speeds)
+    first, *others = (
+        solve(build(np.repeat(row[None], len(speeds), axis=0), settings), speeds)
         for row in deviations
     )
-    return own, np.array(others).reshape(-1, *own.shape)
+    return first, np.array(others).reshape(-1, *first.shape)
 
 
 def varied(
-    deviations: Array, settings: Asked, speeds: Array, found: Found
+    deviations: Array, settings: Asked, speeds: Array, solve: Quantities
 ) -> tuple[dict[str, Array], str]:
     """Return the quantities of the first trial for each value of `varied`.
 
     By the value as text; and a title, which names impossible values.
     """
-    name, given = settings.varied, settings
+    name, nominal = settings.varied, settings
     if name == "radius":
-        given = replace(settings, inner_radius=None)
-    [kind] = [each.metadata["kind"] for each in fields(settings) if each.name == name]
+        nominal = replace(settings, inner_radius=None)
+    [kind] = [f.metadata["kind"] for f in fields(settings) if f.name == name]
     unit = {"rad": "deg", "1": ""}.get(kind.unit, kind.unit)
     others, cannot = {}, []
     for times in settings.varied_by:
@@ -115,11 +115,11 @@ def varied(
         words = f"{size:.6g} {unit}".strip()
         changed: Any = {name: value}
         try:
-            others[f"{name.replace('_', ' ')} {words}"] = replace(given, **changed)
+            others[f"{name.replace('_', ' ')} {words}"] = replace(nominal, **changed)
         except ModelError:
             cannot.append(words)
     values = {
-        words: own_and_others(deviations[:1], other, speeds, found)[0]
+        words: own_and_others(deviations[:1], other, speeds, solve)[0]
         for words, other in others.items()
     }
     return values, f"{', '.join(cannot)} impossible" if cannot else "varied"
@@ -127,19 +127,19 @@ def varied(
 
 def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
     """Return the shown speeds at which the first trial flutters, and the one set."""
-    own = Span(settings.speed, settings.speed, "speed as set")
+    speed_set = Span(settings.speed, settings.speed, "speed as set")
     if settings.hoop:
-        return (own,)
+        return (speed_set,)
     ring = build(deviations[:1], settings)
     onset = flutter_speed(ring.alpha, settings.support_angle, settings.harmonics)
     begins, (lower, upper) = float(onset[0] * np.sqrt(ring.nu[0])), settings.speed_range
     if begins >= upper:
-        return (own,)
-    return Span(max(begins, lower), upper, "flutter without friction"), own
+        return (speed_set,)
+    return Span(max(begins, lower), upper, "flutter without friction"), speed_set
 
 
 class Pictured(NamedTuple):
-    """Curves of one unit over the speed, whose values are columns of `Found`."""
+    """Curves of one unit over the speed, whose values are columns of `Quantities`."""
 
     title: str
     curves: tuple[Curve, ...]  # without values; the first has a band
@@ -148,28 +148,32 @@ class Pictured(NamedTuple):
 
 
 def over_speed(
-    deviations: Array, settings: Asked, speeds: Array, found: Found, *shown: Pictured
+    deviations: Array,
+    settings: Asked,
+    speeds: Array,
+    solve: Quantities,
+    *rows: Pictured,
 ) -> Chart:
     """Return pictures of the first trial, then of each value of `varied`."""
-    own, others = own_and_others(deviations, settings, speeds, found)
-    values, which = varied(deviations, settings, speeds, found)
+    first_values, others = own_and_others(deviations, settings, speeds, solve)
+    values, which = varied(deviations, settings, speeds, solve)
     shaded = flutter(deviations, settings)
     pictures: list[Picture] = []
     start = 0
-    for title, drawn, of_first, levels in shown:
-        columns = zip(drawn, own.T[start:], strict=False)
-        each = [curve._replace(values=column) for curve, column in columns]
-        first, behind = each[0], f"{each[0].name}, " if start else ""
+    for title, templates, of_first, levels in rows:
+        columns = zip(templates, first_values.T[start:], strict=False)
+        curves = [curve._replace(values=column) for curve, column in columns]
+        first, behind = curves[0], f"{curves[0].name}, " if start else ""
         spread = bands_of(first.name, first.unit, others[:, :, start])
         under = [
             first._replace(name=behind + words, values=table[:, start])
             for words, table in values.items()
         ]
         pictures += [
-            Picture(title, *each, *spread, levels=levels, spans=shaded),
+            Picture(title, *curves, *spread, levels=levels, spans=shaded),
             Picture(f"{of_first}, {which}", *under, spans=shaded[-1:]),
         ]
-        start += len(drawn)
+        start += len(templates)
     return Chart.of(Axis("speed", "rad/s", "rad/s"), speeds, *pictures)
 
 
@@ -180,12 +184,12 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
     lowest frequency and the growth for each value of `varied`.
     """
 
-    def found(rings: Rings, Omega: Array) -> Array:
+    def quantities(rings: Rings, Omega: Array) -> Array:
         """Return the lowest frequencies, then the growth."""
-        each = ring_eigenvalues(rings, Omega, settings.hoop)
+        eigenvalues = ring_eigenvalues(rings, Omega, settings.hoop)
         # each frequency stands twice, as +-i omega
-        omega = np.abs(each.imag[:, ::2][:, :SHOWN])
-        return np.column_stack([omega, each.real.max(axis=1)])
+        omega = np.abs(eigenvalues.imag[:, ::2][:, :SHOWN])
+        return np.column_stack([omega, eigenvalues.real.max(axis=1)])
 
     words = "natural frequency"
     omega = [
@@ -195,7 +199,7 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
     tau = Curve("growth", "1/s", "tau_1", "of the ring alone", NONE)
     speeds = np.linspace(*settings.speed_range, POINTS)
     return over_speed(
-        deviations, settings, speeds, found,
+        deviations, settings, speeds, quantities,
         Pictured("Natural frequencies", (*omega,), "Lowest frequency"),
         Pictured("Growth", (tau,), "Growth"),
     )  # fmt: skip
@@ -208,7 +212,7 @@ def stability(deviations: Array, settings: Asked) -> Chart:
     depth, such as above 2 sqrt nu, where the ring does not rest.
     """
 
-    def found(rings: Rings, Omega: Array) -> Array:
+    def quantities(rings: Rings, Omega: Array) -> Array:
         """Return the growth; forces follow the speed."""
         faster = Omega / rings.Omega
         cut = rings._replace(
@@ -225,25 +229,25 @@ def stability(deviations: Array, settings: Asked) -> Chart:
     tau = Curve("ring and tool", "1/s", "tau_1", "growth", NONE, shown="1/s")
     words = "Growth of ring and tool"
     picture = Pictured(words, (tau,), words, (Level(0.0, "grows above"),))
-    return over_speed(deviations, settings, speeds, found, picture)
+    return over_speed(deviations, settings, speeds, quantities, picture)
 
 
 def critical(deviations: Array, settings: Asked) -> Listing:
     """Return the speeds at which M_j is zero without hoop tension, and that tension."""
     j = np.arange(2.0, settings.harmonics + 1.0)
     rows = np.repeat(deviations[:1], len(j), axis=0)
-    of, rings = values_of(rows, settings), build(rows, settings)
+    values, rings = values_of(rows, settings), build(rows, settings)
     Omega = j * np.sqrt(rings.nu)
     growth = ring_eigenvalues(rings, Omega, settings.hoop).real.max(axis=1)
     # where the eigenvalue is zero twice its growth is rounding
     growth = np.where(np.abs(growth) > NOTICED * Omega, growth, 0.0)
-    stress = of["density"] * (Omega * of["radius"]) ** 2
+    stress = values["density"] * (Omega * values["radius"]) ** 2
     return Listing.of(
         "a harmonic, the speed at which its stiffness M_j is zero, the tension there",
         ("harmonic", "1", "count", j.astype(int)),
         ("speed", "rad/s", "rad/s", Omega),
         ("growth", "1/s", "1/s", growth),
-        ("tension", "N", "kN", stress * of["width"] * of["thickness"]),
+        ("tension", "N", "kN", stress * values["width"] * values["thickness"]),
         ("hoop stress", "Pa", "MPa", stress),
     )
 

@@ -53,9 +53,9 @@ def stretch(gap: str, settings: Settings) -> Array:
     """
     rho = dict(zip(structure.STANDS, rolling_speeds(settings), strict=True))
     a, b = map(int, gap.split("-"))
-    found: Array = rho[b] * _MASSES[structure.STANDS[b]]
-    found -= rho[a] * _MASSES[structure.STANDS[a]]
-    return found
+    weights: Array = rho[b] * _MASSES[structure.STANDS[b]]
+    weights -= rho[a] * _MASSES[structure.STANDS[a]]
+    return weights
 
 
 def loads(*places: int) -> Input:
@@ -113,17 +113,17 @@ def transfer(
             Z = twist.T @ (((1.0 + lost) * stiff)[:, :, None] * twist)
             Z += s[:, None, None] ** 2 * np.eye(len(stiff))
             q[trial] = np.linalg.solve(Z, driven[trial].T[:, :, None])[:, :, 0].T
-    found = np.empty((len(q), len(seen), len(s)), complex)
-    for i, each in enumerate(seen):
-        by_angle = each.angles @ phi  # [trial, mode]
-        twisted = by_angle + np.einsum("tl,tlr->tr", each.moments * drive.C, theta)
+    outputs = np.empty((len(q), len(seen), len(s)), complex)
+    for i, output in enumerate(seen):
+        by_angle = output.angles @ phi  # [trial, mode]
+        twisted = by_angle + np.einsum("tl,tlr->tr", output.moments * drive.C, theta)
         moved = np.sum(twisted[:, :, None] * q, axis=1)
         moved += np.sum(by_angle * still, axis=1)[:, None]
-        rigid = each.angles.sum() * source.moments.sum() / drive.Q.sum(axis=1)
+        rigid = output.angles.sum() * source.moments.sum() / drive.Q.sum(axis=1)
         if rigid.any():
             moved += rigid[:, None] / s**2
-        found[:, i] = moved * s if each.rates else moved
-    return found
+        outputs[:, i] = moved * s if output.rates else moved
+    return outputs
 
 
 def poles_of(drive: Drive, settings: Settings) -> tuple[Array, Array]:
@@ -142,9 +142,9 @@ def poles_of(drive: Drive, settings: Settings) -> tuple[Array, Array]:
     A[:, :n, n:] = np.eye(n)
     A[:, n:, :n] = -np.eye(n) * (omega * omega)[:, None, :]
     A[:, n:, n:] = -theta.transpose(0, 2, 1) @ ((drive.C * tau)[:, :, None] * theta)
-    found = np.linalg.eigvals(A).astype(complex)
-    found = np.take_along_axis(found, np.argsort(np.abs(found), axis=1), axis=1)
-    real = found.imag == 0.0
+    roots = np.linalg.eigvals(A).astype(complex)
+    roots = np.take_along_axis(roots, np.argsort(np.abs(roots), axis=1), axis=1)
+    real = roots.imag == 0.0
     slower = np.cumsum(real, axis=1) <= real.sum(axis=1, keepdims=True) / 2
-    pole = found[(found.imag > 0.0) | (real & slower)].reshape(len(found), n)
+    pole = roots[(roots.imag > 0.0) | (real & slower)].reshape(len(roots), n)
     return np.abs(pole) / (2 * np.pi), -pole.real / np.abs(pole)

@@ -1,60 +1,31 @@
-"""The drive's equations in registers."""
+"""The drive's equations (2) in registers, for any number of links and steps.
+
+Rows of the parameters, of `motion.equations`: A C and A H by rows; then of each phase
+what its begin adds to B Q^-1 M. States are the twists, then their rates.
+"""
 
 import numpy as np
 
-from tolstat.machines.rolling_block import motion as equations
-from tolstat.machines.rolling_block.motion import Links, Machine, State
-from tolstat.moving import (
-    Moment,
-    System,
-    compiled,
-    named,
-    rates_signature,
-    rows,
-    write,
-)
-
-motion = compiled(within=True)(equations.motion)
-
-N_LINKS = len(Links._fields)
-DAMPING = len(Machine._fields)  # the parameters behind: the damping matrix, by rows
-
-
-@compiled(within=True)
-def viscous_moment(link, y, p):
-    """Return the damping moment in one link: its row times all rates."""
-    first = DAMPING + N_LINKS * link
-    total = p[first] * y[N_LINKS]
-    for other in range(1, N_LINKS):
-        total = total + p[first + other] * y[N_LINKS + other]
-    return total
-
-
-@compiled(within=True)
-def moved(moment, y, p):
-    """Evaluate the equations with their damping."""
-    states, numbers = rows(y), rows(p)
-    viscous = Links(
-        viscous_moment(0, states, numbers), viscous_moment(1, states, numbers),
-        viscous_moment(2, states, numbers), viscous_moment(3, states, numbers),
-        viscous_moment(4, states, numbers), viscous_moment(5, states, numbers),
-        viscous_moment(6, states, numbers), viscous_moment(7, states, numbers),
-    )  # fmt: skip
-    return motion(named(Moment, moment), named(State, y), named(Machine, p), viscous)
+from tolstat.moving import Moment, compiled, named, rates_signature, rows
 
 
 @compiled(rates_signature)
 def rates(moment, y, p, out):
-    """Fill derivatives and the elastic moments."""
-    at = moved(moment, y, p)
-    write(out, 0, (at.derivative, at.elastic))
+    """Fill phi_ij', phi_ij'', then phi_ij, which have peaks."""
+    phase, Y, P, filled = named(Moment, moment).phase, rows(y), rows(p), rows(out)
+    n = len(y) // 2
+    for i in range(n):
+        phi__ = 0.0 * phase
+        for j in range(n):
+            phi__ = phi__ - P[i * n + j] * Y[j] - P[(n + i) * n + j] * Y[n + j]
+        for k in range(len(p) // n - 2 * n):
+            phi__ = phi__ + np.where(phase >= float(k), P[(2 * n + k) * n + i], 0.0)
+        filled[i], filled[n + i], filled[2 * n + i] = Y[n + i], phi__, Y[i]
 
 
 @compiled(rates_signature)
 def watch(moment, y, p, out):
-    """Fill the elastic moments alone; the compiler drops the rest of the equations."""
-    write(out, 0, moved(moment, y, p).elastic)
-
-
-# each block gives the scale of the errors of its states
-SYSTEM = System(rates, np.ones(len(State._fields)), watch, n_extremes=N_LINKS)
+    """Fill the twists alone."""
+    Y, filled = rows(y), rows(out)
+    for i in range(len(y) // 2):
+        filled[i] = Y[i]

@@ -93,12 +93,12 @@ class Settings:
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
         for key in ("combination", "reference"):
-            given = getattr(self, key)
-            for stage, at, n in zip("ABCD", given, self.positions, strict=True):
-                if at >= n:
+            values = getattr(self, key)
+            for stage, value, n in zip("ABCD", values, self.positions, strict=True):
+                if value >= n:
                     raise ModelError(
-                        f"{key} = {list(given)}: stage {stage} has the positions 0 to "
-                        f"{n - 1}, not {at}"
+                        f"{key} = {list(values)}: stage {stage} has the positions 0 to "
+                        f"{n - 1}, not {value}"
                     )
         for key in ("link_damping", "loss_factors"):
             if len(getattr(self, key)) not in (0, len(structure.LINKS)):

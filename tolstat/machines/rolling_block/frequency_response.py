@@ -66,10 +66,11 @@ def poles_and_zeros(omega: Array, a: Array) -> PolesAndZeros:
 def _loads(settings: Settings) -> dict[str, tuple[int, ...]]:
     """Return response_loads in words: each by itself, then all of them at once."""
     places = settings.response_loads
-    each = [(place,) for place in places] + ([places] if len(places) > 1 else [])
+    choices = [(load,) for load in places] + ([places] if len(places) > 1 else [])
     words = {1: "motor"}
     return {
-        " + ".join(words.get(one, str(one)) for one in those): those for those in each
+        " + ".join(words.get(load, str(load)) for load in those): those
+        for those in choices
     }
 
 
@@ -89,27 +90,27 @@ def response(deviations: Array, settings: Settings) -> Chart:
     title = f"stretch {name}" if name in GAPS else name
     title = f"M{link}" if name == MOMENT else title
     sources = {words: channels.loads(*on) for words, on in _loads(settings).items()}
-    over = "loads" if len(sources) > 1 or "motor" not in sources else "motor"
+    denominator = "loads" if len(sources) > 1 or "motor" not in sources else "motor"
     if settings.response_input != LOADS:
-        over = settings.response_input
-        sources = {over: channels.input_of(over, settings)}
+        denominator = settings.response_input
+        sources = {denominator: channels.input_of(denominator, settings)}
     amplitudes, phases = [], []
     for words, source in sources.items():
         G = channels.transfer(frequency, drive, settings, source, answer)[:, 0]
         size, angle = np.abs(G), np.angle(G[0])
         unit = f"{answer.unit}/{'/'.join(source.unit.split())}"
         unit = "1" if source.unit == answer.unit else unit
-        of_one = f"{title} over the {'load' if over == 'loads' else over}"
+        of_one = f"{title} over the {'load' if denominator == 'loads' else denominator}"
         amplitudes.append(Curve(words, unit, "|G|", of_one, size[0], shown=unit))
         phases.append(Curve(f"phase, {words}", "rad", "arg G", "", angle, shown="deg"))
     spreads = bands_of(words, unit, size[1:])  # of the last: all at once
     turns = settings.working_speed / (2 * np.pi)
     works = {
-        each: order * turns
-        for each, order in named_orders(settings).items()
+        name: order * turns
+        for name, order in named_orders(settings).items()
         if frequency[0] <= order * turns <= frequency[-1]
     }
-    words = f"{title} over {over}: amplitude"
+    words = f"{title} over {denominator}: amplitude"
     return Chart.of(
         Axis("frequency", "Hz", "Hz", logarithmic=True),
         frequency,
@@ -127,11 +128,11 @@ def poles(deviations: Array, settings: Settings) -> Listing:
     link = LINK_NAMES.index(settings.response_link)
     for words, those in _loads(settings).items():
         a = contributions(drive.modes, drive.C, dict.fromkeys(those, 1.0))[:, link]
-        found = poles_and_zeros(omega, a[0])
+        lines = poles_and_zeros(omega, a[0])
         parts = dict(zip((omega / (2 * np.pi)).tolist(), a[0].tolist(), strict=True))
-        of_load = [(f, "pole", parts[f]) for f in found.poles.tolist()]
-        of_load += [(f, "does not reach", 0.0) for f in found.cancelled.tolist()]
-        of_load += [(f, "zero", np.nan) for f in found.zeros.tolist()]
+        of_load = [(f, "pole", parts[f]) for f in lines.poles.tolist()]
+        of_load += [(f, "does not reach", 0.0) for f in lines.cancelled.tolist()]
+        of_load += [(f, "zero", np.nan) for f in lines.zeros.tolist()]
         rows += [(words, kind, f, part) for f, kind, part in sorted(of_load)]
     load, kind, frequency, part = map(np.array, zip(*rows, strict=True))
     return Listing.of(

@@ -22,8 +22,8 @@ def without(goes: Truths, drive: Drive) -> Array:
     coupled = K[np.ix_(goes, ~goes)]
     taken = coupled.T @ np.linalg.solve(K[np.ix_(goes, goes)], coupled)
     K = K[np.ix_(~goes, ~goes)] - taken
-    found: Array = np.linalg.eigvalsh(K / root / root[:, None])[1:]
-    return np.sqrt(found) / (2 * np.pi)
+    squares: Array = np.linalg.eigvalsh(K / root / root[:, None])[1:]
+    return np.sqrt(squares) / (2 * np.pi)
 
 
 def masses(deviations: Array, settings: Settings) -> Listing:
@@ -35,8 +35,8 @@ def masses(deviations: Array, settings: Settings) -> Listing:
     ratio = frequency[n - 1] / partial
     goes = ratio < FAR
     error = np.full(len(MASSES), np.nan)
-    kept = without(goes, drive) / frequency[: np.sum(~goes) - 1]
-    error[:n] = kept[:n].round(12) - 1.0
+    lowest = without(goes, drive) / frequency[: np.sum(~goes) - 1]
+    error[:n] = lowest[:n].round(12) - 1.0
     return Listing.of(
         f"a mass; it may go where modes 1 to {n} are wanted. In row r: error of mode r "
         "without the masses that go",

@@ -80,7 +80,7 @@ def tracked(phi: Array, reference: Array) -> tuple[NDArray[np.intp], Array]:
     from scipy.optimize import linear_sum_assignment
 
     likeness = mac(phi, reference)
-    order = np.stack([linear_sum_assignment(-each.T)[1] for each in likeness])
+    order = np.stack([linear_sum_assignment(-table.T)[1] for table in likeness])
     shapes = np.take_along_axis(unit_shapes(phi), order[:, None, :], axis=2)
     signs = np.sign(np.einsum("tir,ir->tr", shapes, reference))
     return order, shapes * signs[:, None, :]
@@ -129,8 +129,8 @@ def step(time: Array, omega: Array, zeta: Array) -> Array:
     j_omega_d = w * np.sqrt(z * z - 1.0 + 0j)
     slow = j_omega_d - z * w  # of two roots that are real
     # (exp(slow t) - exp(fast t))/(slow - fast), which is t exp(slow t) where they meet
-    apart = np.where(j_omega_d == 0.0, 1.0, 2.0 * j_omega_d)
-    parted = np.where(j_omega_d == 0.0, t, -np.expm1(-2.0 * j_omega_d * t) / apart)
+    distance = np.where(j_omega_d == 0.0, 1.0, 2.0 * j_omega_d)
+    parted = np.where(j_omega_d == 0.0, t, -np.expm1(-2.0 * j_omega_d * t) / distance)
     return np.asarray((1.0 - np.exp(slow * t) * (1.0 - slow * parted)).real)
 
 

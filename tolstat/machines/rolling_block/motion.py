@@ -1,86 +1,106 @@
-"""Equations of motion of the drive, once: in NumPy, with the paper's letters.
+"""Equations of motion of the drive, as matrices, for two methods that solve them.
 
-Integrated are the twists phi_ij of the eight links, equations (2): the angles of the
-masses grow without end and would drown them.
+In the angles of the masses, (1) is Q phi'' + K phi = M, with K of `structure`. The
+paper takes the difference of two lines for each link, (2): the angles grow without end
+and would drown the twists phi_ij = B phi. With elastic moments C phi_ij, and damping
+moments H phi_ij' of a modal damping that the paper does not print,
 
-In the first line of (2) the left side is
-phi''_12 (printed: phi''_2). The paper prints no damping; here it is modal, and adds a
-moment to each link that follows the rates of all twists.
+    phi_ij'' = -A (C phi_ij + H phi_ij') + B Q^-1 M,    A = B Q^-1 B^T.
+
+In the first line of (2) the left side is phi''_12 (printed: phi''_2).
 """
 
-from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.moving import Moment
-
-# twists of the links, rad, and their rates, rad/s
-State = namedtuple(
-    "State",
-    "phi12 phi23 phi34 phi35 phi46 phi47 phi58 phi59 "
-    "phi12_ phi23_ phi34_ phi35_ phi46_ phi47_ phi58_ phi59_",
-)
-# numbers of one drive and its loads, SI: reciprocals of the inertias, for a division
-# costs as much as ten multiplications; stiffnesses; loads of the stands, each from one
-# phase until before another; 1 where the motor's moment steps with them, else 0
-Machine = namedtuple(
-    "Machine",
-    "per_Q1 per_Q2 per_Q3 per_Q4 per_Q5 per_Q6 per_Q7 per_Q8 per_Q9 "
-    "C12 C23 C34 C35 C46 C47 C58 C59 "
-    "M6 M7 M8 M9 on6 on7 on8 on9 off6 off7 off8 off9 matched",
-)
-# a moment in each link, N m
-Links = namedtuple("Links", "M12 M23 M34 M35 M46 M47 M58 M59")
+from tolstat.arrays import Array
+from tolstat.machines.rolling_block.modes import Modes
+from tolstat.machines.rolling_block.parameters import Drive
+from tolstat.machines.rolling_block.structure import LINKS, MASSES, twists
+from tolstat.moving import LinearMotion
 
 
-class Motion(NamedTuple):
-    """All results of the equations at a moment."""
+class Loading(NamedTuple):
+    """Moments on the masses, switched at marks."""
 
-    derivative: State
-    elastic: Links  # M_ij = C_ij phi_ij
+    marks: tuple[float, ...]  # s, ascending: start, every switch, end
+    moments: Array  # [phase, mass], behind each mark but the last, N m; they drive
 
 
-def motion(moment: Moment, y: State, p: Machine, viscous: Links) -> Motion:
-    """Evaluate the equations of motion (2)."""
-    k = moment.phase
-    M6 = np.where((k >= p.on6) & (k < p.off6), p.M6, 0.0)
-    M7 = np.where((k >= p.on7) & (k < p.off7), p.M7, 0.0)
-    M8 = np.where((k >= p.on8) & (k < p.off8), p.M8, 0.0)
-    M9 = np.where((k >= p.on9) & (k < p.off9), p.M9, 0.0)
-    M1 = p.matched * (M6 + M7 + M8 + M9)
+def damping_matrix(modes: Modes, C: Array, zeta: Array) -> Array:
+    """Return the damping moment in each link per rate of each twist, N m s/rad.
 
-    elastic = Links(
-        M12=p.C12 * y.phi12, M23=p.C23 * y.phi23, M34=p.C34 * y.phi34,
-        M35=p.C35 * y.phi35, M46=p.C46 * y.phi46, M47=p.C47 * y.phi47,
-        M58=p.C58 * y.phi58, M59=p.C59 * y.phi59,
+    The paper prints no damping: every elastic mode has the damping ratio zeta, the
+    rigid one none. With phi^T M phi = 1 that is
+
+        D = M Phi diag(2 zeta omega) Phi^T M,
+
+    and since M phi_r = K phi_r / omega_r^2, D = B^T H B with the twists B phi and
+
+        H_ef = 2 zeta sum over r of M_er M_fr / omega_r^3,   M_er = C_e phi_e,r.
+
+    H[trial, link, link] of stiffnesses C, N m/rad, [trial, link], and zeta, [trial].
+    """
+    omega, _, phi_ij = modes
+    moments = C[:, :, None] * phi_ij
+    H = np.zeros((len(C), C.shape[1], C.shape[1]))
+    for r in range(omega.shape[1]):  # one by one: the sum is the same in any block
+        w, M = omega[:, r, None, None], moments[:, :, r]
+        H = H + M[:, :, None] * M[:, None, :] / (w * w * w)
+    return 2.0 * zeta[:, None, None] * H
+
+
+def equations(drive: Drive, loading: Loading) -> tuple[Array, Array, Array]:
+    """Return A C, A H, [trial, link, link], and B Q^-1 M, [trial, phase, link].
+
+    Of (2), for Runge-Kutta.
+    """
+    per_Q = 1.0 / drive.Q[:, :, None]
+    B = twists(np.eye(len(MASSES)))
+    A = twists(per_Q * B.T)
+    H = damping_matrix(drive.modes, drive.C, drive.zeta)
+    load = twists(per_Q * loading.moments.T).swapaxes(1, 2)
+    return A * drive.C[:, None], A @ H, load
+
+
+def at_rest(Q: Array, M: Array) -> Array:
+    """Return the moments of the links, N m, when all masses accelerate as one.
+
+    float64[trial, phase, link], under moments M[phase, mass], which drive where they
+    are positive. A link carries what all masses behind it need.
+    """
+    total = np.cumsum(Q, axis=1)[:, -1:]
+    needed = Q[:, None] * (M.sum(axis=1) / total)[:, :, None] - M
+    for i, j in reversed(LINKS):
+        needed[:, :, i] += needed[:, :, j]
+    return np.asarray(needed[:, :, [j for _, j in LINKS]])
+
+
+def linear_motion(drive: Drive, loading: Loading) -> LinearMotion:
+    """Return drives as linear motion from rest; watched are the twists of the links.
+
+    For the exact solution: rows are omega_r q_r and q_r' of each mode, with q_r'' +
+    2 zeta omega_r q_r' + omega_r^2 q_r = 0. Each mode is counted from where it would
+    rest under the loads: nothing drives it, and it jumps where a load steps.
+    """
+    Q, C, zeta, (omega, phi, phi_ij) = drive
+    (n, modes), loads = omega.shape, loading.moments
+    r = np.arange(modes)
+    entries = np.vstack(
+        [
+            np.stack([r, modes + r], axis=1),
+            np.stack([modes + r, r, modes + r, modes + r], axis=1).reshape(-1, 2),
+        ]
+    )
+    slow = np.stack([-omega, -2.0 * zeta[:, None] * omega], axis=2)
+    change = np.zeros((n, len(loads), 2 * modes))
+    for phase, steps in enumerate(np.diff(loads, axis=0, prepend=0.0)):
+        for mass in np.flatnonzero(steps):  # one by one: the same in any block
+            change[:, phase, :modes] -= phi[:, mass] * steps[mass]
+    change[:, :, :modes] /= omega[:, None]
+    return LinearMotion(
+        modes, 0, entries, np.hstack([omega, slow.reshape(n, -1)]),
+        np.tile(loading.marks, (n, 1)), change, phi_ij / omega[:, None],
+        at_rest(Q, loads) / C[:, None], np.zeros((n, len(LINKS))),
     )  # fmt: skip
-    M12 = elastic.M12 + viscous.M12
-    M23 = elastic.M23 + viscous.M23
-    M34 = elastic.M34 + viscous.M34
-    M35 = elastic.M35 + viscous.M35
-    M46 = elastic.M46 + viscous.M46
-    M47 = elastic.M47 + viscous.M47
-    M58 = elastic.M58 + viscous.M58
-    M59 = elastic.M59 + viscous.M59
-
-    # (1)
-    phi1__ = p.per_Q1 * (M1 - M12)
-    phi2__ = p.per_Q2 * (M12 - M23)
-    phi3__ = p.per_Q3 * (M23 - M34 - M35)
-    phi4__ = p.per_Q4 * (M34 - M46 - M47)
-    phi5__ = p.per_Q5 * (M35 - M58 - M59)
-    phi6__ = p.per_Q6 * (M46 - M6)
-    phi7__ = p.per_Q7 * (M47 - M7)
-    phi8__ = p.per_Q8 * (M58 - M8)
-    phi9__ = p.per_Q9 * (M59 - M9)
-
-    # (2)
-    derivative = State(
-        phi12=y.phi12_, phi23=y.phi23_, phi34=y.phi34_, phi35=y.phi35_,
-        phi46=y.phi46_, phi47=y.phi47_, phi58=y.phi58_, phi59=y.phi59_,
-        phi12_=phi1__ - phi2__, phi23_=phi2__ - phi3__, phi34_=phi3__ - phi4__,
-        phi35_=phi3__ - phi5__, phi46_=phi4__ - phi6__, phi47_=phi4__ - phi7__,
-        phi58_=phi5__ - phi8__, phi59_=phi5__ - phi9__,
-    )  # fmt: skip
-    return Motion(derivative, elastic)

@@ -56,8 +56,8 @@ def closed_loop(
 
 def regulator(_: Array, settings: Settings) -> Listing:
     """Return the growth of each combination, with the notch and without."""
-    each = settings.every_combination
-    drives = [nominal(one) for one in each]
+    variants = settings.every_combination
+    drives = [nominal(variant) for variant in variants]
     K_p = settings.speed_gain * min(drive.Q.sum() for drive in drives)
     first = np.array([drive.modes.omega[:1, 0] for drive in drives])
     w_n = np.clip(first, 2 * np.pi * CENTRE[0], 2 * np.pi * CENTRE[1])
@@ -76,12 +76,12 @@ def regulator(_: Array, settings: Settings) -> Listing:
     }
     return Listing.of(
         "a combination: its greatest real part; it is unstable above 0",
-        ("combination", "1", "", np.array([one.name for one in each])),
+        ("combination", "1", "", np.array([v.name for v in variants])),
         ("no notch", "1/s", "1/s", np.real(bare)),
         ("notch", "1/s", "1/s", np.real(held)),
         ("at", "Hz", "Hz", w_n[:, 0] / (2 * np.pi)),
         *(
-            (f"assumed {name}", unit, unit, np.full(len(each), value))
+            (f"assumed {name}", unit, unit, np.full(len(variants), value))
             for name, (unit, value) in assumed.items()
         ),
     )

@@ -34,13 +34,13 @@ def named_orders(settings: Settings) -> dict[str, float]:
     """Return the excitations by name, and their number per turn of the motor."""
     _, _, i31, i34 = settings.ratios
     turns = {"motor": 1.0, "rolls_31": 1.0 / i31, "rolls_34": 1.0 / i34}
-    found = {f"order {str(n).removesuffix('.0')}": n for n in settings.orders}
+    orders = {f"order {str(n).removesuffix('.0')}": n for n in settings.orders}
     if settings.rolls:
-        found |= {"rolls 31, 32": 1.0 / i31, "rolls 33, 34": 1.0 / i34}
+        orders |= {"rolls 31, 32": 1.0 / i31, "rolls 33, 34": 1.0 / i34}
     for mesh in settings.meshes:
         name = f"{mesh['teeth']} teeth, {mesh['shaft'].replace('_', ' ')}"
-        found[name] = mesh["teeth"] * turns[mesh["shaft"]]
-    return found
+        orders[name] = mesh["teeth"] * turns[mesh["shaft"]]
+    return orders
 
 
 def forbidden(omega: Array, orders: list[float], band: float) -> tuple[Array, Array]:
@@ -74,8 +74,8 @@ def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
     none.
     """
     orders = list(named_orders(settings).values())
-    near = forbidden(omega, orders, settings.band)
-    begin, end = free_gaps(*near, settings.speed_range)
+    resonant = forbidden(omega, orders, settings.band)
+    begin, end = free_gaps(*resonant, settings.speed_range)
     widths = np.maximum(end - begin, 0.0)
     # one by one: the sum is the same in any block
     return np.cumsum(widths, axis=1)[:, -1], np.max(widths, axis=1)
@@ -115,17 +115,17 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
     lower, upper = forbidden(omega, list(orders.values()), settings.band)
     begin, end = free_gaps(lower[:1], upper[:1], settings.speed_range)
     free = [(b, e) for b, e in zip(begin[0], end[0], strict=True) if e > b]
-    drawn = others_or_first(omega)
+    counted = others_or_first(omega)
     hits = np.zeros(POINTS)
-    for low, high in zip(lower[drawn], upper[drawn], strict=True):
+    for low, high in zip(lower[counted], upper[counted], strict=True):
         hits += np.any((n >= low[:, None]) & (n <= high[:, None]), axis=0)
-    machines = len(lower[drawn])
+    machines = len(lower[counted])
     words = "fraction of trials that resonate"
     share = Curve("resonating", "1", "P", words, hits / machines, shown="%")
-    title, sure = "Whether the drive resonates", []
+    title, interval = "Whether the drive resonates", []
     if len(omega) > 1:
         title = f"Fraction of {machines} trials that resonate"
-        sure = [Band("95 % interval", "1", *ends_of(hits, machines), of=share.name)]
+        interval = [Band("95 % interval", "1", *ends_of(hits, machines), of=share.name)]
     work = Span(settings.working_speed, settings.working_speed, "working speed")
     alike: dict[float, str] = {}  # stands by their speed
     for stand, speed in zip(STANDS, rolling_speeds(settings).tolist(), strict=True):
@@ -141,11 +141,11 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
         Axis("motor speed", "rad/s", "rpm"),
         n,
         (*modes, *excitations, *rolling, share),
-        bands=(*spreads, *sure),
+        bands=(*spreads, *interval),
         spans=(*(Span(b, e, "without resonance") for b, e in free), *cut, work),
         panels=(
             *_frequency_panels(modes, excitations, spreads),
-            Panel.of(title, share, *sure),
+            Panel.of(title, share, *interval),
             Panel.of("Rolling speed", *rolling),
         ),
     )
@@ -158,8 +158,8 @@ def others_or_first(omega: Array) -> slice:
 
 def ends_of(counts: Array, machines: int) -> tuple[Array, Array]:
     """Return lower and upper ends of the intervals of fractions, from counts."""
-    each = [proportion(int(count), machines) for count in counts]
-    return np.array([e.lower for e in each]), np.array([e.upper for e in each])
+    ends = [proportion(int(count), machines) for count in counts]
+    return np.array([e.lower for e in ends]), np.array([e.upper for e in ends])
 
 
 def _frequency_panels(
@@ -167,15 +167,15 @@ def _frequency_panels(
 ) -> list[Panel]:
     """Return each excitation with the modes that it meets, or nearly so."""
     panels = []
-    for each in excitations:
-        near = NEAR * each.values.min(), each.values.max() / NEAR
-        met = [m for m in modes if near[0] <= m.values[0] <= near[1]]
+    for curve in excitations:
+        reach = NEAR * curve.values.min(), curve.values.max() / NEAR
+        met = [m for m in modes if reach[0] <= m.values[0] <= reach[1]]
         names = [m.name for m in met]
         opened = [band for band in spreads if band.of in names]
         if met:
-            panels.append(Panel.of(f"Modes near {each.name}", each, *met, *opened))
-    apart = Panel.of("Excitations and modes without resonance", *excitations, *modes)
-    return panels or [apart]
+            panels.append(Panel.of(f"Modes near {curve.name}", curve, *met, *opened))
+    separate = Panel.of("Excitations and modes without resonance", *excitations, *modes)
+    return panels or [separate]
 
 
 def resonances(deviations: Array, settings: Settings) -> Listing:
@@ -189,12 +189,12 @@ def resonances(deviations: Array, settings: Settings) -> Listing:
     n_modes, within = omega.shape[1], settings.speed_range
     meets = (upper[0] >= within.lower) & (lower[0] <= within.upper)
     # order by order, mode by mode
-    place = np.flatnonzero(meets)[np.argsort(lower[0, meets])]
-    order, mode = np.divmod(place, n_modes)
+    pairs = np.flatnonzero(meets)[np.argsort(lower[0, meets])]
+    order, mode = np.divmod(pairs, n_modes)
     turns = np.array(list(orders.values()))[order]
-    work, drawn = settings.working_speed, others_or_first(omega)
-    hit = (lower[drawn][:, place] <= work) & (work <= upper[drawn][:, place])
-    sure = ends_of(hit.sum(axis=0), len(hit))
+    work, counted = settings.working_speed, others_or_first(omega)
+    hit = (lower[counted][:, pairs] <= work) & (work <= upper[counted][:, pairs])
+    interval = ends_of(hit.sum(axis=0), len(hit))
     names = ("from, 95 %", "to, 95 %") if len(omega) > 1 else ()
     return Listing.of(
         "excitation and mode, and the speeds to keep away from",
@@ -202,8 +202,8 @@ def resonances(deviations: Array, settings: Settings) -> Listing:
         ("mode", "1", "count", mode + 1),
         ("frequency", "Hz", "Hz", omega[0, mode] / (2 * np.pi)),
         ("critical speed", "rad/s", "rpm", omega[0, mode] / turns),
-        ("from", "rad/s", "rpm", lower[0, place]),
-        ("to", "rad/s", "rpm", upper[0, place]),
+        ("from", "rad/s", "rpm", lower[0, pairs]),
+        ("to", "rad/s", "rpm", upper[0, pairs]),
         ("meets at the working speed", "1", "%", hit.mean(axis=0)),
-        *((name, "1", "%", ends) for name, ends in zip(names, sure, strict=False)),
+        *((name, "1", "%", ends) for name, ends in zip(names, interval, strict=False)),
     )

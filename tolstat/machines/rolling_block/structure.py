@@ -51,8 +51,8 @@ def stiffness_matrix(C: Array) -> Array:
 
 def twists(phi: Array) -> Array:
     """Return phi_ij = phi_i - phi_j, [..., link, mode], of phi[..., mass, mode]."""
-    near, far = ([link[end] for link in LINKS] for end in (0, 1))
-    return phi[..., near, :] - phi[..., far, :]
+    motor_side, roll_side = ([link[end] for link in LINKS] for end in (0, 1))
+    return phi[..., motor_side, :] - phi[..., roll_side, :]
 
 
 def load_vector(loads: Mapping[int, float]) -> Array:
@@ -61,8 +61,8 @@ def load_vector(loads: Mapping[int, float]) -> Array:
     1 is the motor's M1, which drives; 31 to 34 are stands, which brake.
     """
     moments = np.zeros(len(MASSES))
-    for place, size in loads.items():
-        moments[LOADS[place]] = size if LOADS[place] == MOTOR else -size
+    for load, size in loads.items():
+        moments[LOADS[load]] = size if LOADS[load] == MOTOR else -size
     return moments
 
 
@@ -120,8 +120,10 @@ def reduction(
     factor (i_reference/i)^2: of Q1 ... Q9, float64[mass], and of C12 ... C59,
     float64[link].
     """
-    now, then = (ratios(each, gearbox) for each in (combination, gearbox.reference))
-    A, AB, i31, i34 = ((t / n) ** 2 for n, t in zip(now, then, strict=True))
+    pairs = zip(
+        ratios(combination, gearbox), ratios(gearbox.reference, gearbox), strict=True
+    )
+    A, AB, i31, i34 = ((reference / i) ** 2 for i, reference in pairs)
     return (
         np.array([1.0, A, AB, i31, i34, i31, i31, i34, i34]),
         np.array([1.0, A, AB, AB, i31, i31, i34, i34]),

@@ -42,11 +42,11 @@ def spectra(frequency: Array, drive: Drive, settings: Settings) -> tuple[Array, 
     Of torques that are independent from stand to stand, and of one torque on all.
     """
     links = [output_of(name, settings) for name in LINK_NAMES]
-    each = np.array(
+    G = np.array(
         [transfer(frequency, drive, settings, loads(s), *links)[0] for s in STANDS]
     )
     S = density(frequency, settings)
-    return np.sum(np.abs(each) ** 2, axis=0) * S, np.abs(each.sum(axis=0)) ** 2 * S
+    return np.sum(np.abs(G) ** 2, axis=0) * S, np.abs(G.sum(axis=0)) ** 2 * S
 
 
 def deviations_of(drive: Drive, settings: Settings) -> tuple[Array, Array]:
@@ -63,14 +63,14 @@ def deviations_of(drive: Drive, settings: Settings) -> tuple[Array, Array]:
     if zeta.min() < UNDAMPED:
         raise ModelError("random torques: a mode has no damping; give each link some")
     widths = np.outer(DOUBLED, peak * zeta)
-    known = [row["frequency"] for row in settings.torque_spectrum]
+    corners = [row["frequency"] for row in settings.torque_spectrum]
     edges = np.concatenate([(peak - widths).ravel(), (peak + widths).ravel(), [0.0]])
-    edges = np.unique(np.append(np.maximum(edges, 0.0), [*known, *peak]))
+    edges = np.unique(np.append(np.maximum(edges, 0.0), [*corners, *peak]))
     x, weight = np.polynomial.legendre.leggauss(NODES)
     half, middle = np.diff(edges) / 2, (edges[1:] + edges[:-1]) / 2
-    at = (middle[:, None] + half[:, None] * x).ravel()
+    nodes = (middle[:, None] + half[:, None] * x).ravel()
     share = (half[:, None] * weight).ravel()
-    both = spectra(at, drive, settings)
+    both = spectra(nodes, drive, settings)
     return np.sqrt(both[0] @ share), np.sqrt(both[1] @ share)
 
 
@@ -88,11 +88,11 @@ def torques(deviations: Array, settings: Settings) -> Chart:
 
 def rms(deviations: Array, settings: Settings) -> Listing:
     """Return the standard deviation of each moment under random torques."""
-    found = deviations_of(drives(deviations[:1], settings), settings)
+    both = deviations_of(drives(deviations[:1], settings), settings)
     return Listing.of(
         "rms of the moment in a link: torques independent, or one on all stands",
         ("link", "1", "", np.array(LINK_NAMES)),
-        *((words, "N m", "N m", one) for words, one in zip(KINDS, found, strict=True)),
+        *((kind, "N m", "N m", sigma) for kind, sigma in zip(KINDS, both, strict=True)),
     )
 
 
@@ -102,17 +102,17 @@ def beats(deviations: Array, settings: Settings) -> Listing:
     a = contributions(drive.modes, drive.C, {settings.pulse_stand: 1.0})[0]
     size = np.abs(a[LINK_NAMES.index(settings.response_link)])
     f = drive.modes.omega[0] / (2 * np.pi)
-    every = list(combinations(range(len(f)), 2))
-    r, q = np.array(sorted(every, key=lambda pair: f[pair[1]] - f[pair[0]])).T
-    apart, ends = f[q] - f[r], np.sort([size[r], size[q]], axis=0)
+    pairs = list(combinations(range(len(f)), 2))
+    r, q = np.array(sorted(pairs, key=lambda pair: f[pair[1]] - f[pair[0]])).T
+    difference, ends = f[q] - f[r], np.sort([size[r], size[q]], axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = ends[0] / ends[1]
-        lasting = apart / (np.pi * drive.zeta[0] * (f[r] + f[q]))
+        lasting = difference / (np.pi * drive.zeta[0] * (f[r] + f[q]))
     return Listing.of(
         "two modes, nearest first; depth: lesser over greater amplitude",
         ("mode", "1", "count", r + 1),
         ("and mode", "1", "count", q + 1),
-        ("beat", "Hz", "Hz", apart),
+        ("beat", "Hz", "Hz", difference),
         ("depth", "1", "%", depth),
         ("beats before 1/e", "1", "1", lasting),
     )
@@ -142,23 +142,23 @@ def residual(drive: Drive, settings: Settings) -> Array:
     |sum over s of a_s exp(-i omega t_s)| 2 |sin pi f T|, float64[trial, link, mode].
     """
     omega = drive.modes.omega[:, None, :]
-    found = sum(a * np.exp(-1j * omega * t) for t, a in travelling(drive, settings))
-    return np.asarray(np.abs(found))  # the end of each pulse is among the steps
+    total = sum(a * np.exp(-1j * omega * t) for t, a in travelling(drive, settings))
+    return np.asarray(np.abs(total))  # the end of each pulse is among the steps
 
 
 def peaks(drive: Drive, settings: Settings) -> Array:
     """Return the largest moment of each link of one drive within the horizon, N m."""
     steps = travelling(drive, settings)
-    apart = 2 * np.pi / drive.modes.omega[0, -1] / A_PERIOD
-    time = np.arange(0.0, settings.horizon, apart)
-    found = np.abs(moments(time, drive.modes.omega, drive.zeta, steps)[0])
+    step = 2 * np.pi / drive.modes.omega[0, -1] / A_PERIOD
+    time = np.arange(0.0, settings.horizon, step)
+    size_scanned = np.abs(moments(time, drive.modes.omega, drive.zeta, steps)[0])
     best = []
-    for link, at in enumerate(time[found.argmax(axis=1)]):
-        one, wide = [(t, a[:, link : link + 1]) for t, a in steps], apart
+    for link, top in enumerate(time[size_scanned.argmax(axis=1)]):
+        of_link, width = [(t, a[:, link : link + 1]) for t, a in steps], step
         for _ in range(ZOOMS):
-            near = np.linspace(max(at - wide, 0.0), at + wide, A_PERIOD)
-            size = np.abs(moments(near, drive.modes.omega, drive.zeta, one)[0, 0])
-            at, wide = near[size.argmax()], wide / (A_PERIOD / 4)
+            close = np.linspace(max(top - width, 0.0), top + width, A_PERIOD)
+            size = np.abs(moments(close, drive.modes.omega, drive.zeta, of_link)[0, 0])
+            top, width = close[size.argmax()], width / (A_PERIOD / 4)
         best.append(size.max())
     return np.array(best)
 
@@ -166,9 +166,9 @@ def peaks(drive: Drive, settings: Settings) -> Array:
 def travel(deviations: Array, settings: Settings) -> Listing:
     """Return peak moments of a travelling pulse, and what it leaves of each mode."""
     drive = drives(deviations[:1], settings)
-    left = settings.pulse_moment * residual(drive, settings)[0].round(12)
+    residuals = settings.pulse_moment * residual(drive, settings)[0].round(12)
     top = settings.pulse_moment * peaks(drive, settings)
-    modes = ((f"mode {r}", "N m", "N m", one) for r, one in enumerate(left.T, start=1))
+    modes = ((f"mode {r}", "N m", "N m", M) for r, M in enumerate(residuals.T, 1))
     return Listing.of(
         "a link: its peak, then what the pulse leaves of each mode without damping",
         ("link", "1", "", np.array(LINK_NAMES)),

@@ -52,34 +52,34 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
     pulsing = Span(0.0, lasting, "pulse: while it lasts")
     curves: list[Curve] = []
     pictures: list[Picture] = []
-    for kind, what, moments_of, span in (
+    for kind, loading, moments_of, span in (
         ("moment_peak", "loads", loaded, entering),
         ("pulse_peak", "pulse", pulsed, pulsing),
     ):
-        every = zip(LINK_NAMES, moments_of.T, strict=True)
-        links = [Curve.of(words[f"{kind}_{ij}"], moment) for ij, moment in every]
+        by_link = zip(LINK_NAMES, moments_of.T, strict=True)
+        links = [Curve.of(words[f"{kind}_{ij}"], moment) for ij, moment in by_link]
         curves += links
         spans = (span,) if span.upper else ()
         for i, pair in enumerate(PAIRS):
             two = links[2 * i : 2 * i + 2]
-            pictures.append(Picture(f"{pair}, {what}", *two, spans=spans))
+            pictures.append(Picture(f"{pair}, {loading}", *two, spans=spans))
     marks = peaks_of(curves, time)
     return Chart.of(Axis("time", "s", "s"), time, *pictures, marks=marks)
 
 
 def combinations(_: Array, settings: Settings) -> Listing:
     """Return natural frequencies and free speeds of the nominal drives."""
-    each = settings.every_combination
-    omega = np.concatenate([nominal(one).modes.omega for one in each])
-    own = zip(omega, each, strict=True)
-    free = [resonance.free_speeds(w[None], one) for w, one in own]
+    variants = settings.every_combination
+    omega = np.concatenate([nominal(v).modes.omega for v in variants])
+    both = zip(omega, variants, strict=True)
+    free = [resonance.free_speeds(w[None], v) for w, v in both]
     total, widest = np.array(free)[:, :, 0].T
-    per_speed = np.array([resonance.rolling_speeds(one) for one in each]).T
+    per_speed = np.array([resonance.rolling_speeds(v) for v in variants]).T
     rolling = settings.working_speed * per_speed
-    limit = np.array([resonance.fastest(one) for one in each])
+    limit = np.array([resonance.fastest(v) for v in variants])
     return Listing.of(
         "positions of the stages A, B, C, D; motor speed over roll speed",
-        *_named(each),
+        *_named(variants),
         *((f"f{r}", "Hz", "Hz", w / (2 * np.pi)) for r, w in enumerate(omega.T, 1)),
         ("free speeds", "rad/s", "rpm", total),
         ("widest", "rad/s", "rpm", widest),
@@ -91,13 +91,13 @@ def combinations(_: Array, settings: Settings) -> Listing:
 
 def gearbox(_: Array, settings: Settings) -> Listing:
     """Return ratios, and inertias and stiffnesses of the nominal drives."""
-    each = settings.every_combination
-    built = [nominal(one) for one in each]
-    Q, C = (np.concatenate([one[i] for one in built]) for i in range(2))
+    variants = settings.every_combination
+    built = [nominal(v) for v in variants]
+    Q, C = (np.concatenate([drive[i] for drive in built]) for i in range(2))
     links = zip(LINK_NAMES, C.T, strict=True)
     return Listing.of(
         "positions of the stages A, B, C, D; all reduced to the motor shaft",
-        *_named(each),
+        *_named(variants),
         ("sum of Q", "kg m^2", "kg m^2", Q.sum(axis=1)),
         *((f"Q{i}", "kg m^2", "kg m^2", q) for i, q in enumerate(Q.T, start=1)),
         *((f"C{ij}", "N m/rad", "kN m/rad", c) for ij, c in links),
@@ -105,13 +105,13 @@ def gearbox(_: Array, settings: Settings) -> Listing:
 
 
 def _named(
-    each: list[Settings],
+    variants: list[Settings],
 ) -> tuple[tuple[str, str, str, NDArray[np.generic]], ...]:
     """Return the name of each combination, with its ratios of motor to roll."""
     return (
-        ("combination", "1", "", np.array([one.name for one in each])),
-        ("i31", "1", "1", np.array([one.ratios.i31 for one in each])),
-        ("i34", "1", "1", np.array([one.ratios.i34 for one in each])),
+        ("combination", "1", "", np.array([v.name for v in variants])),
+        ("i31", "1", "1", np.array([v.ratios.i31 for v in variants])),
+        ("i34", "1", "1", np.array([v.ratios.i34 for v in variants])),
     )
 
 
@@ -139,30 +139,35 @@ def pulses(deviations: Array, settings: Settings) -> Chart:
     The last curve is that of the pulse which travels from stand to stand.
     """
     drive = drives(deviations, settings)
-    omega, zeta, shown = drive.modes.omega, drive.zeta, settings.response_link
+    omega, zeta, link_name = drive.modes.omega, drive.zeta, settings.response_link
     length, size = settings.pulse_length, settings.pulse_moment
     end = min(settings.horizon, PERIODS * 2 * np.pi / float(omega[0, 0]))
     time = np.linspace(0.0, end, POINTS)
-    link = slice(LINK_NAMES.index(shown), LINK_NAMES.index(shown) + 1)
+    link = slice(LINK_NAMES.index(link_name), LINK_NAMES.index(link_name) + 1)
     a = size * contributions(drive.modes, drive.C, {settings.pulse_stand: 1.0})[:, link]
-    own = f"M{shown}"
-    ends = {own: [length], **{f"{1e3 * t:g} ms": [t] for t in LENGTHS}, "step": []}
-    after = {n: [(0.0, a[:1]), *((t, -a[:1]) for t in ts)] for n, ts in ends.items()}
+    moment_name = f"M{link_name}"
+    lengths = {moment_name: length, **{f"{1e3 * t:g} ms": t for t in LENGTHS}}
+    after = {name: [(0.0, a[:1]), (t, -a[:1])] for name, t in lengths.items()}
+    after["step"] = [(0.0, a[:1])]
     moving = torques.travelling(drive, settings)
     after["travelling"] = [(t, size * part[:1, link]) for t, part in moving]
-    found = {n: moments(time, omega[:1], zeta[:1], steps) for n, steps in after.items()}
     curves = [
-        Curve(name, "N m", own, "a pulse", moment[0, 0], shown="N m")
-        for name, moment in found.items()
-    ]
+        Curve(
+            name, "N m", moment_name, "a pulse",
+            moments(time, omega[:1], zeta[:1], steps)[0, 0], shown="N m",
+        )
+        for name, steps in after.items()
+    ]  # fmt: skip
     steps = [(0.0, a[1:]), (length, -a[1:])]
-    opened = bands_of(own, "N m", moments(time, omega[1:], zeta[1:], steps)[:, 0])
-    title = f"{own}: {1e3 * length:g} ms on stand {settings.pulse_stand}"
+    opened = bands_of(
+        moment_name, "N m", moments(time, omega[1:], zeta[1:], steps)[:, 0]
+    )
+    title = f"{moment_name}: {1e3 * length:g} ms on stand {settings.pulse_stand}"
     return Chart.of(
         Axis("time", "s", "s"),
         time,
         Picture(title, curves[0], *opened),
-        Picture(f"{own} after other pulses", *curves[1:]),
+        Picture(f"{moment_name} after other pulses", *curves[1:]),
         spans=(Span(0.0, min(length, end), "the pulse"),),
     )
 

@@ -13,15 +13,15 @@ motion = compiled(within=True)(equations.motion)
 @compiled(rates_signature)
 def rates(moment, y, p, out):
     """Fill derivatives, powers, loads, and the yaw's relaxation."""
-    at = motion(named(Moment, moment), named(State, y), named(Parameters, p), CLOSED)
-    write(out, 0, (at.derivative, at.powers, at.loads, at.jam, at.relaxation))
+    m = motion(named(Moment, moment), named(State, y), named(Parameters, p), CLOSED)
+    write(out, 0, (m.derivative, m.powers, m.loads, m.jam, m.relaxation))
 
 
 @compiled(rates_signature)
 def watch(moment, y, p, out):
     """Fill the loads alone; the compiler drops the rest of the equations."""
-    at = motion(named(Moment, moment), named(State, y), named(Parameters, p), CLOSED)
-    write(out, 0, (at.loads, at.jam))
+    m = motion(named(Moment, moment), named(State, y), named(Parameters, p), CLOSED)
+    write(out, 0, (m.loads, m.jam))
 
 
 SYSTEM = System(

@@ -5,9 +5,9 @@ import numpy as np
 from tolstat.machines.stand import clearance
 from tolstat.machines.stand.clearance import Contacts, Excess
 from tolstat.machines.stand.compiled import motion
+from tolstat.machines.stand.declarations import WINDOW
 from tolstat.machines.stand.motion import SCALE, Loads, Powers, State
 from tolstat.machines.stand.parameters import Parameters
-from tolstat.machines.stand.trials import WINDOW
 from tolstat.moving import (
     SIDES,
     Moment,
@@ -31,15 +31,15 @@ def rates(moment, y, p, out):
     p = named(Parameters, p)
     contacts = named(Contacts, y[N:])
     joints = joints_of(contacts, p)
-    at = motion(named(Moment, moment), named(State, y), p, joints)
+    m = motion(named(Moment, moment), named(State, y), p, joints)
     still = 0.0 * contacts.s_1
     held = (still, still, still, still, still, still)
-    excess = excess_of(play_of(at.rods, p))
+    excess = excess_of(play_of(m.rods, p))
     free = (0.5 - joints.touch1, 0.5 - joints.touch2)
     write(
         out,
         0,
-        (at.derivative, held, at.powers, at.loads, excess, at.jam, free, at.relaxation),
+        (m.derivative, held, m.powers, m.loads, excess, m.jam, free, m.relaxation),
     )
 
 
@@ -48,10 +48,10 @@ def jump(moment, y, p, out):
     """Fill the states with the contacts behind a crossing, and the sides."""
     p = named(Parameters, p)
     contacts = named(Contacts, y[N:])
-    state, now = named(State, y), named(Moment, moment)
-    at = motion(now, state, p, joints_of(contacts, p))
+    state, instant = named(State, y), named(Moment, moment)
+    m = motion(instant, state, p, joints_of(contacts, p))
     sides = named(Excess, moment[SIDES:])
-    after = met(contacts, sides, play_of(at.rods, p), now.phase >= WINDOW)
+    after = met(contacts, sides, play_of(m.rods, p), instant.phase >= WINDOW)
     write(out, 0, (state, after, sides))
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from tolstat.model.description import SHARE, Contributor, Description, Gear, Response
 from tolstat.model.settings import setting
 
+START, STEADY, WINDOW, END = range(4)  # marks of a trial
 # the guide contact with which the paper's Fig. 4 is met
 FIG4_CONTACT_YAW = 5.8e-4
 

@@ -37,30 +37,30 @@ class Stand(Model):
     def numbers(
         self, settings: Settings, spreads: Spreads, *, independent: bool = True
     ) -> tuple[StudyNumber, ...]:
-        found: list[StudyNumber] = []
+        numbers: list[StudyNumber] = []
         if settings.l <= settings.r + settings.h:  # cannot be mounted
             return ()
         for touched, guides in ((False, "free"), (True, "touched")):
-            at = loops(settings, np.pi / 2, touched=touched)
+            stand = loops(settings, np.pi / 2, touched=touched)
             words = f"degree of static indeterminacy, guides {guides}"
-            degree = len(self_stress(at))
-            found.append(StudyNumber(f"degree_{guides}", "1", degree, words, "count"))
-        for name, dN in loads(at).items():
-            load = float(dN[at.members.index("rod_1")])
+            degree = len(self_stress(stand))
+            numbers.append(StudyNumber(f"degree_{guides}", "1", degree, words, "count"))
+        for name, dN in loads(stand).items():
+            load = float(dN[stand.members.index("rod_1")])
             if load and name in spreads and not name.endswith("_2"):
-                per, shown = ("rad", "mrad") if "angle" in name else ("m", "mm")
+                per, shown_per = ("rad", "mrad") if "angle" in name else ("m", "mm")
                 words = "in rod 1, guides touched, crank at 90 deg"
-                number = (f"load_{name}", f"N/{per}", load, words, f"kN/{shown}")
-                found.append(StudyNumber(*number))
-        return tuple(found)
+                number = (f"load_{name}", f"N/{per}", load, words, f"kN/{shown_per}")
+                numbers.append(StudyNumber(*number))
+        return tuple(numbers)
 
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
         p = build(deviations[None, :], settings)
         marks = trials.marks_of(settings)
-        time = sample_times(float(marks[trials.END]), step)
+        time = sample_times(float(marks[declarations.END]), step)
         solution = trials.simulated(p, settings, time)
         phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
         moved = trials.moved(time, phase, solution.history[0], p)
-        window = (float(marks[trials.WINDOW]), float(marks[trials.END]))
+        window = (float(marks[declarations.WINDOW]), float(marks[declarations.END]))
         chart = chart_of(time, solution.history[0], moved, window, float(p.delta[0]))
         return History(chart, trials.outcome_of(solution, p, settings))

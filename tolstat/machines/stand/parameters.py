@@ -105,13 +105,13 @@ def faults(deviations: Array, settings: Settings) -> dict[str, Truths]:
     reach = np.minimum(p.l1 - p.r_1 - np.abs(p.h_1), p.l2 - p.r_2 - np.abs(p.h_2))
     _, _, sin_alpha = initial_position(p)
     radii = {7: N.r3, 8: N.r3, 10: N.r2, 11: N.r2}
-    off = [np.abs(d[f"runout_{i}"]) / r for i, r in radii.items()]
-    off += [np.abs(d[f"tooth_position_{i}"]) / N.r3 for i in (1, 2)]
+    eccentricity = [np.abs(d[f"runout_{i}"]) / r for i, r in radii.items()]
+    eccentricity += [np.abs(d[f"tooth_position_{i}"]) / N.r3 for i in (1, 2)]
     return {
         declarations.NOTHING: ~((positive > 0) & (not_negative >= 0)),
         declarations.NO_REACH: ~(reach > 0),
         declarations.NO_FIT: ~(np.abs(sin_alpha) < 1),
-        declarations.OFF_CENTRE: ~(np.maximum.reduce(off) < 1),
+        declarations.OFF_CENTRE: ~(np.maximum.reduce(eccentricity) < 1),
     }
 
 
@@ -156,7 +156,7 @@ def build(deviations: Array, settings: Settings) -> Parameters:
     th7, th8, th10, th11 = (d[f"runout_phase_{i}"] for i in (7, 8, 10, 11))
     phi31_0, _, _ = initial_position(parts)
     B = gear_deformations(parts, settings)
-    one = np.ones_like(parts.m)
+    ones = np.ones_like(parts.m)
     feet = zip(parts.dh.tolist(), parts.dl_s.tolist(), strict=True)
     arm = np.array([friction_arm(dh, dl_s, N.foot) for dh, dl_s in feet])
     # the equations take wheels by the reciprocals of their inertias
@@ -167,13 +167,13 @@ def build(deviations: Array, settings: Settings) -> Parameters:
     return Parameters(
         **parted,
         # drive law
-        omega0=settings.crank_speed * N.r3 / N.r1 * one,
-        t1=settings.start_up * one,
-        per_t1=one / settings.start_up,
+        omega0=settings.crank_speed * N.r3 / N.r1 * ones,
+        t1=settings.start_up * ones,
+        per_t1=ones / settings.start_up,
         phi1_0=phi31_0 * N.r3 / N.r1,
         # gears
         **{f"B{i}{j}": B[:, i, j] for i in range(4) for j in range(3)},
-        i3=N.r3 / N.r2 * one, per_r3=1 / N.r3 * one,
+        i3=N.r3 / N.r2 * ones, per_r3=1 / N.r3 * ones,
         s1=d["tooth_position_1"], s2=d["tooth_position_2"],
         # run-out
         E7c=E7 * np.cos(th7), E7s=E7 * np.sin(th7),
@@ -185,11 +185,11 @@ def build(deviations: Array, settings: Settings) -> Parameters:
         cos_psi1=np.cos(psi1), sin_psi1=np.sin(psi1),
         cos_psi2=np.cos(psi2), sin_psi2=np.sin(psi2),
         # rods
-        link=one * (settings.variant == "equalized"),
+        link=ones * (settings.variant == "equalized"),
         # carriage
         off=(a_1 - a_2) / 2, skew=(a_1 - a_2) / parts.dl_s,
         per_m=1 / parts.m, per_I_s=1 / parts.I_s,
-        mu_rot=parts.mu * arm, g=N.g * one, x_roll=N.x_roll * one,
-        beta1=N.beta1 * one, beta2=N.beta2 * one, beta3=N.beta3 * one,
-        beta4=N.beta4 * one, beta5=N.beta5 * one,
+        mu_rot=parts.mu * arm, g=N.g * ones, x_roll=N.x_roll * ones,
+        beta1=N.beta1 * ones, beta2=N.beta2 * ones, beta3=N.beta3 * ones,
+        beta4=N.beta4 * ones, beta5=N.beta5 * ones,
     )  # fmt: skip

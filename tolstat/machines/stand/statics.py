@@ -73,35 +73,35 @@ def loops(N: Settings, phi31: float, *, touched: bool) -> Loops:
     return Loops(members, np.array(J, float), np.array(K), G)
 
 
-def closed(at: Loops) -> Array:
+def closed(stand: Loops) -> Array:
     """Return the ways in which members load each other, float64[degree, member].
 
     They are orthonormal in energy: the null space of (K^1/2 J)^T, times K^1/2.
     """
-    scale = np.sqrt(at.K)
-    scaled = scale[:, None] * at.J
+    scale = np.sqrt(stand.K)
+    scaled = scale[:, None] * stand.J
     U, sizes, _ = np.linalg.svd(scaled / np.linalg.norm(scaled, axis=0))
     null = U[:, np.count_nonzero(sizes > ZERO * sizes[0]) :].T
     return np.asarray(null * (np.abs(null) > ZERO) * scale)
 
 
-def self_stress(at: Loops) -> Array:
+def self_stress(stand: Loops) -> Array:
     """Return loads in balance without any from outside, float64[degree, member].
 
     1 N in rod 1, none in mesh 1, where the rods are loaded at all; then the reverse.
     """
-    ways = closed(at)
-    ends = [at.members.index(each) for each in ("rod_1", "mesh_1")]
+    ways = closed(stand)
+    ends = [stand.members.index(name) for name in ("rod_1", "mesh_1")]
     chosen = ways[:, [end for end in ends if ways[:, end].any()]]
-    found: Array = np.linalg.solve(chosen, ways).astype(float)
-    return found * (np.abs(found) > ZERO)
+    stress: Array = np.linalg.solve(chosen, ways).astype(float)
+    return stress * (np.abs(stress) > ZERO)
 
 
-def loads(at: Loops) -> dict[str, Array]:
+def loads(stand: Loops) -> dict[str, Array]:
     """Return the load of each member by contributor, N or N m per m or rad.
 
     dN = (K - K J (J^T K J)^-1 J^T K) G, the positions of least energy: the part of K G
     that the ways of `closed` hold.
     """
-    ways = closed(at)
-    return {name: ways.T @ (ways @ dF) for name, dF in at.G.items()}
+    ways = closed(stand)
+    return {name: ways.T @ (ways @ dF) for name, dF in stand.G.items()}

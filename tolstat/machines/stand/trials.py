@@ -5,16 +5,19 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 from tolstat.machines.stand import clearance
 from tolstat.machines.stand.clearance import Contacts
-from tolstat.machines.stand.declarations import NO_SHARE, RESPONSES, Settings
+from tolstat.machines.stand.declarations import (
+    END,
+    NO_SHARE,
+    RESPONSES,
+    WINDOW,
+    Settings,
+)
 from tolstat.machines.stand.motion import Loads, Motion, Powers, State, motion
 from tolstat.machines.stand.parameters import Parameters, initial_position
 from tolstat.model.contract import Outcome
 from tolstat.model.description import SHARE
 from tolstat.moving import Accuracy, Moment, Solution, System, integrate
 from tolstat.status import Status
-
-# marks of a trial
-START, STEADY, WINDOW, END = range(4)
 
 
 def simulated(
@@ -38,23 +41,23 @@ def simulated(
         )  # fmt: skip
 
     loose = (p.half_c1 > 0) | (p.half_c2 > 0)
-    found = solved(SYSTEM, start[~loose], ~loose)
+    rigid = solved(SYSTEM, start[~loose], ~loose)
     wider = (0, 0), (0, 0), (0, len(Contacts._fields))
-    states, history = (np.pad(y, wider) for y in (found.states, found.history))
-    above = np.pad(found.above, ((0, 0), (0, 2)))
-    found = found._replace(states=states, history=history, above=above)
+    states, history = (np.pad(y, wider) for y in (rigid.states, rigid.history))
+    above = np.pad(rigid.above, ((0, 0), (0, 2)))
+    rigid = rigid._replace(states=states, history=history, above=above)
     if not loose.any():
-        return found
+        return rigid
     from tolstat.machines.stand import contacts
 
     begun = np.hstack([start, np.stack(contacts_at_start(start, p), axis=1)])
     played = solved(contacts.SYSTEM, begun[loose], loose)
-    n = found.greatest.shape[1]
+    n = rigid.greatest.shape[1]
     played = played._replace(greatest=played.greatest[:, :n], least=played.least[:, :n])
     # in the order of the trials
     order = np.argsort(np.argsort(loose, kind="stable"))
-    both = zip(found, played, strict=True)
-    return Solution(*(np.concatenate(each)[order] for each in both))
+    both = zip(rigid, played, strict=True)
+    return Solution(*(np.concatenate(fields)[order] for fields in both))
 
 
 def moved(t: Array, phase: Array, states: Array, p: Parameters) -> Motion:
@@ -67,8 +70,8 @@ def moved(t: Array, phase: Array, states: Array, p: Parameters) -> Motion:
 def contacts_at_start(start: Array, p: Parameters) -> Contacts:
     """Return the contacts of trials at rest: those that start loaded touch."""
     still = np.zeros(len(start))
-    at = motion(Moment(still, still), State(*start.T), p)
-    play = clearance.play_of(at.rods, p)
+    result = motion(Moment(still, still), State(*start.T), p)
+    play = clearance.play_of(result.rods, p)
     sides = clearance.excess_of(play)
     return clearance.met(Contacts(*[still] * 6), sides, play, False)
 
@@ -125,7 +128,7 @@ def responses_of(
     return {
         "extra_loss": energy.guide / energy.drive,
         "extra_loss_run": run.guide / run.drive,
-        **{f"{name}_energy": values for name, values in energy._asdict().items()},
+        **{f"{name}_energy": v for name, v in energy._asdict().items()},
         "energy_residual": residual / energy.drive,
         **Loads(*solution.peak.T)._asdict(),
         "rod_tension_1": np.maximum(greatest.rod_force_1, 0.0),
@@ -133,5 +136,5 @@ def responses_of(
         "rod_compression_1": np.maximum(-least.rod_force_1, 0.0),
         "rod_compression_2": np.maximum(-least.rod_force_2, 0.0),
         **dict(zip(("jam_share", "free_share_1", "free_share_2"), shares, strict=True)),
-        **{name: each for name, each in contacts._asdict().items() if name[0] != "s"},
+        **{name: v for name, v in contacts._asdict().items() if name[0] != "s"},
     }

@@ -71,18 +71,18 @@ def indeterminacy(_: Array, settings: Settings) -> Listing:
     rows: list[tuple[str | float, ...]] = []
     degrees = []
     for touched, guides in ((False, "free"), (True, "touched")):
-        at = loops(settings, np.pi / 2, touched=touched)
-        stress = self_stress(at)
+        stand = loops(settings, np.pi / 2, touched=touched)
+        stress = self_stress(stand)
         degrees.append(n := len(stress))
-        own = [f"self-stress {i} of {n}" for i in range(1, n + 1)]
-        named = list(zip(own, ["1 kN"] * n, 1e3 * stress, strict=True))
-        for name, load in loads(at).items():
+        numbered = [f"self-stress {i} of {n}" for i in range(1, n + 1)]
+        named = list(zip(numbered, ["1 kN"] * n, 1e3 * stress, strict=True))
+        for name, load in loads(stand).items():
             if load.any() and not name.endswith(("_2", "_8", "_11")):
                 per = "1 mrad" if name.startswith("crank_angle") else "1 mm"
                 named.append((name, per, SMALL * load))
         for name, per, load in named:
-            found = dict(zip(at.members, load, strict=True))
-            rows.append((guides, name, per, *(found.get(m, 0.0) for m in LOADED)))
+            by_member = dict(zip(stand.members, load, strict=True))
+            rows.append((guides, name, per, *(by_member.get(m, 0.0) for m in LOADED)))
     heads = [(name, "1", "") for name in ("guides", "deviation", "of")]
     heads += [(name, unit, f"k{unit}") for name, unit in LOADED.items()]
     columns = zip(*rows, strict=True) if rows else [()] * len(heads)
@@ -97,17 +97,18 @@ def indeterminacy(_: Array, settings: Settings) -> Listing:
 def indeterminacy_turn(_: Array, settings: Settings) -> Chart:
     """Return the loads of deviations of chain 1 over a turn, guides touched."""
     turn = np.linspace(0.0, 2 * np.pi, 181)
-    every = [loads(loops(settings, phi, touched=True)) for phi in turn]
-    members = loops(settings, 0.0, touched=True).members
+    stands = [loops(settings, phi, touched=True) for phi in turn]
+    members, by_angle = stands[0].members, [loads(stand) for stand in stands]
+    names = [n for n in by_angle[0] if n.endswith("_1") or n == "guide_clearance"]
+    load = {name: SMALL * np.array([dN[name] for dN in by_angle]) for name in names}
+    words = "load of 1 mm or 1 mrad"
     pictures = []
     for member in ("rod_1", "shaft_9"):
+        unit, row = LOADED[member], members.index(member)
         curves = [
-            Curve(
-                f"{member}, {name}", LOADED[member], "dN", "load of 1 mm or 1 mrad",
-                SMALL * np.array([each[name][members.index(member)] for each in every]),
-            )
-            for name in every[0] if name.endswith("_1") or name == "guide_clearance"
-        ]  # fmt: skip
+            Curve(f"{member}, {name}", unit, "dN", words, load[name][:, row])
+            for name in names
+        ]
         pictures.append(Picture(f"Load of {member}, by 1 mm or 1 mrad", *curves))
     return Chart.of(Axis("crank position", "rad", "deg"), turn, *pictures)
 

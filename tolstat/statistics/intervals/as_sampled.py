@@ -9,6 +9,7 @@ from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.jackknife import HEAVY
 from tolstat.statistics.intervals.moments import few_leave
+from tolstat.statistics.reason import Lack, Reason
 
 LEAST = 50  # trials from which there is an interval
 MOST_SKEWED = 0.6  # gamma over the root of n; 1 over the root of the trials that count
@@ -40,16 +41,19 @@ def mean_as_sampled(
     n = len(values)
     value = float(values.mean()) if n else math.nan
     if n < LEAST:
-        return Estimate(value, reason=f"needs {LEAST}")
+        return Estimate(value, reason=Reason(Lack.TRIALS, needed=LEAST))
     g, dependent = skewness(values), replicate is not None
     most, wider = OF_REPLICATES if dependent else (MOST_SKEWED, 1.0)
     if not abs(g) <= most:
         return Estimate(value, reason=HEAVY)
     size = float(np.abs(values).max())  # squares of others may not be finite
-    each = values / size
+    scaled = values / size
     if replicate is not None:
-        each = np.bincount(replicate, each) / np.bincount(replicate)
-    error, free = size * float(each.std(ddof=1)) / math.sqrt(len(each)), len(each) - 1
+        scaled = np.bincount(replicate, scaled) / np.bincount(replicate)
+    error, free = (
+        size * float(scaled.std(ddof=1)) / math.sqrt(len(scaled)),
+        len(scaled) - 1,
+    )
     t = wider * (1 + WIDER * g**2) * float(stdtrit(free, 0.5 + confidence / 2))
     lower, upper = (value - error * _quantile(x, g) for x in (t, -t))
     return Estimate(value, lower, upper)
@@ -60,15 +64,15 @@ def sigma_as_sampled(
 ) -> Estimate:
     """Estimate the standard deviation by the mean of squares: see `mean_as_sampled`."""
     n = len(values)
-    reason = f"needs {LEAST}" if n < LEAST else few_leave(values)
+    reason = Reason(Lack.TRIALS, needed=LEAST) if n < LEAST else few_leave(values)
     if reason:
         return Estimate(float(values.std(ddof=1)) if n > 1 else math.nan, reason=reason)
-    off = values - values.mean()
-    size = float(np.abs(off).max()) or 1.0
-    squares = (off / size) ** 2 * (n / (n - 1))
-    found = mean_as_sampled(squares, confidence, replicate)
-    value, lower, upper = (math.sqrt(max(x, 0.0)) for x in found[:3])
-    return Estimate(value, lower, upper, found.reason).times(size)
+    deviations = values - values.mean()
+    size = float(np.abs(deviations).max()) or 1.0
+    squares = (deviations / size) ** 2 * (n / (n - 1))
+    mean_square = mean_as_sampled(squares, confidence, replicate)
+    value, lower, upper = (math.sqrt(max(x, 0.0)) for x in mean_square[:3])
+    return Estimate(value, lower, upper, mean_square.reason).times(size)
 
 
 def few_dominate(values: Array) -> bool:
@@ -82,13 +86,13 @@ def skewness(values: Array) -> float:
     It is 1 if one trial carries all of the spread to one side, and about 1/sqrt(k) if
     k trials do.
     """
-    off = values - values.mean()
-    largest = float(np.abs(off).max())
+    deviations = values - values.mean()
+    largest = float(np.abs(deviations).max())
     if not largest > 1e-14 * abs(float(values.mean())):
         return math.nan
-    off /= largest
-    squares = off * off
-    return float(squares @ off / squares.sum() ** 1.5)
+    deviations /= largest
+    squares = deviations * deviations
+    return float(squares @ deviations / squares.sum() ** 1.5)
 
 
 def _quantile(x: float, g: float) -> float:

@@ -61,9 +61,9 @@ def least_mean(
     if scale <= 0:
         return lower
     y = (values - lower) / scale
-    wanted, tiny = math.log(1 / miss), 1e-300
+    log_gain_needed, tiny = math.log(1 / miss), 1e-300
     weights = weights or Weights(np.ones(len(y)))
-    bets = y, _stakes(y, wanted, weights), wanted, weights
+    bets = y, _stakes(y, log_gain_needed, weights), log_gain_needed, weights
     if not _gain(tiny, *bets) > 0:
         return lower
     # a bet above the largest value loses; a closure would stay in memory
@@ -77,11 +77,11 @@ def log_gain(flagged: Truths, share: float, miss: float, weights: Weights) -> fl
     Above 0 they surely do. It errs with a probability of at most `miss`; the order is
     that of `mean_between`.
     """
-    y, wanted = flagged.astype(np.float64), math.log(1 / miss)
-    return _gain(share, y, _stakes(y, wanted, weights), wanted, weights)
+    y, needed = flagged.astype(np.float64), math.log(1 / miss)
+    return _gain(share, y, _stakes(y, needed, weights), needed, weights)
 
 
-def _stakes(y: Array, wanted: float, weights: Weights) -> Array:
+def _stakes(y: Array, needed: float, weights: Weights) -> Array:
     """Return the stake of each trial."""
     n, wy = len(y), weights.capped * y
     mean = np.cumsum(wy)
@@ -94,11 +94,11 @@ def _stakes(y: Array, wanted: float, weights: Weights) -> Array:
     squares = np.append(0.0, np.cumsum(wy[:-1]))
     squares += 0.25
     squares /= np.arange(1, n + 1)
-    return np.asarray(np.sqrt(2 * wanted / n / squares))
+    return np.asarray(np.sqrt(2 * needed / n / squares))
 
 
-def _gain(m: float, y: Array, stake: Array, wanted: float, weights: Weights) -> float:
+def _gain(m: float, y: Array, stake: Array, needed: float, weights: Weights) -> float:
     """Return the logarithm of the final capital, less the wanted one."""
     capital = np.minimum(stake, MOST_STAKED / m / (weights.most + weights.cut))
     capital *= weights.capped * (y - m) - weights.cut * m
-    return float(np.log1p(capital, out=capital).sum()) - wanted
+    return float(np.log1p(capital, out=capital).sum()) - needed

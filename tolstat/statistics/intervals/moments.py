@@ -17,9 +17,10 @@ import numpy as np
 from scipy.special import betaincinv
 
 from tolstat.arrays import Array, Integers
-from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
+from tolstat.statistics.estimate import Estimate, enclosing
 from tolstat.statistics.intervals.betting import mean_between
 from tolstat.statistics.intervals.weights import Weights
+from tolstat.statistics.reason import Lack, Reason
 
 Ends = tuple[float, float]
 OPEN: Ends = (-math.inf, math.inf)
@@ -73,11 +74,11 @@ class Reach(NamedTuple):
         seen = [float(values.min()), float(values.max())]
         seen += [end for end in self.limit or () if math.isfinite(end)]
         least, largest = min(seen), max(seen)
-        far = REACH * (largest - least)
+        distance = REACH * (largest - least)
         lower, upper = self.declared or OPEN
         return (
-            lower if math.isfinite(lower) else least - far,
-            upper if math.isfinite(upper) else largest + far,
+            lower if math.isfinite(lower) else least - distance,
+            upper if math.isfinite(upper) else largest + distance,
         )
 
 
@@ -136,28 +137,34 @@ def sigma_of(
     low, high = mean_between(
         squares, 0.0, largest, 1 - SHARED * miss, mixed and mixed.part(rest)
     )
-    left, right = mean_between(values, lower, upper, 1 - (1 - SHARED) * miss, mixed)
-    near = max(left - c, c - right, 0.0) ** 2
-    far = max((left - c) ** 2, (right - c) ** 2)
-    least, most = math.sqrt(max(low - far, 0.0)), math.sqrt(max(high - near, 0.0))
+    mean_low, mean_high = mean_between(
+        values, lower, upper, 1 - (1 - SHARED) * miss, mixed
+    )
+    least_offset = max(mean_low - c, c - mean_high, 0.0) ** 2
+    most_offset = max((mean_low - c) ** 2, (mean_high - c) ** 2)
+    least, most = (
+        math.sqrt(max(low - most_offset, 0.0)),
+        math.sqrt(max(high - least_offset, 0.0)),
+    )
     return enclosing(sigma, least, most)
 
 
-def few_leave(values: Array, reach: Reach = ANYWHERE) -> str:
-    """Return a warning if few trials differ from the value that half of all share.
+def few_leave(values: Array, reach: Reach = ANYWHERE) -> Reason | None:
+    """Return a reason if few trials differ from the value that half of all share.
 
-    Empty otherwise, and with a declared range: few trials cannot dominate there.
+    None otherwise, and with a declared range: few trials cannot dominate there.
     """
     if not len(values) or reach.known:
-        return ""
+        return None
     ordered = np.sort(values)
     middle = ordered[len(ordered) // 2]
     first, after = np.searchsorted(ordered, [middle, np.nextafter(middle, math.inf)])
     leaving = len(ordered) - int(after - first)
     if leaving >= LEAST_LEAVING or leaving > (1 - MOST_EQUAL) * len(ordered):
-        return ""
-    few = "1 trial differs" if leaving == 1 else f"{leaving} trials differ"
-    return f"only {few} from all others"
+        return None
+    if leaving == 1:
+        return Reason(Lack.ONE_MORE_APART)
+    return Reason(Lack.MORE_APART, trials=leaving)
 
 
 def _average(values: Array, weights: Weights | None) -> float:
@@ -167,19 +174,21 @@ def _average(values: Array, weights: Weights | None) -> float:
     return float(np.average(values, weights=weights.values))
 
 
-def _missing(values: Array, reach: Reach, weights: Weights | None = None) -> str:
-    """Return why there is no interval; empty if there is one."""
+def _missing(
+    values: Array, reach: Reach, weights: Weights | None = None
+) -> Reason | None:
+    """Return why there is no interval; None if there is one."""
     if not len(values):
-        return NONE_DONE.reason
+        return Reason(Lack.ANY_DONE)
     if weights and weights.too_few:
         return weights.too_few
     if len(values) < LEAST:
-        return f"needs {LEAST}"
+        return Reason(Lack.TRIALS, needed=LEAST)
     lower, upper = reach.ends(values)
     if lower == upper:
         share = unseen(weights.number if weights else len(values))
-        return f"all trials are equal: 1 unit in {math.floor(1 / share)} may differ"
-    return ""
+        return Reason(Lack.UNEQUAL_TRIALS, units=math.floor(1 / share))
+    return None
 
 
 @lru_cache(maxsize=8)

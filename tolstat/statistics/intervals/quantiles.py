@@ -8,6 +8,7 @@ from scipy.special import bdtr, bdtrik
 
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import FAILED_THERE, NONE_DONE, Estimate
+from tolstat.statistics.reason import Lack, Reason
 
 
 def quantiles(
@@ -49,17 +50,23 @@ def quantiles(
     missing = np.full(failed, math.inf)
     above = np.concatenate([ordered, missing])
     below = np.concatenate([-missing, ordered])
-    found = {}
+    estimates = {}
     for share in shares:
         low = _of_ordered(above if worst > 0 else below, share, confidence)
         high = _of_ordered(below if worst < 0 else above, share, confidence)
         value = low.value if worst else median_unbiased(ordered, share)
-        found[share] = Estimate(value, low.lower, high.upper)
+        estimates[share] = Estimate(value, low.lower, high.upper)
         if not math.isfinite(low.lower + value + high.upper):
-            shown = value if math.isfinite(value) else math.nan
+            finite = value if math.isfinite(value) else math.nan
             reason = low.reason or high.reason or FAILED_THERE
-            found[share] = Estimate(shown, reason=reason)
-    return found
+            estimates[share] = Estimate(finite, reason=reason)
+    return estimates
+
+
+def worst_side(permitted: tuple[float, float] | None) -> int:
+    """Return the side on which failed trials count: 1 above, -1 below, 0 unknown."""
+    lower, upper = permitted or (-math.inf, math.inf)
+    return int(math.isfinite(upper)) - int(math.isfinite(lower))
 
 
 def _of_ordered(ordered: Array, share: float, confidence: float) -> Estimate:
@@ -73,7 +80,7 @@ def _of_ordered(ordered: Array, share: float, confidence: float) -> Estimate:
     if low_rank < 1 or high_rank > n:
         # the least number from which the outermost trials bound it
         needed = math.ceil(math.log(miss) / math.log(max(share, 1 - share)))
-        return Estimate(value, reason=f"needs {needed}")
+        return Estimate(value, reason=Reason(Lack.TRIALS, needed=needed))
     return Estimate(value, float(ordered[low_rank - 1]), float(ordered[high_rank - 1]))
 
 
@@ -82,12 +89,12 @@ def median_unbiased(ordered: Array, share: float) -> float:
 
     `numpy.quantile` returns the same, but sorts again.
     """
-    place = min(max((len(ordered) + 1 / 3) * share - 2 / 3, 0.0), len(ordered) - 1.0)
-    below = int(place)
+    position = min(max((len(ordered) + 1 / 3) * share - 2 / 3, 0.0), len(ordered) - 1.0)
+    below = int(position)
     above = min(below + 1, len(ordered) - 1)
     low, high = float(ordered[below]), float(ordered[above])
     # both may be infinite: failed trials
-    return low if low == high else low + (place - below) * (high - low)
+    return low if low == high else low + (position - below) * (high - low)
 
 
 def _binomial_quantile(probability: float, n: int, share: float) -> int:

@@ -12,11 +12,11 @@ import numpy as np
 from scipy.special import stdtrit
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
+from tolstat.statistics.estimate import Estimate, enclosing
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, few_leave
 from tolstat.statistics.intervals.quantiles import median_unbiased
+from tolstat.statistics.reason import Lack, Reason
 
-EQUAL = "all trials are equal"
 LEAST_IN_EACH = 16
 LEAST_OUTSIDE = 30  # expected trials outside a quantile
 WIDER = 1.1  # times Student's interval: replicates of skewed statistics are not normal
@@ -69,13 +69,13 @@ def mean_of_replicates(
         return Estimate(value, reason=reason)
     lower, upper = reach.ends(values)
     if lower == upper:
-        return Estimate(value, reason=EQUAL)
-    each = np.bincount(replicate, values) / np.bincount(replicate)
-    return _between(each, value, len(values), lower, upper, confidence)
+        return Estimate(value, reason=Reason(Lack.UNEQUAL_REPLICATES))
+    means = np.bincount(replicate, values) / np.bincount(replicate)
+    return _between(means, value, len(values), lower, upper, confidence)
 
 
 def _between(
-    each: Array,
+    means: Array,
     value: float,
     trials: int,
     lower: float,
@@ -83,8 +83,8 @@ def _between(
     confidence: float,
 ) -> Estimate:
     """Return a mean with its interval, from the means of replicates."""
-    half = half_width(each, confidence)
-    rare = never_met(trials, len(each), confidence)
+    half = half_width(means, confidence)
+    rare = never_met(trials, len(means), confidence)
     low, high = value - half, value + half
     # replicates may contain too many or too few units, by that share
     most = rare * max(low - lower, upper - high)
@@ -103,10 +103,12 @@ def sigma_of_replicates(
         return Estimate(value, reason=reason)
     centre, (lower, upper) = float(values.mean()), reach.ends(values)
     squares = Reach((0.0, max(upper - centre, centre - lower) ** 2))
-    found = mean_of_replicates((values - centre) ** 2, replicate, squares, confidence)
-    if found.reason:
-        return Estimate(value, reason=found.reason)
-    low, high = math.sqrt(max(found.lower, 0.0)), math.sqrt(found.upper)
+    mean_square = mean_of_replicates(
+        (values - centre) ** 2, replicate, squares, confidence
+    )
+    if mean_square.reason:
+        return Estimate(value, reason=mean_square.reason)
+    low, high = math.sqrt(max(mean_square.lower, 0.0)), math.sqrt(mean_square.upper)
     return enclosing(value, low, high)
 
 
@@ -140,13 +142,13 @@ def quantile_of_replicates(
     n, sizes = len(values), np.bincount(replicate)
     needed = math.ceil(LEAST_OUTSIDE / min(share, 1 - share))
     if n < needed:
-        return Estimate(value, reason=f"needs {needed}")
+        return Estimate(value, reason=Reason(Lack.TRIALS, needed=needed))
     in_order = replicate[np.argsort(values)]
 
     def share_of(stop: int) -> Estimate:
         """Estimate the share of the units below the value at a place."""
-        each = np.bincount(in_order[:stop], minlength=len(sizes)) / sizes
-        return _between(each, stop / n, n, 0.0, 1.0, confidence)
+        shares = np.bincount(in_order[:stop], minlength=len(sizes)) / sizes
+        return _between(shares, stop / n, n, 0.0, 1.0, confidence)
 
     def from_below(k: int) -> bool:
         return share_of(int(np.searchsorted(ordered, ordered[k]))).upper >= share
@@ -160,17 +162,17 @@ def quantile_of_replicates(
     return enclosing(value, float(ordered[low]), float(ordered[high]))
 
 
-def missing(values: Array, replicate: Integers) -> str:
-    """Return why replicates give no interval; empty if they give one."""
+def missing(values: Array, replicate: Integers) -> Reason | None:
+    """Return why replicates give no interval; None if they give one."""
     if not len(values):
-        return NONE_DONE.reason
+        return Reason(Lack.ANY_DONE)
     sizes = np.bincount(replicate)
     if len(sizes) < 2 or sizes.min() < LEAST_IN_EACH:
-        return f"no replicates of {LEAST_IN_EACH} trials"
-    return ""
+        return Reason(Lack.REPLICATES, size=LEAST_IN_EACH)
+    return None
 
 
-def half_width(each: Array, confidence: float = 0.95) -> float:
+def half_width(means: Array, confidence: float = 0.95) -> float:
     """Return half of Student's interval of the replicates' means, a tenth wider."""
-    z = float(stdtrit(len(each) - 1, 0.5 + confidence / 2))
-    return WIDER * z * float(each.std(ddof=1)) / math.sqrt(len(each))
+    z = float(stdtrit(len(means) - 1, 0.5 + confidence / 2))
+    return WIDER * z * float(means.std(ddof=1)) / math.sqrt(len(means))

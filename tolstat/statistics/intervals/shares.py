@@ -47,9 +47,9 @@ def anytime_valid(count: int, trials: int, confidence: float = 0.95) -> Estimate
     Math. Stat. 41 (1970) 1397-1409: mixtures of likelihood ratios, and Ville's
     inequality.
     """
-    wanted = math.log(2 / (1 - confidence))
-    upper = _most(count, trials, wanted)
-    lower = 1 - _most(trials - count, trials, wanted)
+    evidence = math.log(2 / (1 - confidence))
+    upper = _most(count, trials, evidence)
+    lower = 1 - _most(trials - count, trials, evidence)
     return Estimate(count / trials, lower, upper)
 
 
@@ -61,17 +61,17 @@ def evidence_against(count: int, trials: int, share: float) -> float:
     log(k) with a probability of at most 1/k.
     """
     a, b = count + PRIOR, trials - count + PRIOR
-    left = betainc(a, b, share)
-    if left == 0:
+    below = betainc(a, b, share)
+    if below == 0:
         return -math.inf
-    averaged = betaln(a, b) + math.log(left)
+    averaged = betaln(a, b) + math.log(below)
     averaged -= betaln(PRIOR, PRIOR) + math.log(betainc(PRIOR, PRIOR, share))
     return float(
         averaged - count * math.log(share) - (trials - count) * math.log1p(-share)
     )
 
 
-def _most(count: int, trials: int, wanted: float) -> float:
+def _most(count: int, trials: int, evidence: float) -> float:
     """Return the largest share against which the evidence is not enough."""
     from scipy.optimize import brentq  # slow to import
 
@@ -79,7 +79,7 @@ def _most(count: int, trials: int, wanted: float) -> float:
         return 1.0
 
     def excess(share: float) -> float:
-        return max(evidence_against(count, trials, share), -1.0) - wanted
+        return max(evidence_against(count, trials, share), -1.0) - evidence
 
     nearly = 1 - 1e-15
     if excess(nearly) <= 0:

@@ -13,6 +13,7 @@ from tolstat.statistics.intervals.betting import log_gain
 from tolstat.statistics.intervals.moments import order_of
 from tolstat.statistics.intervals.shares import gamma_ends
 from tolstat.statistics.intervals.weights import Weights, effective_number
+from tolstat.statistics.reason import Lack, Reason
 
 ENOUGH = 100  # effective sample size of the trials out of limit
 FEW = 10  # up to here the largest weight of all trials counts, too
@@ -32,11 +33,11 @@ def weighted_share(units: Truths, weights: Weights) -> Estimate:
     """
     if weights.too_few:
         return Estimate(math.nan, reason=weights.too_few)
-    each, n = weights.values, len(weights.values)
+    values, n = weights.values, len(weights.values)
     counted = weights.capped[units] / n
     lower, upper = gamma_ends(counted, weights.most / n)
     upper = min(upper + weights.cut, 1.0)
-    value, others = (each[units] / n).sum(), (each[~units] / n).sum()
+    value, others = (values[units] / n).sum(), (values[~units] / n).sum()
     if value > others:
         value = 1 - others
         upper = max(upper, value)
@@ -57,9 +58,11 @@ def weighted_quantiles(
         return dict.fromkeys(shares, NONE_DONE)
     n, miss = len(values), (1 - confidence) / 2
     ordered = np.argsort(values, kind="stable")
-    at, below = values[ordered], np.cumsum(weights.values[ordered])
-    last = np.append(np.flatnonzero(at[1:] != at[:-1]), n - 1)  # of equal values
-    ends, order = at[last], order_of(n)
+    ascending, below = values[ordered], np.cumsum(weights.values[ordered])
+    last = np.append(
+        np.flatnonzero(ascending[1:] != ascending[:-1]), n - 1
+    )  # of equal values
+    ends, order = ascending[last], order_of(n)
     mixed, mixed_weights = values[order], weights.part(order)
     counts = weights.capped[ordered]
     units, squares = np.cumsum(counts)[last], np.cumsum(counts**2)[last]
@@ -75,27 +78,29 @@ def weighted_quantiles(
         S, Q = (c if side > 0 else c[-1] - c for c in (units, squares))
         variance = (1 - 2 * share) * Q + share**2 * squares[-1]
         excess = S - share * (units[-1] + n * weights.cut)
-        wanted = 2 * math.log(1 / miss)  # the stakes of each bet nearly agree
-        return _first_gain(gain, side * (np.sqrt(wanted / variance) * excess - wanted))
+        evidence = 2 * math.log(1 / miss)  # the stakes of each bet nearly agree
+        return _first_gain(
+            gain, side * (np.sqrt(evidence / variance) * excess - evidence)
+        )
 
-    found = {}
+    estimates = {}
     for share in shares:
-        place = int(np.searchsorted(below, share * below[-1]))
-        value = float(at[min(place, n - 1)])
-        shown = value if math.isfinite(value) else math.nan
+        position = int(np.searchsorted(below, share * below[-1]))
+        value = float(ascending[min(position, n - 1)])
+        finite = value if math.isfinite(value) else math.nan
         if weights.too_few:
-            found[share] = Estimate(shown, reason=weights.too_few)
+            estimates[share] = Estimate(finite, reason=weights.too_few)
             continue
         low, high = end(1 - share, -1), end(share, 1)
-        every = np.ones(n, np.bool_)
+        all_trials = np.ones(n, np.bool_)
         if high == len(ends) or (
-            low == 0 and not log_gain(every, 1 - share, miss, mixed_weights) > 0
+            low == 0 and not log_gain(all_trials, 1 - share, miss, mixed_weights) > 0
         ):
-            reason = f"{n} trials are too few with these weights"
-            found[share] = Estimate(shown, reason=reason)
+            reason = Reason(Lack.LIGHT_WEIGHTS, trials=n)
+            estimates[share] = Estimate(finite, reason=reason)
         else:
-            found[share] = enclosing(value, float(ends[low]), float(ends[high]))
-    return found
+            estimates[share] = enclosing(value, float(ends[low]), float(ends[high]))
+    return estimates
 
 
 def _first_gain(gain: Callable[[int], float], expected: Array) -> int:
@@ -109,9 +114,9 @@ def _first_gain(gain: Callable[[int], float], expected: Array) -> int:
             break
         k = int(np.searchsorted(expected, -error, "right"))
         k = min(max(k, low + 1), high - 1) if tries < MOST_TRIES else (low + high) // 2
-        found = gain(k)
-        error = found - float(expected[k])
-        low, high = (low, k) if found > 0 else (k, high)
+        exact = gain(k)
+        error = exact - float(expected[k])
+        low, high = (low, k) if exact > 0 else (k, high)
     return high
 
 
@@ -135,7 +140,7 @@ def rare_share(out: Truths, weights: Array) -> Estimate:
     """
     n = len(weights)
     if n == 0:
-        return Estimate(math.nan, reason="the last stage has not run")
+        return Estimate(math.nan, reason=Reason(Lack.LAST_STAGE))
     if not out.any():
         return Estimate(0.0, 0.0, unmet(weights))
     counts = weights[out] / n

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from tolstat.arrays import Array, Integers, Truths
+from tolstat.statistics.reason import Lack, Reason
 
 LEAST_EFFECTIVE = 150  # with fewer, one heavy trial dominates
 
@@ -48,11 +49,13 @@ class Weights:
         return effective_number(self.values)
 
     @property
-    def too_few(self) -> str:
-        """Return that the effective sample size is too small; empty if it is enough."""
+    def too_few(self) -> Reason | None:
+        """Return that the effective sample size is too small; None if it is enough."""
         if self.number >= LEAST_EFFECTIVE:
-            return ""
-        return f"effective sample size {self.number}; {LEAST_EFFECTIVE} needed"
+            return None
+        return Reason(
+            Lack.EFFECTIVE_TRIALS, effective=self.number, needed=LEAST_EFFECTIVE
+        )
 
     def part(self, trials: Integers) -> Weights:
         """Return the weights of some trials, in order, chosen independently of them."""
@@ -60,8 +63,8 @@ class Weights:
 
     def of(self, trials: Truths) -> Weights:
         """Return the weights of a selection; all units above the cap may be in it."""
-        left = len(trials) / max(int(np.count_nonzero(trials)), 1)
-        return Weights(self.values[trials], self.most, self.cut * left)
+        inverse = len(trials) / max(int(np.count_nonzero(trials)), 1)
+        return Weights(self.values[trials], self.most, self.cut * inverse)
 
 
 def effective_number(weights: Array) -> int:

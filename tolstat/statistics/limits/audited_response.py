@@ -58,8 +58,8 @@ class AuditedResponse:
     @property
     def median(self) -> float:
         """The median error; 0 if none is known."""
-        known = self.errors[np.isfinite(self.errors)]
-        return float(np.median(known)) if len(known) else 0.0
+        finite = self.errors[np.isfinite(self.errors)]
+        return float(np.median(finite)) if len(finite) else 0.0
 
     @cached_property
     def spread(self) -> float:
@@ -94,11 +94,13 @@ class AuditedResponse:
         change = np.abs(before - self.most_precise)
         once = np.isnan(before) != np.isnan(self.most_precise)
         error = np.fmax(self.errors[self.third], self.median)
-        far = change > np.fmax(SETTLED * self.spread, HALVED * error)
+        moved_again = change > np.fmax(SETTLED * self.spread, HALVED * error)
         sides = within(before, self.permitted) != within(
             self.most_precise, self.permitted
         )
-        return np.asarray(once | far | (sides & (change > SAME_SIDE * self.spread)))
+        return np.asarray(
+            once | moved_again | (sides & (change > SAME_SIDE * self.spread))
+        )
 
     @property
     def dominant(self) -> bool:
@@ -115,12 +117,12 @@ class AuditedResponse:
     @property
     def movement(self) -> Movement:
         """How many trials moved, and by how much."""
-        known = self.errors[np.isfinite(self.errors)]
+        finite = self.errors[np.isfinite(self.errors)]
         again = np.abs(self.precise[self.third] - self.most_precise)
-        known_third = again[np.isfinite(again)]
-        largest = np.concatenate([known, known_third]).max(initial=0.0)
+        finite_third = again[np.isfinite(again)]
+        largest = np.concatenate([finite, finite_third]).max(initial=0.0)
         return Movement(
-            len(known), int(self.moved.sum()), float(largest),
+            len(finite), int(self.moved.sum()), float(largest),
             len(self.third), int(self.unsettled.sum()),
         )  # fmt: skip
 

@@ -12,15 +12,15 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import CONFIDENCE, NONE_DONE, Estimate
 from tolstat.statistics.intervals.moments import Ends, Reach
-from tolstat.statistics.intervals.statistic import as_sampled, for_any, quantiles_at
 from tolstat.statistics.limits.limit import Limit, ppk_of
-from tolstat.statistics.sample import Sample
+from tolstat.statistics.reason import Lack, Reason
+from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
 LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
 LEAST_OF_MOMENTS = 200  # trials from which Ppk by moments has an interval
 FAR = 100.0  # Ppk above which the spread is too small to be a measure
-ONE_END = Estimate(math.nan, reason="the limit has one end")
-STILL = Estimate(math.nan, reason="the response does not spread")
+ONE_END = Estimate(math.nan, reason=Reason(Lack.SECOND_END))
+STILL = Estimate(math.nan, reason=Reason(Lack.SPREAD))
 
 
 class Performance(NamedTuple):
@@ -48,11 +48,11 @@ def by_percentiles(values: Array, sample: Sample, limit: Limit) -> Performance:
     # up to three percentiles determine one number: share the error among them
     shared = 1 - (1 - CONFIDENCE) / 3
     shares = (LOW, MIDDLE, HIGH)
-    found = quantiles_at(values, sample, shares, limit.permitted, shared)
-    low, middle, high = found.values()
+    percentiles = quantiles_at(values, sample, shares, limit.permitted, shared)
+    low, middle, high = percentiles.values()
     sides = [
-        _side(end, middle, far, sign)
-        for end, far, sign in ((limit.upper, high, 1), (limit.lower, low, -1))
+        _side(end, middle, outer, sign)
+        for end, outer, sign in ((limit.upper, high, 1), (limit.lower, low, -1))
         if math.isfinite(end)
     ]
     spread = Estimate(
@@ -85,9 +85,9 @@ def by_moments(
         return Performance(STILL, STILL)
     reason = middle.reason or spread.reason
     if not dependent and sample.done.sum() < LEAST_OF_MOMENTS:
-        reason = f"needs {LEAST_OF_MOMENTS}"
+        reason = Reason(Lack.TRIALS, needed=LEAST_OF_MOMENTS)
     if spread.sure and spread.lower <= 0:
-        reason = "sigma may be nearly zero"
+        reason = Reason(Lack.LEAST_SIGMA)
     sides = []
     for end in reversed(limit.finite):
         sign = 1 if end == limit.upper else -1
@@ -103,7 +103,7 @@ def by_share(share: Estimate, limit: Limit) -> Estimate:
 
     With two ends the response is centred: half of these units are outside each end.
     """
-    ppk, upper, lower = (ppk_of(each, limit.ends) for each in share[:3])
+    ppk, upper, lower = (ppk_of(number, limit.ends) for number in share[:3])
     if not share.sure:
         return Estimate(ppk, reason=share.reason)
     return Estimate(ppk, lower, upper)
@@ -123,30 +123,31 @@ def _performance(
     pp = ONE_END
     if limit.ends == 2:
         value, most, least = (
-            _ratio((limit.upper - limit.lower) / widths, each) for each in spread[:3]
+            _ratio((limit.upper - limit.lower) / widths, number)
+            for number in spread[:3]
         )
         pp = Estimate(value, least, most, reason)
     return Performance(_worth_printing(pp), _worth_printing(ppk))
 
 
-def _side(end: float, middle: Estimate, far: Estimate, sign: int) -> Estimate:
+def _side(end: float, middle: Estimate, outer: Estimate, sign: int) -> Estimate:
     """Estimate one side of Ppk: the end's distance over the far percentile's."""
 
     def ratio(m: float, f: float) -> float:
         return _ratio(sign * (end - m), sign * (f - m))
 
-    value = ratio(middle.value, far.value)
-    if not (middle.sure and far.sure):
-        return Estimate(value, reason=far.reason or middle.reason)
-    if middle.lower == far.lower or middle.upper == far.upper:
-        return Estimate(math.nan, reason="half of the units have the same value")
-    if far.lower == far.upper:
-        return Estimate(math.nan, reason="the outermost units have the same value")
+    value = ratio(middle.value, outer.value)
+    if not (middle.sure and outer.sure):
+        return Estimate(value, reason=outer.reason or middle.reason)
+    if middle.lower == outer.lower or middle.upper == outer.upper:
+        return Estimate(math.nan, reason=Reason(Lack.UNEQUAL_HALVES))
+    if outer.lower == outer.upper:
+        return Estimate(math.nan, reason=Reason(Lack.UNEQUAL_OUTERMOST))
     # monotonic in either percentile: the extremes lie at the corners
     corners = [
         ratio(m, f)
         for m in (middle.lower, middle.upper)
-        for f in (far.lower, far.upper)
+        for f in (outer.lower, outer.upper)
     ]
     return Estimate(value, min(corners), max(corners))
 
@@ -158,10 +159,10 @@ def _ratio(distance: float, spread: float) -> float:
     return distance / spread if spread != 0 else math.nan
 
 
-def _worth_printing(found: Estimate) -> Estimate:
+def _worth_printing(index: Estimate) -> Estimate:
     """Return the estimate, or the reason why its interval or number is not printed."""
-    if found.value > FAR or (found.sure and found.lower > FAR):
-        return Estimate(math.nan, reason=f"over {FAR:g}: hardly any spread")
-    if found.reason or not found.sure:
-        return Estimate(found.value, reason=found.reason)
-    return found
+    if index.value > FAR or (index.sure and index.lower > FAR):
+        return Estimate(math.nan, reason=Reason(Lack.MORE_SPREAD, most=FAR))
+    if index.reason or not index.sure:
+        return Estimate(index.value, reason=index.reason)
+    return index

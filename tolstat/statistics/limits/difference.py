@@ -13,11 +13,11 @@ from tolstat.statistics.intervals.replicates import WIDER
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.capability import FAR, STILL
 from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.reason import Lack, Reason
 
 LEAST_OF_MOMENTS = 1000  # trials from which Ppk by moments is compared
 MOST_CORRELATED = 0.9  # above, the ends of both are too ragged to be subtracted
 MOST_STEP = 1 / 3  # of the interval of a quantile, from one unit to the next
-NONE_OUT = "none out of limit in either"
 
 
 class Exchange(NamedTuple):
@@ -78,7 +78,7 @@ def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> E
         value = b.value - a.value if math.isfinite(a.value + b.value) else math.nan
         return Estimate(value, reason=a.reason or b.reason)
     if math.isinf(a.value) and math.isinf(b.value):
-        return Estimate(math.nan, reason=NONE_OUT)
+        return Estimate(math.nan, reason=Reason(Lack.ANY_OUT))
     if math.isinf(a.value + b.value):
         return Estimate(b.value - a.value, b.lower - a.upper, b.upper - a.lower)
     value = b.value - a.value
@@ -101,9 +101,14 @@ def correlation_of_shares(first: Truths, second: Truths) -> float:
     """
     n = len(first) + 2
     both = np.count_nonzero(first & second)
-    one, other = np.count_nonzero(first) + 1, np.count_nonzero(second) + 1
-    spread = one * (n - one) * other * (n - other)
-    return min((n * both - one * other) / math.sqrt(spread), MOST_CORRELATED)
+    first_count, second_count = (
+        np.count_nonzero(first) + 1,
+        np.count_nonzero(second) + 1,
+    )
+    spread = first_count * (n - first_count) * second_count * (n - second_count)
+    return min(
+        (n * both - first_count * second_count) / math.sqrt(spread), MOST_CORRELATED
+    )
 
 
 def correlation_of_quantiles(
@@ -115,11 +120,15 @@ def correlation_of_quantiles(
     and gaps make it: that interval is no measure of the error.
     """
     a, b = quantiles
-    for values, each in ((first, a), (second, b)):
-        inside = np.sort(values[(values >= each.lower) & (values <= each.upper)])
+    for values, quantile in ((first, a), (second, b)):
+        inside = np.sort(
+            values[(values >= quantile.lower) & (values <= quantile.upper)]
+        )
         steps = np.diff(inside)
-        tied = any(np.count_nonzero(values == e) > 1 for e in each[1:3])
-        if tied or steps.max(initial=0.0) > MOST_STEP * (each.upper - each.lower):
+        tied = any(np.count_nonzero(values == e) > 1 for e in quantile[1:3])
+        if tied or steps.max(initial=0.0) > MOST_STEP * (
+            quantile.upper - quantile.lower
+        ):
             return 0.0
     return correlation_of_shares(first <= a.value, second <= b.value)
 
@@ -140,9 +149,9 @@ def difference_of_ppk(
         The response in either design, of trials that are done: the same trials in the
         same order, or independent trials.
     """
-    few = min(len(first), len(second))
-    if few < LEAST_OF_MOMENTS:
-        return Estimate(math.nan, reason=f"needs {LEAST_OF_MOMENTS}")
+    trials = min(len(first), len(second))
+    if trials < LEAST_OF_MOMENTS:
+        return Estimate(math.nan, reason=Reason(Lack.TRIALS, needed=LEAST_OF_MOMENTS))
     if not (spreads(first) and spreads(second)):
         return STILL
     a, b = (_ppk(x, limit) for x, limit in zip((first, second), limits, strict=True))
@@ -150,20 +159,24 @@ def difference_of_ppk(
         return STILL
     if few_dominate(first) or few_dominate(second):
         return Estimate(float(b[0] - a[0]), reason=HEAVY)
-    whole, left_out = np.array([b[0] - a[0]]), (b[1:] - a[1:])[:, None]
-    (found,) = jackknifed(whole, left_out)
-    half = WIDER * (found.upper - found.value)  # Ppk of skewed responses is not normal
-    return Estimate(found.value, found.value - half, found.value + half)
+    change, without = np.array([b[0] - a[0]]), (b[1:] - a[1:])[:, None]
+    (estimate,) = jackknifed(change, without)
+    half = WIDER * (
+        estimate.upper - estimate.value
+    )  # Ppk of skewed responses is not normal
+    return Estimate(estimate.value, estimate.value - half, estimate.value + half)
 
 
 def _ppk(values: Array, limit: Limit) -> Array:
     """Return Ppk by moments of all trials, and with each part left out."""
     centre = float(values.mean())
     x, part = values - centre, np.arange(len(values)) % PARTS
-    sums = (np.bincount(part, of) for of in (np.ones(len(x)), x, x**2))
-    n, first, second = (each.sum() - np.append(0.0, each) for each in sums)
+    sums = (np.bincount(part, powers) for powers in (np.ones(len(x)), x, x**2))
+    n, first, second = (
+        sums_of_parts.sum() - np.append(0.0, sums_of_parts) for sums_of_parts in sums
+    )
     mean = first / n
     sigma = np.sqrt(np.maximum(second - n * mean**2, 0.0) / (n - 1))
-    near = np.minimum(limit.upper - centre - mean, centre + mean - limit.lower)
+    margin = np.minimum(limit.upper - centre - mean, centre + mean - limit.lower)
     with np.errstate(divide="ignore", invalid="ignore"):  # one unit that differs
-        return np.asarray(near / (3 * sigma), np.float64)
+        return np.asarray(margin / (3 * sigma), np.float64)

@@ -69,8 +69,8 @@ def within(values: Array, permitted: tuple[float, float]) -> Truths:
     """Return which values are permitted; the NaN of a failed trial is not."""
     lower, upper = permitted
     with np.errstate(invalid="ignore"):
-        found: Truths = (values >= lower) & (values <= upper)
-    return found
+        inside: Truths = (values >= lower) & (values <= upper)
+    return inside
 
 
 def margins(values: Array, permitted: tuple[float, float]) -> Array:
@@ -90,12 +90,6 @@ def worst_trials(
     margin[status != Status.DONE] = np.inf
     order = np.argsort(margin, kind="stable")[:count]
     return order[margin[order] < np.inf]
-
-
-def worst_side(permitted: tuple[float, float] | None) -> int:
-    """Return the side on which failed trials count: 1 above, -1 below, 0 unknown."""
-    lower, upper = permitted or (-math.inf, math.inf)
-    return int(math.isfinite(upper)) - int(math.isfinite(lower))
 
 
 def yield_of_ppk(ppk: float, ends: int) -> float:

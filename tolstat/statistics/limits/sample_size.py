@@ -29,13 +29,13 @@ def trials_that_decide(count: int, trials: int, share: float) -> int:
     Jeffreys' posterior. At this number the property can be found rarer. 0 above 1e9.
     Arguments as of `anytime_valid`.
     """
-    wanted = math.log(2 / (1 - CONFIDENCE))
+    evidence = math.log(2 / (1 - CONFIDENCE))
     a, b = count + PRIOR, trials - count + PRIOR
     possible = betaincinv(a, b, (np.arange(POSTERIOR) + 0.5) / POSTERIOR)
 
     def decides(growth: int) -> bool:
         n = grown(trials * GROWTH**growth)
-        fewest, most = _deciding(n, share, wanted)
+        fewest, most = _deciding(n, share, evidence)
         if fewest < count:  # not met even if no further unit is out of limit
             return False
         rarer = _at_most(fewest - count, n - trials, possible)
@@ -61,10 +61,10 @@ def replicates_that_decide(
     if missing(values, replicate):
         return grown(LEAST_IN_EACH * max(int(replicate.max(initial=0)) + 1, 2))
     share, n = float(values.mean()), len(values)
-    each = np.bincount(replicate, values) / np.bincount(replicate)
-    half = half_width(each)
-    error = float(each.std(ddof=1)) / math.sqrt(len(each))
-    rare = never_met(n, len(each))
+    shares = np.bincount(replicate, values) / np.bincount(replicate)
+    half = half_width(shares)
+    error = float(shares.std(ddof=1)) / math.sqrt(len(shares))
+    rare = never_met(n, len(shares))
     trials = n
     while (trials := math.ceil(GROWTH * trials)) <= MOST_TRIALS:
         part = n / trials
@@ -84,15 +84,15 @@ def grown(n: float) -> int:
     return unit * math.ceil(n / unit)
 
 
-def _deciding(trials: int, share: float, wanted: float) -> tuple[int, int]:
+def _deciding(trials: int, share: float, evidence: float) -> tuple[int, int]:
     """Return the largest count that meets a share, and the least that misses it."""
     middle = math.floor(share * trials) + 1
 
     def rarer(count: int) -> bool:
-        return evidence_against(count, trials, share) >= wanted
+        return evidence_against(count, trials, share) >= evidence
 
     def oftener(count: int) -> bool:
-        return evidence_against(trials - count, trials, 1 - share) >= wanted
+        return evidence_against(trials - count, trials, 1 - share) >= evidence
 
     to, beyond = range(middle), range(middle, trials + 1)
     fewest = bisect_left(to, True, key=lambda count: not rarer(count)) - 1

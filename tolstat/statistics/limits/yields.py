@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -20,9 +21,26 @@ from tolstat.statistics.sample import Sample
 
 Ends = tuple[float, float]
 
-MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
-INTEGRATION_ERROR = "integration error"  # why a verdict is undecided
-JUMP = "the response jumps as an angle does"
+
+class Verdict(StrEnum):
+    """Whether a limit is met."""
+
+    MET = "met"
+    NOT_MET = "not met"
+    UNDECIDED = "undecided"
+
+
+class Doubt(StrEnum):
+    """Why a limit is undecided although trials would tell; or when it is met."""
+
+    NONE = ""
+    INTEGRATION_ERROR = "integration error"
+    JUMP = "the response jumps as an angle does"
+    MISSED_KIND = "if no kind of failure was missed"
+
+
+MET, NOT_MET, UNDECIDED = Verdict
+INTEGRATION_ERROR, JUMP = Doubt.INTEGRATION_ERROR, Doubt.JUMP
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 
 
@@ -36,12 +54,11 @@ class Yield(NamedTuple):
     # "met" when the whole interval of the yield lies at or above the demanded one, "not
     # met" when it lies below, else "undecided"; failed trials count against. Also
     # "undecided" if integration errors can change it.
-    verdict: str
+    verdict: Verdict
     # trials that decide an undecided verdict with a chance of 80 %; 0 otherwise, above
     # 1e9, and if integration errors leave it undecided
     needed: int
-    # why it is undecided although trials would tell: `INTEGRATION_ERROR` or `JUMP`
-    reason: str = ""
+    reason: Doubt = Doubt.NONE  # why it is undecided although trials would tell
 
     @property
     def words(self) -> str:
@@ -74,11 +91,11 @@ def yield_of(
     ran = sample.ran
     good = within(values, limit) & sample.done
     least = _most(good, sample)
-    found, reason = judged_with(
+    judged, reason = judged_with(
         (ends, audited), limit, demanded, sample.done, good,
         lambda units: _most(units, sample),
     )  # fmt: skip
-    needed, more = 0, found == UNDECIDED and not reason
+    needed, more = 0, judged == UNDECIDED and not reason
     if more and sample.replicates:
         needed = replicates_that_decide(good[ran], sample.replicate[ran], demanded)
     elif more and not sample.weights:
@@ -86,7 +103,7 @@ def yield_of(
         needed = trials_that_decide(int(out), int(trials), 1 - demanded)
         needed = grown(needed * sample.each) if needed else 0
     most = _most(good | ~sample.done, sample)
-    return Yield(sample.share(~good, ran), least, most, found, needed, reason)
+    return Yield(sample.share(~good, ran), least, most, judged, needed, reason)
 
 
 def judged_with(
@@ -96,7 +113,7 @@ def judged_with(
     done: Truths,
     good: Truths,
     share: Callable[[Truths], Estimate],
-) -> tuple[str, str]:
+) -> tuple[Verdict, Doubt]:
     """Return a verdict, and why it is undecided if integration errors can change it.
 
     It has to be the same for the trials `good` within the limit, for those within it
@@ -105,17 +122,17 @@ def judged_with(
     yield.
     """
     (ends, audited), within_limit = errors, share(good)
-    found, every = verdict(within_limit, demanded), list[Truths]()
+    judged, alternatives = verdict(within_limit, demanded), list[Truths]()
     if ends is not None:
         (least, largest), (lower, upper) = ends, limit
-        every.append(done & (least >= lower) & (largest <= upper))
-        every.append((least <= upper) & (largest >= lower))
-    if any(verdict(share(each), demanded) != found for each in every) or (
+        alternatives.append(done & (least >= lower) & (largest <= upper))
+        alternatives.append((least <= upper) & (largest >= lower))
+    if any(verdict(share(units), demanded) != judged for units in alternatives) or (
         audited
-        and not audited.permits(found == MET, 1 - within_limit.upper, 1 - demanded)
+        and not audited.permits(judged == MET, 1 - within_limit.upper, 1 - demanded)
     ):
         return UNDECIDED, INTEGRATION_ERROR
-    return found, ""
+    return judged, Doubt.NONE
 
 
 def joint_yield(
@@ -133,7 +150,7 @@ def worded(verdict: str, reason: str) -> str:
     return f"{verdict} ({reason})" if reason else verdict
 
 
-def verdict(share: Estimate, demanded: float) -> str:
+def verdict(share: Estimate, demanded: float) -> Verdict:
     """Return the verdict on a yield; undecided without an interval."""
     if share.lower >= demanded:
         return MET

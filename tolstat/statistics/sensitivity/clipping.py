@@ -40,16 +40,16 @@ class Clipped(NamedTuple):
     further: list[Array]
     steps: Array
 
-    def followed(self, left_out: Array, of: Callable[[Array], Array]) -> Array:
+    def followed(self, without: Array, estimate: Callable[[Array], Array]) -> Array:
         """Let the numbers without each part follow the ends: float64[part, number].
 
-        `of` returns the numbers of a response.
+        `estimate` returns the numbers of a response.
         """
         if self.light:
-            return left_out
-        whole = of(self.values)
-        slopes = np.array([of(each) - whole for each in self.further])
-        return np.asarray(left_out + self.steps @ slopes)
+            return without
+        numbers = estimate(self.values)
+        slopes = np.array([estimate(response) - numbers for response in self.further])
+        return np.asarray(without + self.steps @ slopes)
 
 
 def clipped(y: Array, among: Array) -> Clipped:
@@ -65,14 +65,14 @@ def clipped(y: Array, among: Array) -> Clipped:
     def ends(x: Array, outside: float) -> Array:
         return np.array([median_unbiased(x, p) for p in (outside, 1 - outside)])
 
-    own, other = ends(ordered, OUTSIDE), ends(ordered, FURTHER)
-    if skewness(squares) <= LIGHT * among.size**-0.25 or other[0] == other[1]:
+    outer, inner = ends(ordered, OUTSIDE), ends(ordered, FURTHER)
+    if skewness(squares) <= LIGHT * among.size**-0.25 or inner[0] == inner[1]:
         return Clipped(True, y, [], np.zeros((PARTS, 0)))
     without = np.array([ends(ordered[parts != p], OUTSIDE) for p in range(PARTS)])
-    apart = np.where(other == own, 1.0, other - own)
-    moved = np.where(other == own, 0.0, (without - own) / apart)
-    further = [y.clip(other[0], own[1]), y.clip(own[0], other[1])]
-    return Clipped(False, y.clip(*own), further, moved)
+    distance = np.where(inner == outer, 1.0, inner - outer)
+    moved = np.where(inner == outer, 0.0, (without - outer) / distance)
+    further = [y.clip(inner[0], outer[1]), y.clip(outer[0], inner[1])]
+    return Clipped(False, y.clip(*outer), further, moved)
 
 
 def few_leave_a_point_mass(y: Array) -> bool:

@@ -18,6 +18,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.jackknife import jackknifed
+from tolstat.statistics.reason import Lack, Reason
 from tolstat.statistics.sensitivity.clipping import (
     Clipped,
     clipped,
@@ -38,7 +39,6 @@ from tolstat.statistics.sensitivity.regression import (
 
 LEAST = 200  # trials from which the indices are given
 LARGEST_GROUP = 4  # contributors; in larger groups neighbours are too far apart
-MANY = 'needs a run with sampling = "saltelli": too many for neighbours'
 
 
 class Contributions(NamedTuple):
@@ -139,7 +139,7 @@ def contributions(
             nearest,
             [np.column_stack([deviations[n] for n in groups[g]]) for g in small],
         )
-        alone = other.map(partial(_near, rows), central.values())
+        alone = other.map(partial(_from_neighbours, rows), central.values())
         ranks = rank_regressions(columns, orders, list(spreading.values()))
     neighbours = list(found_near)
     computed = dict(zip(spreading, zip(ranks, alone, strict=True), strict=True))
@@ -147,29 +147,34 @@ def contributions(
     sums = np.array([[n in members for n in names] for members in groups.values()])
     sums = sums.reshape(len(groups), len(names)).astype(float)
     straight = Regressed(columns, spreading) if independent else None
-    found = {}
+    answers = {}
     for response, y in responses.items():
         if response not in spreading:
-            found[response] = _nothing(names, groups, y)
+            answers[response] = _nothing(names, groups, y)
             continue
-        regression, near = computed[response]
+        regression, neighbour_shares = computed[response]
         *coefficients, explained = jackknifed(*regression)
-        core, few = central[response], few_leave_a_point_mass(y)
-        linear = straight is not None and not few and straight.linear(response)
+        core, is_sparse = central[response], few_leave_a_point_mass(y)
+        linear = straight is not None and not is_sparse and straight.linear(response)
         if straight and linear:
-            every = partial(straight.shares, response)
-            first, summed = every(np.eye(len(names))), every(sums)
+            from_regression = partial(straight.shares, response)
+            first, summed = from_regression(np.eye(len(names))), from_regression(sums)
             together = dict(zip(groups, summed, strict=True))
             rest = straight.unexplained(response)
         else:
-            first, summed = (near.sums(of, few) for of in (np.eye(len(names)), sums))
-            (rest,) = near.sums(np.ones((1, len(names))), few)
+            first, summed = (
+                neighbour_shares.sums(sums_of, is_sparse)
+                for sums_of in (np.eye(len(names)), sums)
+            )
+            (rest,) = neighbour_shares.sums(np.ones((1, len(names))), is_sparse)
             rest = rest.complement
             joined = joint(neighbours, core.values)
-            left_out = core.followed(joined[1], lambda v: joint(neighbours, v)[0])
-            known = dict(zip(small, jackknifed(joined[0], left_out), strict=True))
-            together = {group: _together(known.get(group)) for group in groups}
-        found[response] = Contributions(
+            joint_without = core.followed(joined[1], lambda v: joint(neighbours, v)[0])
+            joint_shares = dict(
+                zip(small, jackknifed(joined[0], joint_without), strict=True)
+            )
+            together = {group: _together(joint_shares.get(group)) for group in groups}
+        answers[response] = Contributions(
             dict(zip(names, coefficients, strict=True)),
             explained,
             dict(zip(names, first, strict=True)),
@@ -178,9 +183,9 @@ def contributions(
             rest,
             not (linear or core.light),
             linear,
-            few,
+            is_sparse,
         )
-    return found
+    return answers
 
 
 class _Near(NamedTuple):
@@ -193,28 +198,30 @@ class _Near(NamedTuple):
     left_out: Array
     missed: Array
 
-    def sums(self, of: Array, few: bool) -> list[Estimate]:
+    def sums(self, members: Array, is_sparse: bool) -> list[Estimate]:
         """Estimate sums of indices: float64[sum, contributor], 0 or 1."""
-        found = jackknifed(of @ self.whole, self.left_out @ of.T, trusted=not few)
-        missed = (of @ self.missed).tolist()
+        estimates = jackknifed(
+            members @ self.whole, self.left_out @ members.T, trusted=not is_sparse
+        )
+        missed = (members @ self.missed).tolist()
         return [
-            each._replace(upper=each.upper + more)
-            for each, more in zip(found, missed, strict=True)
+            estimate._replace(upper=estimate.upper + more)
+            for estimate, more in zip(estimates, missed, strict=True)
         ]
 
 
-def _near(rows: Sequence[Row], core: Clipped) -> _Near:
+def _from_neighbours(rows: Sequence[Row], core: Clipped) -> _Near:
     """Return first orders of a clipped response, from neighbours."""
-    of, y = partial(first_orders, rows), core.values
-    whole = of(y)
-    left_out = core.followed(first_orders_left_out(rows, y), of)
-    return _Near(whole, left_out, np.maximum(whole - of(y, 2), 0.0))
+    estimate, y = partial(first_orders, rows), core.values
+    shares = estimate(y)
+    without = core.followed(first_orders_left_out(rows, y), estimate)
+    return _Near(shares, without, np.maximum(shares - estimate(y, 2), 0.0))
 
 
 def _together(joined: Estimate | None) -> Estimate:
     """Extend the interval of a group's share to 1: the share is understated."""
     if joined is None:
-        return Estimate(math.nan, reason=MANY)
+        return Estimate(math.nan, reason=Reason(Lack.SALTELLI))
     return joined._replace(upper=1.0) if joined.sure else joined
 
 
@@ -222,9 +229,9 @@ def _nothing(
     names: Sequence[str], groups: Mapping[str, Sequence[str]], y: Array
 ) -> Contributions:
     """Return contributions without values, with the reason."""
-    reason = f"no trustworthy interval at {len(y)} trials"
+    reason = Reason(Lack.TRIALS_FOR_SHARES, trials=len(y))
     if len(y) and np.ptp(y) == 0:
-        reason = "the response does not spread"
+        reason = Reason(Lack.SPREAD)
     none = Estimate(math.nan, reason=reason)
-    every, of_groups = dict.fromkeys(names, none), dict.fromkeys(groups, none)
-    return Contributions(every, none, every, of_groups, of_groups, none)
+    alone, of_groups = dict.fromkeys(names, none), dict.fromkeys(groups, none)
+    return Contributions(alone, none, alone, of_groups, of_groups, none)

@@ -58,8 +58,8 @@ def root_sum_square(
     """
     s = np.array([slopes[name] for name in scatter.names])
     variance = float(s @ scatter.covariance @ s)
-    own = s**2 * np.diag(scatter.covariance)
-    shares = np.zeros(len(s)) if variance == 0 else own / variance
+    variances = s**2 * np.diag(scatter.covariance)
+    shares = np.zeros(len(s)) if variance == 0 else variances / variance
     return Linear(
         nominal + float(s @ scatter.mean),
         math.sqrt(variance) if variance >= 0 else math.nan,
@@ -95,22 +95,22 @@ def departures(linear: Linear, quantiles: Mapping[float, Estimate]) -> list[Depa
     `quantiles` are simulated, the median among them.
     """
     middle = quantiles[0.5].value
-    sure = sorted(share for share, found in quantiles.items() if found.sure)
-    found = []
-    for share in dict.fromkeys((sure[0], sure[-1]) if sure else ()):
+    certain = sorted(share for share, quantile in quantiles.items() if quantile.sure)
+    errors = []
+    for share in dict.fromkeys((certain[0], certain[-1]) if certain else ()):
         simulated = quantiles[share]
         value = linear.quantile(share)
         if share == 0.5 or math.isnan(value):
             continue
         sign = 1 if share > 0.5 else -1
         spread = sign * (simulated.value - middle)
-        off = sign * (value - simulated.value)
-        relative = off / spread if spread > 0 else math.copysign(math.inf, off)
-        if off == 0:
+        error = sign * (value - simulated.value)
+        relative = error / spread if spread > 0 else math.copysign(math.inf, error)
+        if error == 0:
             relative = 0.0
         # clearly: by more than half the interval outside its nearer end
-        far = (simulated.upper - simulated.lower) / 2
-        outside = not simulated.lower - far <= value <= simulated.upper + far
+        half = (simulated.upper - simulated.lower) / 2
+        outside = not simulated.lower - half <= value <= simulated.upper + half
         fails = outside and abs(relative) > MATTERS
-        found.append(Departure(share, value, relative, fails))
-    return found
+        errors.append(Departure(share, value, relative, fails))
+    return errors

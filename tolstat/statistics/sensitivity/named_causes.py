@@ -86,34 +86,36 @@ def named_causes(
     significant ones of its kind, that do not differ significantly from it. A class, or
     correlated contributors, are named as a whole if no member is significant.
     """
-    told = {n: each for n, each in out.items() if may_be_told(each)}
+    tested = {n: units for n, units in out.items() if may_be_told(units)}
     columns, names = dict[Any, Array](deviations), list(deviations)
     batches, equal = dict[str, tuple[str, ...]](), dict[str, list[tuple[str, ...]]]()
-    if told and names:
+    if tested and names:
         linked = dependent(deviations)
         for name, row in zip(names, linked, strict=True):
             if row.sum() > 1:
                 batches[name] = tuple(names[k] for k in np.flatnonzero(row))
-        own = own_parts(deviations, linked)
-        columns |= {("", n): own[n] for n in batches if n in own}
-    for response in told:
-        known = {n: effects[response][n] for n in names if n not in batches}
-        equal[response] = equal_parts(known)
+        remainders = own_parts(deviations, linked)
+        columns |= {("", n): remainders[n] for n in batches if n in remainders}
+    for response in tested:
+        independent = {n: effects[response][n] for n in names if n not in batches}
+        equal[response] = equal_parts(independent)
         for members in equal[response]:
-            signed = [np.sign(known[n].size) * deviations[n] for n in members]
+            signed = [np.sign(independent[n].size) * deviations[n] for n in members]
             columns[response, *members] = np.sum(signed, axis=0)
-    every, together = differences(columns, out), pairs(deviations, told)
-    found = {}
+    tests, together = differences(columns, out), pairs(deviations, tested)
+    causes = {}
     for response, units in out.items():
         raw = {
-            key: each
-            for key, each in every[response].items()
+            key: difference
+            for key, difference in tests[response].items()
             if isinstance(key, str) or key[0] in ("", response)
         }
-        corrected = 2 * holm(np.array([each.level for each in raw.values()]))
+        corrected = 2 * holm(
+            np.array([difference.level for difference in raw.values()])
+        )
         levels = dict(zip(raw, np.minimum(corrected, 1.0).tolist(), strict=True))
         parts: list[Named] = []
-        if response in told:
+        if response in tested:
             alone = {n: levels.get(("", n), 1.0) if n in batches else levels[n]
                      for n in names if n in raw}  # fmt: skip
             z = {n: scores(deviations[n], units, n) for n in alone}
@@ -123,68 +125,68 @@ def named_causes(
                 level = min(levels[n] for n in batch)
                 if level < CLEAR and not any({*batch} & {*e.members} for e in parts):
                     parts.append(Named(batch, level, correlated=True))
-        whole = [{*each.members} for each in parts if len(each.members) > 2]
-        found[response] = NamedCauses(
+        complete = [{*part.members} for part in parts if len(part.members) > 2]
+        causes[response] = NamedCauses(
             {n: raw[n]._replace(level=levels[n]) if n in raw else NONE for n in names},
-            sorted(parts, key=lambda each: each.level),
-            [each for each in together.get(response, ())
-             if not any(of >= {*each.members} for of in whole)],
+            sorted(parts, key=lambda part: part.level),
+            [pair for pair in together.get(response, ())
+             if not any(members >= {*pair.members} for members in complete)],
         )  # fmt: skip
-    return found
+    return causes
 
 
-def equal_parts(known: Mapping[str, Effect]) -> list[tuple[str, ...]]:
+def equal_parts(effects: Mapping[str, Effect]) -> list[tuple[str, ...]]:
     """Return the contributors of equal slope and distribution, two or more each."""
-    found: list[list[str]] = []
-    for name, effect in known.items():
-        for each in found:
-            if _equal(effect, known[each[0]]):
-                each.append(name)
+    classes: list[list[str]] = []
+    for name, effect in effects.items():
+        for members in classes:
+            if _equal(effect, effects[members[0]]):
+                members.append(name)
                 break
         else:
-            found.append([name])
-    return [tuple(each) for each in found if len(each) > 1]
+            classes.append([name])
+    return [tuple(members) for members in classes if len(members) > 1]
 
 
-def _equal(one: Effect, other: Effect) -> bool:
-    a, b = abs(one.size), abs(other.size)
-    return one.distribution == other.distribution and abs(a - b) < EQUAL * max(a, b)
+def _equal(first: Effect, second: Effect) -> bool:
+    a, b = abs(first.size), abs(second.size)
+    return first.distribution == second.distribution and abs(a - b) < EQUAL * max(a, b)
 
 
 def _parts(
     alone: Mapping[str, float],
     classes: Mapping[tuple[str, ...], float],
-    known: Mapping[str, Effect],
+    effects: Mapping[str, Effect],
     z: Mapping[str, Array],
 ) -> list[Named]:
     """Return significant contributors and classes; levels of each are given."""
-    left = {n: level for n, level in alone.items() if level < CLEAR}
+    remaining = {n: level for n, level in alone.items() if level < CLEAR}
     for members, level in classes.items():  # the clearest stands for its class
-        if level < CLEAR and not left.keys() & {*members}:
-            left[min(members, key=lambda n: alone[n])] = level
-    found: list[Named] = []
-    while left:
-        lead = min(left, key=lambda n: left[n])
-        kind, same = known[lead].kind, next((e for e in classes if lead in e), ())
+        if level < CLEAR and not remaining.keys() & {*members}:
+            remaining[min(members, key=lambda n: alone[n])] = level
+    named: list[Named] = []
+    while remaining:
+        lead = min(remaining, key=lambda n: remaining[n])
+        kind, same = effects[lead].kind, next((e for e in classes if lead in e), ())
         peers = [
             n for n in z
-            if n != lead and not any(n in each.members for each in found)
-            and (n in same or (n in left and kind and known[n].kind == kind))
+            if n != lead and not any(n in cause.members for cause in named)
+            and (n in same or (n in remaining and kind and effects[n].kind == kind))
         ]  # fmt: skip
         least = APART / max(len(peers) * (len(peers) + 1) / 2, 1)  # of all pairs
-        apart = {n for n in peers if _level_apart(z[lead], z[n]) < least}
-        found.append(Named(tuple(n for n in z if n == lead or n in {*peers} - apart),
-                           left[lead]))  # fmt: skip
-        left = {n: p for n, p in left.items() if n not in found[-1].members}
-    return found
+        differing = {n for n in peers if _level_apart(z[lead], z[n]) < least}
+        members = tuple(n for n in z if n == lead or n in {*peers} - differing)
+        named.append(Named(members, remaining[lead]))
+        remaining = {n: p for n, p in remaining.items() if n not in named[-1].members}
+    return named
 
 
-def _level_apart(one: Array, other: Array) -> float:
+def _level_apart(first: Array, second: Array) -> float:
     """Return the level at which two effects differ, from scores of units out of limit.
 
     Units with two equivalent parts exchanged are as likely: a paired t test. Scores to
     the side of the mean and distances are compared; the smaller level counts, doubled.
     """
-    a, b = (math.copysign(1.0, z.mean()) * z for z in (one, other))
-    every = ((a, b), (b, a), (np.abs(a), np.abs(b)), (np.abs(b), np.abs(a)))
-    return 4 * min(larger(*each) for each in every)
+    a, b = (math.copysign(1.0, z.mean()) * z for z in (first, second))
+    pairs_of_scores = ((a, b), (b, a), (np.abs(a), np.abs(b)), (np.abs(b), np.abs(a)))
+    return 4 * min(larger(*scores_of) for scores_of in pairs_of_scores)

@@ -19,11 +19,11 @@ class Row:
         self.last = np.append(self.first[1:], len(order)) - 1
         self.part = part[self.first]
 
-    def summed(self, y: Array, apart: int = 1) -> float:
+    def summed(self, y: Array, distance: int = 1) -> float:
         """Return summed squared differences of trials so many places apart."""
         y = y[self.order]
-        off = y[apart:] - y[:-apart]
-        return float(off @ off)
+        steps = y[distance:] - y[:-distance]
+        return float(steps @ steps)
 
     def differences_left_out(self, y: Array) -> Array:
         """Return summed squared differences of neighbours without each part."""
@@ -37,15 +37,15 @@ class Row:
         return np.asarray(upto[-1] + np.bincount(self.part, met - gone, PARTS))
 
 
-def first_orders(rows: Sequence[Row], y: Array, apart: int = 1) -> Array:
+def first_orders(rows: Sequence[Row], y: Array, distance: int = 1) -> Array:
     """Estimate first-order Sobol' indices from neighbours in rank: by contributor.
 
     The variance of y among trials of equal deviation is half the mean square of its
     differences to the next larger one. Where the response changes much from one to the
-    next, the indices are too small, and those from trials two places `apart` smaller.
+    next, the indices are too small, and those from trials two places apart smaller.
     """
     square = 2 * np.sum((y - y.mean()) ** 2)
-    return np.array([1 - row.summed(y, apart) / square for row in rows])
+    return np.array([1 - row.summed(y, distance) / square for row in rows])
 
 
 def first_orders_left_out(rows: Sequence[Row], y: Array) -> Array:
@@ -58,8 +58,8 @@ def first_orders_left_out(rows: Sequence[Row], y: Array) -> Array:
     squares = (
         np.sum(centred**2) - np.bincount(part, centred**2, PARTS) - sums**2 / sizes
     )
-    every = np.array([row.differences_left_out(centred) for row in rows])
-    return np.asarray(1 - every.T / (2 * squares)[:, None])
+    sums = np.array([row.differences_left_out(centred) for row in rows])
+    return np.asarray(1 - sums.T / (2 * squares)[:, None])
 
 
 def nearest(X: Array) -> Integers:
@@ -72,10 +72,12 @@ def nearest(X: Array) -> Integers:
     tree = cKDTree(ranks)
     # in the order of the tree, so that its leaves are in the cache: 3 times faster
     places = tree.indices
-    _, near = tree.query(tree.data[places], k=2)
-    found = np.empty(len(X), dtype=np.int64)
-    found[places] = np.where(near[:, 0] == places, near[:, 1], near[:, 0])
-    return found
+    _, neighbours = tree.query(tree.data[places], k=2)
+    nearest_trial = np.empty(len(X), dtype=np.int64)
+    nearest_trial[places] = np.where(
+        neighbours[:, 0] == places, neighbours[:, 1], neighbours[:, 0]
+    )
+    return nearest_trial
 
 
 def joint(neighbours: Sequence[Integers], y: Array) -> tuple[Array, Array]:
@@ -85,11 +87,11 @@ def joint(neighbours: Sequence[Integers], y: Array) -> tuple[Array, Array]:
     float64[group] of all trials, and float64[part, group] with one part left out.
     """
     centred = y - y.mean()
-    products = np.array([centred * centred[near] for near in neighbours])
+    products = np.array([centred * centred[neighbour] for neighbour in neighbours])
     products = products.reshape(len(neighbours), len(y))
     squares = centred**2
     parts = np.array([products[:, p::PARTS].sum(axis=1) for p in range(PARTS)])
     of_squares = np.array([squares[p::PARTS].sum() for p in range(PARTS)])
-    whole, all_squares = parts.sum(axis=0), of_squares.sum()
-    left_out = (whole - parts) / (all_squares - of_squares)[:, None]
-    return whole / all_squares, left_out
+    sums, all_squares = parts.sum(axis=0), of_squares.sum()
+    without = (sums - parts) / (all_squares - of_squares)[:, None]
+    return sums / all_squares, without

@@ -25,8 +25,8 @@ def scores(x: Array, out: Truths, name: str) -> Array:
     low, high = (np.searchsorted(ordered, values, side) for side in ("left", "right"))
     generator = np.random.RandomState(zlib.crc32(str(name).encode()))
     chance = generator.random_sample(len(values))
-    place = np.clip((low + chance * (high - low)) / n, 0.5 / n, 1 - 0.5 / n)
-    return np.asarray(ndtri(place), np.float64)
+    position = np.clip((low + chance * (high - low)) / n, 0.5 / n, 1 - 0.5 / n)
+    return np.asarray(ndtri(position), np.float64)
 
 
 def dependent(deviations: Mapping[str, Array]) -> Truths:
@@ -48,23 +48,25 @@ def own_parts(deviations: Mapping[str, Array], linked: Truths) -> dict[str, Arra
     The remainder of a linear regression of its normal scores; the deviation itself of
     an independent contributor. Contributors without a remainder are left out.
     """
-    names, found = list(deviations), dict(deviations)
-    every = np.ones(len(next(iter(deviations.values()))), dtype=bool)
+    names, remainders = list(deviations), dict(deviations)
+    all_trials = np.ones(len(next(iter(deviations.values()))), dtype=bool)
     among = [n for n, row in zip(names, linked, strict=True) if row.sum() > 1]
-    z = {n: scores(deviations[n], every, n) for n in among}
+    z = {n: scores(deviations[n], all_trials, n) for n in among}
     for name in among:
         row = linked[names.index(name)]
         others = np.column_stack(
             [z[n] for n, yes in zip(names, row, strict=True) if yes and n != name]
         )
-        found[name] = z[name] - others @ np.linalg.lstsq(others, z[name], rcond=None)[0]
-        if found[name].var() < LEAST_OWN:
-            del found[name]
-    return found
+        remainders[name] = (
+            z[name] - others @ np.linalg.lstsq(others, z[name], rcond=None)[0]
+        )
+        if remainders[name].var() < LEAST_OWN:
+            del remainders[name]
+    return remainders
 
 
-def larger(one: Array, other: Array) -> float:
+def larger(first: Array, second: Array) -> float:
     """Return the level of a paired t test: the mean of one is larger."""
-    off = one - other
-    error = float(off.std(ddof=1)) / math.sqrt(len(off))
-    return float(stdtr(len(off) - 1, -float(off.mean()) / error)) if error else 1.0
+    steps = first - second
+    error = float(steps.std(ddof=1)) / math.sqrt(len(steps))
+    return float(stdtr(len(steps) - 1, -float(steps.mean()) / error)) if error else 1.0

@@ -58,8 +58,8 @@ def differences(
     F. Wilcoxon, Biometrics Bulletin 1 (1945) 80-83, and of distances after A. R. Ansari
     and R. A. Bradley, Ann. Math. Statist. 31 (1960) 1174-1189.
     """
-    tested = {n: each for n, each in out.items() if 0 < each.sum() < len(each)}
-    found: dict[str, dict[Any, Difference]] = {name: {} for name in out}
+    tested = {n: units for n, units in out.items() if 0 < units.sum() < len(units)}
+    by_response: dict[str, dict[Any, Difference]] = {name: {} for name in out}
     for name, x in deviations.items():
         mean, sigma = float(x.mean()), float(x.std())
         if sigma == 0:
@@ -67,11 +67,12 @@ def differences(
         ranks, of_far = _ranks(x), _ranks(np.abs(x - np.median(x)))
         for response, units in tested.items():
             level = 2 * min(_level(ranks, units), _level(of_far, units))
-            off = (x[units] - mean) / sigma
-            width = float(np.sqrt(np.mean(off**2)))
-            each = Difference(float(off.mean()), width, min(1.0, level))
-            found[response][name] = each
-    return found
+            scaled = (x[units] - mean) / sigma
+            width = float(np.sqrt(np.mean(scaled**2)))
+            by_response[response][name] = Difference(
+                float(scaled.mean()), width, min(1.0, level)
+            )
+    return by_response
 
 
 def _ranks(x: Array) -> Array:

@@ -84,40 +84,43 @@ def pairs(
     members is significant, and not far below that of the pair. A pair is not named if a
     third contributor that does not join may still be in the place of a member.
     """
-    tested = {n: each for n, each in out.items() if 0 < each.sum() < len(each)}
-    found: dict[str, list[Together]] = {name: [] for name in out}
+    tested = {n: units for n, units in out.items() if 0 < units.sum() < len(units)}
+    by_response: dict[str, list[Together]] = {name: [] for name in out}
     if len(deviations) < 2 or not tested:
-        return found
+        return by_response
     linked = dependent(deviations)
-    own = own_parts(deviations, linked)
-    known = {name: deviations[name] for name in own}
-    place = [list(deviations).index(name) for name in own]
-    free = ~linked[np.ix_(place, place)]
+    remainders = own_parts(deviations, linked)
+    tested_columns = {name: deviations[name] for name in remainders}
+    rows = [list(deviations).index(name) for name in remainders]
+    free = ~linked[np.ix_(rows, rows)]
     for name, units in tested.items():
         if free.any():
-            found[name] = _Scores(known, own, units).pairs(free)
-    return found
+            by_response[name] = _Scores(tested_columns, remainders, units).pairs(free)
+    return by_response
 
 
 class _Scores:
     """Scores of the units out of one limit, float64[contributor, unit]."""
 
     def __init__(
-        self, deviations: Mapping[str, Array], own: Mapping[str, Array], out: Truths
+        self,
+        deviations: Mapping[str, Array],
+        remainders: Mapping[str, Array],
+        out: Truths,
     ) -> None:
         self.names = list(deviations)
         far, own_far = (
-            {n: np.abs(x - np.median(x)) for n, x in of.items()}
-            for of in (deviations, own)
+            {n: np.abs(x - np.median(x)) for n, x in columns.items()}
+            for columns in (deviations, remainders)
         )
         self.z, self.far, self.own, self.own_far = (
-            np.array([scores(x, out, n) for n, x in of.items()])
-            for of in (deviations, far, own, own_far)
+            np.array([scores(x, out, n) for n, x in columns.items()])
+            for columns in (deviations, far, remainders, own_far)
         )
         self.units = self.z.shape[1]
         self.of_all = min(max(FAR, float(out.mean())), 0.5)
         self.two_ends, self.one_end = -ndtri(self.of_all / 2), -ndtri(self.of_all)
-        self.alone = [self._alone(each) for each in self.z]
+        self.alone = [self._alone(row) for row in self.z]
 
     def pairs(self, free: Truths) -> list[Together]:
         """Return the significant combinations; `free` tells which may be a pair."""
@@ -127,42 +130,46 @@ class _Scores:
         still = np.abs(mean) < SHIFTED * error
         of_far = _weaker(self.own_far, self.far)[i, j] * still[i] * still[j]
         clear = chdtrc(self.units, np.sum(self.z**2, axis=1)) < CLEAR / len(free)
-        near = clear[i] | clear[j]
-        most = MOST_NEAR if near.any() else 0.0
-        weight = (1 - most) / len(i) + most * near / max(near.sum(), 1)
+        has_clear = clear[i] | clear[j]
+        most = MOST_NEAR if has_clear.any() else 0.0
+        weight = (1 - most) / len(i) + most * has_clear / max(has_clear.sum(), 1)
         # doubled for both ways, and for the contributors tested alone
         levels = 4 * np.array([2 * ndtr(-np.abs(signed)), ndtr(-of_far)]) / weight
         linked: dict[tuple[int, ...], Together] = {}
         for w, k in np.argwhere(levels < CLEAR).tolist():
             pair = int(i[k]), int(j[k])
             how = BOTH_FAR if w else SUM if signed[k] > 0 else DIFFERENCE
-            one = self._together(pair, float(levels[w, k]), how)
+            candidate = self._together(pair, float(levels[w, k]), how)
             linked[pair] = max(
-                linked.get(pair, one), one, key=lambda e: (_explains(e), -e.level)
+                linked.get(pair, candidate),
+                candidate,
+                key=lambda e: (_explains(e), -e.level),
             )
-        found: list[Together] = []
+        named: list[Together] = []
         while linked:
             first = max(linked, key=lambda p: (linked[p].far.value, -linked[p].level))
             best = linked[first]
             members, doubtful = self._all_of(first, best.how)
-            for each in [p for p in linked if {*p} <= {*members}]:
-                del linked[each]
+            for combination in [p for p in linked if {*p} <= {*members}]:
+                del linked[combination]
             new = self._together(members, best.level, best.how)
             if not doubtful and _explains(new) and not any(
-                len({*new.members} & {*each.members}) > 1 for each in found
+                len({*new.members} & {*e.members}) > 1 for e in named
             ):  # fmt: skip
-                found.append(new)
-        return sorted(found, key=lambda each: (-each.far.value, each.level))
+                named.append(new)
+        return sorted(
+            named, key=lambda combination: (-combination.far.value, combination.level)
+        )
 
     def _all_of(self, pair: tuple[int, ...], how: str) -> tuple[tuple[int, ...], bool]:
         """Return a pair with those that join it, and whether a third may be of it."""
         both = how == BOTH_FAR
-        z, own = (self.far, self.own_far) if both else (self.z, self.own)
-        of_pair = abs(float(_weaker(own[[*pair]], z[[*pair]])[0, 1]))
+        z, remainders = (self.far, self.own_far) if both else (self.z, self.own)
+        of_pair = abs(float(_weaker(remainders[[*pair]], z[[*pair]])[0, 1]))
         members, count = [*pair], len(z)
         while len(members) < count:
             s = self._combined(members, how)
-            product = own @ s / np.linalg.norm(s)
+            product = remainders @ s / np.linalg.norm(s)
             product = product if both else np.abs(product)
             product[members] = -math.inf
             most = float(product.max())
@@ -183,11 +190,11 @@ class _Scores:
     def _together(self, members: tuple[int, ...], level: float, how: str) -> Together:
         """Return a combination with the share of the units that it explains."""
         s = self._combined([*members], how)
-        off = s > self.one_end if how == BOTH_FAR else np.abs(s) > self.two_ends
+        outer = s > self.one_end if how == BOTH_FAR else np.abs(s) > self.two_ends
         return Together(
             tuple(self.names[k] for k in members),
             MORE if len(members) > 2 and how != BOTH_FAR else how, level,
-            proportion(int(off.sum()), self.units), self.of_all,
+            proportion(int(outer.sum()), self.units), self.of_all,
             max(self.alone[k] for k in members), max(self.alone),
         )  # fmt: skip
 
@@ -200,17 +207,19 @@ class _Scores:
         )
 
 
-def _explains(found: Together) -> bool:
-    return found.far.value >= max(found.alone, LEAST_EXPLAINED)
+def _explains(combination: Together) -> bool:
+    return combination.far.value >= max(combination.alone, LEAST_EXPLAINED)
 
 
-def _weaker(tested: Array, *known: Array) -> Array:
+def _weaker(tested: Array, *references: Array) -> Array:
     """Return float64[i, j]: the weakest normal product of two rows, either known.
 
     Zero if the signs of the products differ.
     """
-    every = [tested @ (z / np.linalg.norm(z, axis=1, keepdims=True)).T for z in known]
-    every += [each.T for each in every]
-    signs = np.sign(every)
+    products = [
+        tested @ (z / np.linalg.norm(z, axis=1, keepdims=True)).T for z in references
+    ]
+    products += [product.T for product in products]
+    signs = np.sign(products)
     same = np.all(signs == signs[0], axis=0)
-    return np.asarray(np.where(same, signs[0] * np.min(np.abs(every), axis=0), 0.0))
+    return np.asarray(np.where(same, signs[0] * np.min(np.abs(products), axis=0), 0.0))

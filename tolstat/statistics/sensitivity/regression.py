@@ -32,17 +32,17 @@ class Regressed:
         parts = np.array(
             [table[:, p::PARTS] @ table[:, p::PARTS].T for p in range(PARTS)]
         )
-        whole = parts.sum(axis=0)
+        all_parts = parts.sum(axis=0)
         # of all trials, then with one part of them left out
-        sums = np.concatenate([whole[None], whole - parts])
+        sums = np.concatenate([all_parts[None], all_parts - parts])
         sizes, means = sums[:, -1, -1, None, None], sums[:, -1, :-1]
         cov = sums[:, :-1, :-1] / sizes - means[:, :, None] * means[:, None] / sizes**2
         self._shares: dict[str, Array] = {}
         self.explained: dict[str, Estimate] = {}
         self.tails = {n: skewness((y - y.mean()) ** 2) for n, y in responses.items()}
         for row, name in enumerate(responses, start=k):
-            shares = np.array([_shares_of(each[:k, :k], each[:k, row], each[row, row])
-                               for each in cov])  # fmt: skip
+            shares = np.array([_shares_of(c[:k, :k], c[:k, row], c[row, row])
+                               for c in cov])  # fmt: skip
             self._shares[name] = shares
             r = shares.sum(axis=1, keepdims=True)
             self.explained[name] = jackknifed(r[0], r[1:])[0]
@@ -60,19 +60,21 @@ class Regressed:
 
         Upper ends include the remainder, which may be any contributor's.
         """
-        every = self._shares[response] @ sums.T
+        sums_of_shares = self._shares[response] @ sums.T
         rest = max(1 - self.explained[response].lower, 0.0)
         return [
-            each._replace(lower=max(each.lower, 0.0), upper=min(each.upper + rest, 1.0))
-            for each in jackknifed(every[0], every[1:])
+            estimate._replace(
+                lower=max(estimate.lower, 0.0), upper=min(estimate.upper + rest, 1.0)
+            )
+            for estimate in jackknifed(sums_of_shares[0], sums_of_shares[1:])
         ]
 
     def unexplained(self, response: str) -> Estimate:
         """Estimate the share of interactions: at most the remainder."""
-        left = 1 - self._shares[response].sum(axis=1, keepdims=True)
-        left = np.maximum(left.round(12), 0.0)  # without rounding errors
-        found = jackknifed(left[0], left[1:])[0]
-        return found._replace(lower=0.0)
+        remainder = 1 - self._shares[response].sum(axis=1, keepdims=True)
+        remainder = np.maximum(remainder.round(12), 0.0)  # without rounding errors
+        estimate = jackknifed(remainder[0], remainder[1:])[0]
+        return estimate._replace(lower=0.0)
 
 
 def _shares_of(among: Array, with_y: Array, variance: float) -> Array:
@@ -111,13 +113,13 @@ def rank_regressions(
     k = len(deviations)
     columns = [_Column(x, order) for x, order in zip(deviations, orders, strict=True)]
     columns += [_Column(y, ascending(y)) for y in responses]
-    found = np.empty((PARTS + 1, len(responses), k + 1))
+    regressions = np.empty((PARTS + 1, len(responses), k + 1))
     ranks = np.empty((len(columns), len(orders[0])))
-    for left_out in range(PARTS + 1):  # the last one leaves out none
+    for part in range(PARTS + 1):  # the last one leaves out none
         for row, column in zip(ranks, columns, strict=True):
-            row[:] = column.centred_ranks(left_out)
-        if left_out < PARTS:
-            ranks[:, left_out::PARTS] = 0.0
+            row[:] = column.centred_ranks(part)
+        if part < PARTS:
+            ranks[:, part::PARTS] = 0.0
         # of whole numbers: these sums are exact up to 300 000 trials
         products = ranks @ ranks.T
         scale = np.sqrt(np.diag(products))
@@ -126,8 +128,8 @@ def rank_regressions(
         for i in range(len(responses)):
             g = correlations[:k, k + i]
             coefficients, *_ = np.linalg.lstsq(correlations[:k, :k], g, rcond=None)
-            found[left_out, i] = np.append(coefficients, coefficients @ g)
-    return [(found[-1, i], found[:-1, i]) for i in range(len(responses))]
+            regressions[part, i] = np.append(coefficients, coefficients @ g)
+    return [(regressions[-1, i], regressions[:-1, i]) for i in range(len(responses))]
 
 
 class _Column:
@@ -141,14 +143,14 @@ class _Column:
         self.run[order] = np.repeat(np.arange(len(first)), np.diff(self.bounds))
         self.part = (order % PARTS).astype(np.uint8)
 
-    def centred_ranks(self, left_out: int) -> NDArray[np.int32]:
+    def centred_ranks(self, omitted: int) -> NDArray[np.int32]:
         """Rank the trials without one part (`PARTS`: none): twice the rank, mean 0.
 
         The part itself is ranked too.
         """
-        kept = np.zeros(len(self.part) + 1, dtype=np.int32)
-        np.cumsum(self.part != left_out, out=kept[1:])
-        below = kept[self.bounds]
+        counted = np.zeros(len(self.part) + 1, dtype=np.int32)
+        np.cumsum(self.part != omitted, out=counted[1:])
+        below = counted[self.bounds]
         # equal values share their mean rank
-        ranks: NDArray[np.int32] = (below[:-1] + below[1:] - kept[-1])[self.run]
+        ranks: NDArray[np.int32] = (below[:-1] + below[1:] - counted[-1])[self.run]
         return ranks

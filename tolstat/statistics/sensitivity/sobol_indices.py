@@ -9,6 +9,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.jackknife import PARTS, jackknifed
+from tolstat.statistics.reason import Lack, Reason
 from tolstat.statistics.sensitivity.clipping import clipped, few_leave_a_point_mass
 
 LEAST = 500  # groups from which indices are given
@@ -39,19 +40,25 @@ def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
     n = len(groups)
     if n < LEAST or np.ptp(groups[:, :2]) == 0:
         group = groups.shape[1]
-        reason = f"needs {LEAST} groups of {group} trials, {LEAST * group} in all"
+        needed = {"needed": LEAST, "size": group, "trials": LEAST * group}
+        reason = Reason(Lack.GROUPS, **needed)
         if n and np.ptp(groups[:, :2]) == 0:
-            reason = "the response does not spread"
+            reason = Reason(Lack.SPREAD)
         none = Estimate(math.nan, reason=reason)
         return dict.fromkeys(factors, Indices(none, none))
-    own = groups[:, :2]
-    core, few = clipped(groups, own), few_leave_a_point_mass(own.ravel())
+    first_two = groups[:, :2]
+    core, is_sparse = (
+        clipped(groups, first_two),
+        few_leave_a_point_mass(first_two.ravel()),
+    )
     part = np.arange(n) % PARTS
-    left_out = np.array([_indices(core.values[part != p]) for p in range(PARTS)])
-    left_out = core.followed(left_out, _indices)
-    found = jackknifed(_indices(core.values), left_out, trusted=not few)
+    without = np.array([_indices(core.values[part != p]) for p in range(PARTS)])
+    without = core.followed(without, _indices)
+    estimates = jackknifed(_indices(core.values), without, trusted=not is_sparse)
     k = len(factors)
-    return {name: Indices(found[i], found[k + i]) for i, name in enumerate(factors)}
+    return {
+        name: Indices(estimates[i], estimates[k + i]) for i, name in enumerate(factors)
+    }
 
 
 def _indices(groups: Array) -> Array:

@@ -1,4 +1,6 @@
-"""Number of trials that reaches a requested precision."""
+"""A requested precision, and the number of trials that reaches it."""
+
+from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.moments import Ends
-from tolstat.statistics.intervals.statistic import Statistic
-from tolstat.statistics.sample import Sample
+from tolstat.statistics.estimate import CONFIDENCE, Estimate
+from tolstat.statistics.intervals.moments import Ends, Reach
+from tolstat.statistics.limits.yields import yield_of
+from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
 FIRST = 1024  # trials of the first stage
 RESERVE = 1.1  # times the trials that the first stage suggests
@@ -20,6 +22,36 @@ AHEAD = 8  # times as many trials are predicted, at most
 # another confidence has to be narrow, too; 1.7 times as wide of a smooth response
 SURELY, AS_WIDE = 0.999, 1.75
 MULTIPLE = 256  # numbers of trials are multiples of it
+
+
+class Statistic(NamedTuple):
+    """A statistic of a response."""
+
+    response: str
+    kind: str  # "mean", "sigma", "quantile" or "beyond"
+    share: float = math.nan  # share of a quantile
+
+    def of(
+        self,
+        values: Array,
+        sample: Sample,
+        limit: tuple[float, float] | None = None,
+        declared: tuple[float, float] | None = None,
+        confidence: float = CONFIDENCE,
+    ) -> Estimate:
+        """Return its estimate; `declared` is the response range, infinite if open.
+
+        Another confidence is for quantiles only.
+        """
+        if self.kind == "quantile":
+            shares = [self.share]
+            return quantiles_at(values, sample, shares, limit, confidence)[self.share]
+        if self.kind == "beyond":
+            assert limit is not None  # checked with the study
+            return yield_of(values, sample, limit).fraction_out_of_limit
+        wide = for_any(values, sample, Reach(declared, limit))
+        moments = as_sampled(values, sample).otherwise(wide)
+        return moments.mean if self.kind == "mean" else moments.sigma
 
 
 class Precision(NamedTuple):

@@ -1,0 +1,27 @@
+"""A run that was stopped; no pages."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.cli.command_line import chain
+from tolstat.execution.execute import execute
+from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.study.study import load
+
+
+@pytest.fixture
+def no_pages(monkeypatch):
+    """Reports are tested elsewhere, and take a second each."""
+    report = "tolstat.answers.report.report_answer.Report.html"
+    monkeypatch.setattr(report, lambda self: "a page")
+
+
+@pytest.fixture
+def half(tmp_path):
+    """A run that was stopped, in a folder whose name needs quotes."""
+    folder = tmp_path / "my runs"
+    folder.mkdir()
+    study, looked = chain(folder, "half"), []
+    with Workers(1, lambda: len(looked) > 20 or looked.append(0), block=50) as crew:
+        return execute(load(study), study.with_suffix(".h5"), crew)

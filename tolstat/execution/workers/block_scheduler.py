@@ -1,0 +1,188 @@
+"""Blocks of trials: their sizes, how many are under way, and when to stop."""
+
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import AbstractContextManager, chdir
+from typing import Any
+
+from tolstat.arrays import Array
+from tolstat.execution.workers.block import Block, Mismatch, Pool
+from tolstat.execution.workers.remote_blocks import Processes
+from tolstat.execution.workers.threads import Threads
+from tolstat.model.contract import Answers, Model
+from tolstat.operating_system import processors
+from tolstat.study.given_points import Case
+
+LOOK_AGAIN = 0.1  # s, between two checks whether to stop
+GRACE = 1.0  # s, for running blocks to end; a compilation takes longer
+AHEAD = 2  # blocks for each worker, so that none waits for the writer
+LASTING = 0.5  # s, of a block: long ones keep lanes busy, short ones show progress
+FIRST_BLOCK = 32  # trials, while their duration is unknown
+GROWTH = 8  # times the last block, at most
+FEWEST = 8  # trials of a block, unless fewer are left
+
+
+class Interrupted(Exception):
+    """The caller has stopped the run."""
+
+
+class Workers(AbstractContextManager["Workers"]):
+    """Workers that evaluate trials in blocks.
+
+    Parameters
+    ----------
+    number : int, optional
+        How many blocks run at once; by default one for each worker of the executor, or
+        processor.
+    stopping : callable
+        Called ten times a second; once true, no block starts any more.
+    executor : concurrent.futures.Executor, optional
+        Of other processes: a `Cluster`, `mpi4py.futures.MPIPoolExecutor`,
+        `ProcessPoolExecutor`. By default threads of this process: compiled code
+        releases the GIL, so it is compiled once. The results do not depend on it. The
+        caller shuts it down.
+    block : int, optional
+        Trials of every block; by default blocks grow to last about half a second.
+    """
+
+    def __init__(
+        self,
+        number: int | None = None,
+        stopping: Callable[[], bool] = lambda: False,
+        *,
+        executor: Executor | None = None,
+        block: int | None = None,
+    ) -> None:
+        self.stopping = stopping
+        self._number, self._block = number, block
+        self._pool: Pool = (
+            Processes(executor) if executor else Threads(number or processors())
+        )
+
+    @property
+    def number(self) -> int:
+        """How many blocks run at once; a cluster grows and shrinks."""
+        return self._number or self._pool.number
+
+    def blocks(
+        self, model: Model, cases: Sequence[Case], deviations: Array
+    ) -> Iterator[list[tuple[int, Answers]]]:
+        """Evaluate trials in blocks, and yield each block when it is finished.
+
+        Each block of deviations[trial, contributor], SI, comes with the number of its
+        first trial. When stopping, running blocks get a second to finish.
+        """
+        remaining = sum(case.stop - case.first for case in cases)
+        size = BlockSize(self.number, self._block)
+        todo = list(reversed(cases))
+        running: dict[Future[Any], tuple[Case, Block]] = {}
+        patience = math.inf
+        try:
+            while True:
+                size.workers = self.number
+                while (
+                    todo and len(running) < AHEAD * self.number and not self.stopping()
+                ):
+                    case = todo.pop()
+                    stop = min(case.first + size.next(remaining), case.stop)
+                    if stop < case.stop:
+                        todo.append(case._replace(first=stop))
+                    remaining -= stop - case.first
+                    block = Block(model, deviations[case.first : stop], case.settings)
+                    future = self._pool.submit(block)
+                    running[future] = case._replace(stop=stop), block
+                if not running:
+                    return
+                # `wait` misses those that an executor has cancelled
+                if not any(future.done() for future in running):
+                    wait(running, LOOK_AGAIN, return_when=FIRST_COMPLETED)
+                finished = []
+                for future in [future for future in running if future.done()]:
+                    case, block = running.pop(future)
+                    outcome = self._pool.answer(future, block)
+                    if isinstance(outcome, Mismatch):
+                        todo.append(case)
+                        remaining += case.stop - case.first
+                    else:
+                        size.learn(case.stop - case.first, outcome.seconds)
+                        finished.append((case.first, outcome.answers))
+                if finished:
+                    yield finished
+                if self.stopping():
+                    patience = min(patience, time.monotonic() + GRACE)
+                    for future in list(running):
+                        if future.cancel():
+                            del running[future]
+                if time.monotonic() > patience:
+                    return
+        finally:
+            for future in running:
+                future.cancel()
+
+    def simulate(self, model: Model, deviations: Array, settings: Any) -> Answers:
+        """Return the answers of trials with the same settings.
+
+        At least one row of deviations[trial, contributor], SI; `Interrupted` if the
+        workers stop before all are finished.
+        """
+        return self.simulate_cases(
+            model, [Case(0, len(deviations), settings)], deviations
+        )
+
+    def simulate_cases(
+        self, model: Model, cases: Sequence[Case], deviations: Array
+    ) -> Answers:
+        """Return the answers of trials with each case's settings; see `simulate`."""
+        with chdir("."):  # a model may leave it
+            outcomes = dict(
+                block
+                for finished in self.blocks(model, cases, deviations)
+                for block in finished
+            )
+        answers = [outcomes[first] for first in sorted(outcomes)]
+        if sum(len(block.status) for block in answers) < len(deviations):
+            raise Interrupted
+        return Answers.joined(answers)
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a long function returns, here; `Interrupted` if stopped.
+
+        Its thread then ends by itself.
+        """
+        thread = Threads(1)
+        future = thread.call(function, *arguments)
+        try:
+            while not future.done():
+                wait([future], LOOK_AGAIN)
+                if self.stopping():
+                    raise Interrupted
+        finally:
+            thread.close(wait=False)
+        return future.result()
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Release the workers; a stop does not wait for a compilation."""
+        self._pool.close(wait=kind is None and not self.stopping())
+
+
+class BlockSize:
+    """Number of trials in the next block, so that it lasts half a second."""
+
+    def __init__(self, workers: int, fixed: int | None) -> None:
+        self.workers = workers
+        self._fixed = fixed
+        self._next = FIRST_BLOCK
+
+    def next(self, remaining: int) -> int:
+        """Return the size of the next block: all workers end at about the same time."""
+        if self._fixed:
+            return self._fixed
+        share = math.ceil(remaining / (2 * self.workers))
+        return min(self._next, max(FIRST_BLOCK, share))
+
+    def learn(self, trials: int, seconds: float) -> None:
+        """Note how long a block of so many trials lasted, s."""
+        size = trials * LASTING / max(seconds, 1e-6)
+        self._next = max(FEWEST, int(min(size, GROWTH * max(trials, self._next))))

@@ -1,0 +1,98 @@
+"""What operating systems do differently.
+
+No other file imports a module or calls a function that one of them lacks, Windows
+among them. Each function here says what happens without it.
+"""
+
+import math
+import os
+import shutil
+import signal
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Any
+
+# a command that gets one of these stops; not every system has the last two
+STOP_SIGNALS = tuple(
+    getattr(signal, name)
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+    if hasattr(signal, name)
+)
+# most memory of a container, bytes: control groups of version 2 and 1
+CONTAINER_LIMITS = (
+    "/sys/fs/cgroup/memory.max",
+    "/sys/fs/cgroup/memory/memory.limit_in_bytes",
+)
+
+
+def processors() -> int:
+    """Return the number of processors that this process may use, or of all."""
+    with suppress(AttributeError):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def process_exists(number: int) -> bool:
+    """Return whether a process with this number runs on this computer."""
+    import psutil
+
+    found: bool = psutil.pid_exists(number)
+    return found
+
+
+def memory() -> float:
+    """Return how much memory this process may have, bytes; without limits, all."""
+    import psutil
+
+    limits = [float(psutil.virtual_memory().total), _resource_limit("RLIMIT_AS")]
+    for path in CONTAINER_LIMITS:
+        with suppress(OSError, ValueError):  # ValueError: "max"
+            limits.append(float(int(Path(path).read_text())))
+    return min(limits)
+
+
+def largest_file() -> float:
+    """Return how large a file of this process may be, bytes; infinite without limit."""
+    return _resource_limit("RLIMIT_FSIZE")
+
+
+def _resource_limit(name: str) -> float:
+    try:
+        import resource
+    except ImportError:
+        return math.inf
+    limit, _ = resource.getrlimit(getattr(resource, name))
+    return math.inf if limit == resource.RLIM_INFINITY else float(limit)
+
+
+def lock(file: IO[Any], *, wait: bool = False) -> bool:
+    """Lock an open file until it is closed or the process ends.
+
+    False if another process has locked it, unless that is waited for. A file system
+    without locks counts as locked.
+    """
+    import portalocker
+
+    now = portalocker.LockFlags(0) if wait else portalocker.LOCK_NB
+    try:
+        portalocker.lock(file, portalocker.LOCK_EX | now)
+    except portalocker.AlreadyLocked:
+        return False
+    except (portalocker.LockException, OSError):
+        return True
+    return True
+
+
+def open_as_it_is(path: Path) -> IO[str]:
+    """Open or create a file of text; links are not followed, pipes not waited for."""
+    flags = os.O_RDWR | os.O_CREAT
+    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+    return os.fdopen(os.open(path, flags, 0o666), "r+", errors="replace")
+
+
+def give_second_name(path: Path, other: Path) -> None:
+    """Give a file a second name; on a file system without links a copy gets it."""
+    try:
+        os.link(path, other)
+    except (AttributeError, OSError):
+        shutil.copy2(path, other)
