@@ -14,9 +14,9 @@ from tolstat.status import Status
 from tolstat.store.checksums import ranges_of
 
 
-def verified_document(path: Path, found: Verification) -> Document:
+def verified_document(path: Path, verification: Verification) -> Document:
     """Return the differences of a run from what was written, and the next step."""
-    run = found.run
+    run = verification.run
     stored = int(np.count_nonzero(run.status != Status.NOT_RUN))
     counts = [f"{count} {word}" for word, count in run.counts.items() if count]
     rows: list[tuple[str, Parts]] = [
@@ -25,33 +25,41 @@ def verified_document(path: Path, found: Verification) -> Document:
          text(run.damage.words or "all fit")),
     ]  # fmt: skip
     for what, trials in (
-        ("status and responses", found.contradicting),
-        (f"deviations of {run.trials} trials, sampled again", found.drawn_otherwise),
-        (f"{len(found.evaluated)} trials, evaluated again", found.different),
-        (f"{len(found.alone)} of them, each alone", found.dependent),
+        ("status and responses", verification.contradicting),
+        (
+            f"deviations of {run.trials} trials, sampled again",
+            verification.drawn_otherwise,
+        ),
+        (
+            f"{len(verification.evaluated)} trials, evaluated again",
+            verification.different,
+        ),
+        (f"{len(verification.alone)} of them, each alone", verification.dependent),
     ):
         words = f"different in {ranges_of(trials)}" if len(trials) else "as stored"
         rows.append((what, text(words)))
-    if found.nominal_differs:
+    if verification.nominal_differs:
         rows.append(("nominal trial, evaluated again", text("different")))
-    redrawn = run.aim and len(found.drawn_otherwise)  # samples depend on the computer
+    redrawn = run.aim and len(
+        verification.drawn_otherwise
+    )  # samples depend on the computer
     reasons = []
-    if len(found.different) or found.nominal_differs or redrawn:
-        reasons = [paragraph(each) for each in found.reasons]
-    return Document("", (Facts(tuple(rows)), *reasons, _conclusion(path, found)))
+    if len(verification.different) or verification.nominal_differs or redrawn:
+        reasons = [paragraph(each) for each in verification.reasons]
+    return Document("", (Facts(tuple(rows)), *reasons, _conclusion(path, verification)))
 
 
-def _conclusion(path: Path, found: Verification) -> Paragraph:
-    run = found.run
-    if found.whole:
+def _conclusion(path: Path, verification: Verification) -> Paragraph:
+    run = verification.run
+    if verification.whole:
         return paragraph(f"{path} is as it was written")
     if run.damage:
         repair = Typed(to_resume(path, run.machine))
         return paragraph(f"{path} is damaged. Repair it with: ", repair)
     why = "its data or its program differ"
-    if not found.reasons:
+    if not verification.reasons:
         why += ", or an answer depends on the other trials of its block"
-    if run.aim and len(found.drawn_otherwise):
+    if run.aim and len(verification.drawn_otherwise):
         why = why_sampled_differently(run)
     again = to_run_again(run)
     return paragraph(
@@ -61,23 +69,23 @@ def _conclusion(path: Path, found: Verification) -> Paragraph:
     )
 
 
-def surroundings_document(found: dict[str, str]) -> Document:
+def surroundings_document(places: dict[str, str]) -> Document:
     """Return versions, processor, cores, and where compiled code is kept."""
-    rows = [{"what": what, "here": here} for what, here in found.items()]
+    rows = [{"what": what, "here": here} for what, here in places.items()]
     return Document("", (table_of(rows, words=["here"]),))
 
 
-def check_document(found: Check) -> Document:
+def check_document(check: Check) -> Document:
     """Return how fast trials are evaluated, and whether they repeat bit for bit."""
     same = "the same trials have the same responses, bit for bit"
-    if not found.same:
+    if not check.same:
         same = (
             "the same trials have different responses: memory, processor or compiled "
             "code is damaged; remove the folder of compiled code above, and try again"
         )
     speed = paragraph(
-        f"ready after {found.ready:.1f} s; ", *counted(found.trials, "trial"),
-        f" of the stand in {found.seconds:.1f} s: "
-        f"{found.trials / found.seconds:.0f} trials/s",
+        f"ready after {check.ready:.1f} s; ", *counted(check.trials, "trial"),
+        f" of the stand in {check.seconds:.1f} s: "
+        f"{check.trials / check.seconds:.0f} trials/s",
     )  # fmt: skip
     return Document("", (speed, paragraph(same)))

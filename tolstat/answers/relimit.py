@@ -55,14 +55,14 @@ def limited(
     <tolstat summary: stack-up.h5, 10000 trials; gap met>
     """
     run = open_run(run)
-    found = with_limits(run, limits)
-    before, halved = run.diagnostics, _halved(found, model)
-    still = {
+    other = with_limits(run, limits)
+    before, halved = run.diagnostics, _halved(other, model)
+    same = {
         name: shares
         for name, shares in before.halved.items()
-        if run.limits[name].permitted == found.limits[name].permitted
+        if run.limits[name].permitted == other.limits[name].permitted
     }
-    return replace(found, diagnostics=replace(before, halved=halved or still))
+    return replace(other, diagnostics=replace(before, halved=halved or same))
 
 
 def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
@@ -77,21 +77,21 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
             "its study, and cannot answer for another"
         )
     before = run.limits
-    for name, given in limits.items():
-        for each in expand(name, list(read)):
-            if isinstance(given, str) and each in before:
-                was, other = before[each], read[each]
-                demand = was.demand if was.ends == other.ends else ""
-                read[each] = other._replace(demanded=was.demanded, demand=demand)
-    every = {**before, **read}
-    now = {each.name: every[each.name] for each in run.responses if each.name in every}
-    said = "; ".join(f"{name} {limit.words}" for name, limit in read.items())
-    note = f"requested limits, not those of the study: {said}"
+    for name, entry in limits.items():
+        for response in expand(name, list(read)):
+            if isinstance(entry, str) and response in before:
+                old, new = before[response], read[response]
+                demand = old.demand if old.ends == new.ends else ""
+                read[response] = new._replace(demanded=old.demanded, demand=demand)
+    both = {**before, **read}
+    names = [response.name for response in run.responses]
+    limits_words = "; ".join(f"{name} {limit.words}" for name, limit in read.items())
+    note = f"requested limits, not those of the study: {limits_words}"
     chosen = {"audit": run.audited, "worst cases": run.diagnostics.worst_cases}
-    if kept := [what for what, each in chosen.items() if each]:
-        note += f"; of the study's limits: {' and '.join(kept)}"
-    shown = {name: unit_of(limit.words) for name, limit in read.items()}
-    return run.limited(now, shown, note)
+    if unchanged := [what for what, records in chosen.items() if records]:
+        note += f"; of the study's limits: {' and '.join(unchanged)}"
+    units = {name: unit_of(limit.words) for name, limit in read.items()}
+    return run.limited({n: both[n] for n in names if n in both}, units, note)
 
 
 def _halved(run: Run, model: Model | None) -> Any:
@@ -100,7 +100,7 @@ def _halved(run: Run, model: Model | None) -> Any:
         return {}
     with suppress(TolstatError):  # without a model the page says so
         study = replace(study_of(run, model=model), limits=run.limits)
-        columns = [run.column(each.name) for each in run.contributors]
+        columns = [run.column(part.name) for part in run.contributors]
         trials = Trials.planned(study.description, np.stack(columns, axis=1))
         trials.take_stored(run, np.ones(run.trials, np.bool_))
         return halved_shares(study, trials, run.diagnostics.slopes)

@@ -154,8 +154,8 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
     if run.rerun:
         notes.append(_rerun(run, run.rerun))
     if run.ended < run.trials:
-        left = run.trials - run.ended
-        notes.append(f"{left} of {run.trials} trials have not run")
+        missing = run.trials - run.ended
+        notes.append(f"{missing} of {run.trials} trials have not run")
     if run.complete and run.steps is not None and run.audited is None:
         why = run.diagnostics.missing or "the model has no tighter settings"
         notes.append(f"integration errors are not audited: {why}")
@@ -163,16 +163,15 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
     if nominal != Status.DONE.word:
         notes.append(f"the nominal trial: {nominal}")
     notes += [*run.warnings, *run.notes]
-    own = [_in_words(run, number) for number in run.numbers if number.of]
-    if own:
-        notes.append("from tolerances alone: " + ", ".join(own))
+    if numbers := [_in_words(run, number) for number in run.numbers if number.of]:
+        notes.append("from tolerances alone: " + ", ".join(numbers))
     if run.stopped:
         reached = "reached" if run.stopped.reached else "not reached"
         stages = ", ".join(map(str, run.stopped.stages))
         rules = "; ".join(run.stopped.rules)
         text = f"{rules}: {reached}, checked after {stages} trials"
-        if math.isfinite(wanted := run.stopped.wanted) and wanted:
-            text += f"; about {wanted:.0f} would be needed"
+        if math.isfinite(needed := run.stopped.wanted) and needed:
+            text += f"; about {needed:.0f} would be needed"
         notes.append(text)
     return notes
 
@@ -185,8 +184,8 @@ def _failed(run: Run, sample: Sample | None) -> str:
     if sample and (share := sample.failures).sure:
         _, lower, upper = PER_CENT.interval(*share[:3])
         text += f" (95 % interval {lower} to {upper} %)"
-    if said := ", ".join(f"{count} {word}" for word, count in run.failures.items()):
-        text += f": {said}; they count as out of every limit"
+    if words := ", ".join(f"{count} {word}" for word, count in run.failures.items()):
+        text += f": {words}; they count as out of every limit"
     return text
 
 

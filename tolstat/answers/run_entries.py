@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -71,21 +71,21 @@ class RunIndex(Answer):
         none = blocks.paragraph(f"no run is stored in {self.folder}")
         problems = (
             blocks.Verbatim(
-                f"{each.run or each.study}: "
-                + each.problem.removeprefix(str(each.run)).lstrip(": ")
+                f"{entry.run or entry.study}: "
+                + entry.problem.removeprefix(str(entry.run)).lstrip(": ")
             )
-            for each in self.entries
-            if each.problem
+            for entry in self.entries
+            if entry.problem
         )
-        found = blocks.shown(self.progress(), *problems)
-        return blocks.Document(self.title, found if self.entries else (none,))
+        parts = blocks.shown(self.progress(), *problems)
+        return blocks.Document(self.title, parts if self.entries else (none,))
 
     def progress(self) -> blocks.Table:
         """Return a table with a row for each: state, limits, trials."""
         rows: list[dict[str, blocks.Given]] = []
         for each in self.entries:
-            page, failed = self._seen(each.report), each.failed
-            at = each.written and datetime.fromisoformat(each.written)
+            page, failed = self._relative(each.report), each.failed
+            time = each.written and datetime.fromisoformat(each.written)
             size = text(Number(each.bytes / 1e6, SIZE), " MB")
             rows.append({
                 "study": Link(each.study, page) if page else each.study,
@@ -94,7 +94,7 @@ class RunIndex(Answer):
                 "trials": each.progress,
                 "failed": Number(failed) if each.ran and failed is not None else None,
                 "model": each.model,
-                "written": f"{at:%Y-%m-%d %H:%M}" if at else None,
+                "written": f"{time:%Y-%m-%d %H:%M}" if time else None,
                 "size": size if each.bytes else None,
                 "title": each.title,
                 "s": Number(each.seconds),
@@ -106,14 +106,18 @@ class RunIndex(Answer):
 
     def rows(self) -> list[Row]:
         """Return a row for each with all fields; paths are relative to the folder."""
-        known: list[dict[str, Any]] = [each._asdict() for each in self.entries]
-        for each in known:
-            each["failed"] = "" if each["failed"] is None else each["failed"]
-            each["seconds"] = Number(each["seconds"])
-            each |= {name: self._seen(each[name]) for name in ("run", "report")}
-        return [*known]
+        return [
+            {
+                **entry._asdict(),
+                "failed": "" if entry.failed is None else entry.failed,
+                "seconds": Number(entry.seconds),
+                "run": self._relative(entry.run),
+                "report": self._relative(entry.report),
+            }
+            for entry in self.entries
+        ]
 
-    def _seen(self, path: Path | None) -> str:
+    def _relative(self, path: Path | None) -> str:
         """Return a path relative to the folder."""
         return Path(os.path.relpath(path, self.folder)).as_posix() if path else ""
 
@@ -142,7 +146,7 @@ def entry_of(run: Run) -> Entry:
         run.trials,
         run.ended,
         None if run.aim else run.failed,
-        "; ".join(f"{word}: {', '.join(some)}" for word, some in verdicts.items()),
+        "; ".join(f"{word}: {', '.join(names)}" for word, names in verdicts.items()),
         run.provenance["ended_at"],
         run.provenance["seconds"],
         run.path.stat().st_size,
@@ -157,9 +161,9 @@ def judged(run: Run) -> Mapping[str, Yield | RareSummary]:
     if (drawn := drawn_trials(run)) is None or not drawn.sample.ran.any():
         return {}
     yields = {
-        name: yield_of(drawn.values(name), drawn.sample, of.permitted, of.demanded,
-                       drawn.ends(name), drawn.audited(name))
-        for name, of in run.limits.items()
+        name: yield_of(drawn.values(name), drawn.sample, limit.permitted,
+                       limit.demanded, drawn.ends(name), drawn.audited(name))
+        for name, limit in run.limits.items()
     }  # fmt: skip
     turned = turning(run, drawn.trials_done)
     return yields | {name: yields[name].jumping for name in turned}
@@ -170,14 +174,16 @@ def verdicts_of(run: Run) -> dict[str, list[str]]:
 
     Of a grid or a table a verdict is how many trials are out of limit.
     """
-    words = {name: each.words for name, each in judged(run).items()}
+    verdicts = judged(run)
+    words = {name: verdict.words for name, verdict in verdicts.items()}
+    ranks = {x.words: WORST_FIRST.index(x.verdict) for x in verdicts.values()}
     if run.sampled is None and run.ended:
         for name in run.limits:
             out = np.count_nonzero(run.beyond(name))
             words[name] = f"{out} of {run.ended} out of limit"
-    found = {word: [n for n in words if words[n] == word] for word in words.values()}
-    ranks = (*WORST_FIRST, "")
-    return {word: found[word] for r in ranks for word in found if word.startswith(r)}
+    last = len(WORST_FIRST)
+    ordered = sorted(dict.fromkeys(words.values()), key=lambda x: ranks.get(x, last))
+    return {word: [n for n in words if words[n] == word] for word in ordered}
 
 
 def _stored_in(folder: Path) -> Iterable[Path]:
@@ -186,9 +192,9 @@ def _stored_in(folder: Path) -> Iterable[Path]:
         raise RunFileError(f"{folder} is a file; a folder is expected")
     if not folder.is_dir():
         raise RunFileError(f"{folder}: no such folder")
-    for here, folders, files in os.walk(folder):
+    for path, folders, files in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        yield from (Path(here, name) for name in sorted(files) if name.endswith(".h5"))
+        yield from (Path(path, name) for name in sorted(files) if name.endswith(".h5"))
 
 
 def entry_at(path: Path) -> Entry:
@@ -196,10 +202,10 @@ def entry_at(path: Path) -> Entry:
     state = "damaged"
     try:
         run = open_run(path, damaged=True)
-        found = entry_of(run)
+        entry = entry_of(run)
         if run.damage:
-            found = found._replace(state=state, problem=run.damage.words)
-        return found
+            entry = entry._replace(state=state, problem=run.damage.words)
+        return entry
     except DamagedError as error:
         problem = str(error)
     except FormatError as error:

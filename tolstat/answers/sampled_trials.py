@@ -43,13 +43,13 @@ class Drawn(NamedTuple):
 
     def deviating(self, among: NDArray[np.bool_]) -> dict[str, Array]:
         """Return the contributors that deviate among some of these trials, SI."""
-        every = {n.name: self.values(n.name)[among] for n in self.run.contributors}
-        return {n: x for n, x in every.items() if len(x) and np.ptp(x) > 0}
+        columns = {n.name: self.values(n.name)[among] for n in self.run.contributors}
+        return {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
 
     def ends(self, name: str) -> Array | None:
         """Return what integration errors allow of a response; None if not audited."""
-        found = ends_of(self.run, name)
-        return None if found is None else found[:, self.trials]
+        ends = ends_of(self.run, name)
+        return None if ends is None else ends[:, self.trials]
 
     def audited(self, name: str) -> AuditedResponse | None:
         """Return what the audit shows of a response; None if not audited."""
@@ -63,10 +63,10 @@ class Drawn(NamedTuple):
     def groups(self, response: str) -> tuple[Array, int]:
         """Return float64[group, 2 + factor] of whole groups, and how many are not."""
         group = self.sampled.group
-        every = self.run.column(response).reshape(-1, group)
+        values = self.run.column(response).reshape(-1, group)
         status = self.run.status.reshape(-1, group)
-        whole = np.all(status == Status.DONE, axis=1)
-        return every[whole], int(np.count_nonzero(~whole))
+        complete = np.all(status == Status.DONE, axis=1)
+        return values[complete], int(np.count_nonzero(~complete))
 
 
 def ends_of(run: Run, name: str) -> Array | None:
@@ -106,8 +106,8 @@ def drawn_trials(run: Run) -> Drawn | None:
     group = run.sampled.group
     if group > 1:
         trials = trials[trials % group < OWN]
-    each = run.trials / max(len(trials), 1)
-    sample = Sample(run.status[trials], run.sampled.replicates, each)
+    per_trial = run.trials / max(len(trials), 1)
+    sample = Sample(run.status[trials], run.sampled.replicates, per_trial)
     return Drawn(run, run.sampled, trials, sample)
 
 

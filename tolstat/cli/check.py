@@ -23,7 +23,7 @@ from tolstat.errors import Advice, QuestionError, Remedy
 from tolstat.literal import visible
 from tolstat.render.screen import Screen, as_text
 from tolstat.render.serialize import as_json
-from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, worded
+from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, Verdict, worded
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
@@ -34,7 +34,7 @@ class CheckedLimit(NamedTuple):
     run: str
     response: str
     limit: str  # as written
-    verdict: str
+    verdict: Verdict
     reason: str  # why it is undecided, or on which condition the limit is met
 
 
@@ -112,7 +112,7 @@ def _limits_of(run: Run) -> list[CheckedLimit]:
         raise no_sample(run)
     checks = []
     for name, limit in run.limits.items():
-        verdict: tuple[str, str] = UNDECIDED, f"a rare run judges {run.aim} only"
+        verdict: tuple[Verdict, str] = UNDECIDED, f"a rare run judges {run.aim} only"
         if name in yields:
             verdict = yields[name].verdict, yields[name].reason
         checks.append(CheckedLimit(run.path.name, name, limit.words, *verdict))

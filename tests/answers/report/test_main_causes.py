@@ -14,11 +14,13 @@ from tests.answers.browser import Page
 from tests.answers.page_checks import steps_of, words_in
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report.chosen_steps import findings_of
+from tolstat.answers.report.finding_words import next_steps
 from tolstat.answers.report.findings import Evidence, NoCause, StepKind
 from tolstat.answers.report.first_page import first_page
 from tolstat.answers.report.gather import report_of
 from tolstat.answers.report.limits_table import limits_table
 from tolstat.document.blocks import Table
+from tolstat.document.inline import Typed
 from tolstat.render.screen import as_text, show
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import MET, UNDECIDED
@@ -144,6 +146,21 @@ def test_two_fighting_parts_are_a_pair(tmp_path):
     assert causes.main.words == "a and b differ: one high, one low"
     one = next(each for each in causes.named if each.members == ("a",))
     assert one.halved.lower > 0.0027  # half of one does not suffice
+
+
+def test_json_has_the_steps_that_the_page_says(run):
+    found = report_of(run)
+    findings = json.loads(found.json())["findings"]
+    typed = [command for step in findings["steps"] for command in step["commands"]]
+    sentences = next_steps(found)
+    assert typed
+    assert typed == [p.text for parts in sentences for p in parts if type(p) is Typed]
+    first, gap = findings["steps"][0], findings["limits"]["gap"]
+    assert first["kind"] == "halve tolerances" and first["evidence"] == "predicted"
+    assert first["parts"] == gap["halving"]["parts"] == gap["causes"][0]
+    assert first["entries"] == {"part_1": "+-0.5 mm", "angle": "+-0.5 deg"}
+    assert first["after"] == gap["halving"]["after"]
+    assert gap["verdict"] == found.verdicts["gap"]
 
 
 def test_few_trials_state_how_many_would_tell(tmp_path):

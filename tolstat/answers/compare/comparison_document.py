@@ -122,12 +122,12 @@ class _Pair:
             ("Settings", self.difference.settings),
             ("Deviations", self.difference.deviations),
         )
-        notes = [
+        notes: list[blocks.Block] = [
             note(f"{what} that differ: ", changes(differing), ".")
             for what, differing in differ
             if differing
         ]
-        parts = (
+        parts: tuple[blocks.Block, ...] = (
             note(self._how_paired()), *notes, self._limits(), self._responses(),
             self._trial_by_trial(), self._reading(),
         )  # fmt: skip

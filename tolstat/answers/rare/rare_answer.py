@@ -42,6 +42,7 @@ from tolstat.statistics.limits.yields import (
     MET,
     UNDECIDED,
     Caveat,
+    Verdict,
     judged_with,
     worded,
 )
@@ -83,10 +84,10 @@ class RareSummary(run_answer.RunAnswer):
     demanded_ppk: float  # the demand, as the Ppk of a normal response
     fraction_out_of_limit: Estimate  # of production; failed trials are out of limit
     within: Estimate
-    verdict: str  # as of a plain run, for one number of trials
+    verdict: Verdict  # as of a plain run, for one number of trials
     # why it is undecided: `INTEGRATION_ERROR` or `JUMP`; or on which condition the
     # limit is met
-    reason: str
+    reason: Caveat
     equivalent_ppk: Estimate  # of a normal response with the same fraction
     plain_trials: float  # of a plain run with as narrow an interval; NaN where none
     # fraction out of limit at this end of a limit that is straight, as far from the

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from tolstat.statistics import estimate
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits import yields
+from tolstat.statistics.limits.yields import Caveat, Verdict
 
 UNKNOWN_SHARE = Estimate(math.nan)
 
@@ -21,7 +21,7 @@ class NoCause(StrEnum):
     RANDOM_ONLY = str(estimate.RANDOM_ONLY)
     OFF_CENTRE = "off centre"
     JUMPS = "the response jumps"
-    INTEGRATION_ERROR = str(yields.INTEGRATION_ERROR)
+    INTEGRATION_ERROR = Caveat.INTEGRATION_ERROR.value
 
 
 # none of the contributors is to be changed for these reasons
@@ -68,8 +68,8 @@ class Halving(NamedTuple):
 class LimitFinding(NamedTuple):
     """What is decided about a limit."""
 
-    verdict: str
-    reason: str  # why it is undecided, or on which condition it is met
+    verdict: Verdict
+    reason: Caveat  # why it is undecided, or on which condition it is met
     trials_that_decide: int = 0  # 0 if it is decided, or no number decides
     seems_missed: bool = False  # whether more trials are out of it than permitted
     causes: tuple[tuple[str, ...], ...] = ()  # contributors, the main cause first

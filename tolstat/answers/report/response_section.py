@@ -1,7 +1,7 @@
 """The section of a report on one response in focus."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_replay, typed_setting
@@ -99,9 +99,8 @@ class _ResponseSection:
     def __init__(self, report: Report, name: str) -> None:
         self.report, self.name, self.run = report, name, report.stored_run
         self.response = report.responses[name]
-        self.scale, self.contributions = self.response.scale, None
-        if (shares := self.response.contributions) and shares.first_order:
-            self.contributions: Contributions | None = shares
+        self.scale, shares = self.response.scale, self.response.contributions
+        self.contributions = shares if shares and shares.first_order else None
         self.correlated = bool(report.assumptions.correlation)
 
     def section(self) -> Section:
@@ -137,8 +136,11 @@ class _ResponseSection:
     def _number(self, value: Estimate | float) -> Number:
         return Number(value, self.scale)
 
-    def _table(self, rows: Iterable[Row], look: str = "", **words: list[str]) -> Table:
-        return blocks.table_of(rows, caption=rests_on(self.report), look=look, **words)
+    def _table(
+        self, rows: Iterable[Row], look: str = "", words: Sequence[str] = ()
+    ) -> Table:
+        caption = rests_on(self.report)
+        return blocks.table_of(rows, words=words, caption=caption, look=look)
 
     def _declared(self) -> Parts:
         response = self.response
