@@ -143,3 +143,20 @@ def test_a_run_begins_before_slow_scipy_modules_load():
         "print([name for name in slow if f'scipy.{name}' in sys.modules])"
     )
     assert printed(code) == "[]"
+
+
+MOST_LOADED = 160  # modules of a chain's run: 110 are the aim
+
+
+def test_running_a_chain_loads_what_it_needs(tmp_path):
+    """From the command line, with its summary; packages are not counted."""
+    code = (
+        "import sys; from tolstat.cli.main import main;"
+        f"main(['run', 'runs/stack-up.toml', '-o', {str(tmp_path / 'a.h5')!r},"
+        "'--trials', '200'], standalone_mode=False); print();"
+        "loaded = {n: m for n, m in sys.modules.items() if n.startswith('tolstat.')};"
+        "print(*(n for n, m in loaded.items() if not hasattr(m, '__path__')))"
+    )
+    loaded = printed(code).splitlines()[-1].split()
+    assert len(loaded) <= MOST_LOADED
+    assert not {"tolstat.cli.check", "tolstat.render.page"} & {*loaded}

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from tolstat.literal import csv_cell, visible
 from tolstat.render.page import environment
-from tolstat.render.picture import PAGE_STYLE, STYLE, inline, logarithmic, write
+from tolstat.render.picture import PAGE_STYLE, STYLE, inline, logarithmic, picture
 from tolstat.render.screen import Screen
 from tolstat.render.serialize import csv_text
 
@@ -74,7 +74,7 @@ def test_in_pictures(tmp_path):
     with mpl.rc_context({**STYLE, "svg.fonttype": "none"}):
         figure = Figure()
         figure.suptitle(HOSTILE)
-        write(figure, tmp_path / "title.svg")
+        (tmp_path / "title.svg").write_bytes(picture(figure, ".svg"))
     words = "".join(ElementTree.parse(tmp_path / "title.svg").getroot().itertext())
     assert SHOWN in words
 

@@ -90,8 +90,8 @@ class StudyError(TolstatError, ValueError):
     """A wrong study; the message lists every problem found."""
 
 
-class PictureError(TolstatError):
-    """A picture that cannot be drawn or cannot be written."""
+class QuestionError(TolstatError):
+    """A question that a run cannot answer, or a picture that cannot show it."""
 
 
 class RunFileError(TolstatError):

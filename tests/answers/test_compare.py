@@ -15,7 +15,7 @@ from tests.conftest import Toy
 from tests.store.tampering import resealed
 from tolstat.answers.compare.pairing import pair_of
 from tolstat.document.blocks import Gallery, Paragraph, Table
-from tolstat.errors import PictureError
+from tolstat.errors import QuestionError
 from tolstat.render.screen import as_text
 
 
@@ -183,7 +183,7 @@ def test_grids_and_tables_have_no_statistics(toy, tmp_path):
         'model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm", "1 mm"]\n'
     )
     run = tolstat.run(study, model=toy)
-    with pytest.raises(PictureError, match="are no sample: no statistics"):
+    with pytest.raises(QuestionError, match="are no sample: no statistics"):
         pair_of(run, run)
 
 
@@ -315,7 +315,7 @@ def test_dependent_trials_are_compared_by_their_replicates(other, sampling):
 
 
 def test_one_run_is_not_compared(mill):
-    with pytest.raises(PictureError, match="up to 26; given: 1"):
+    with pytest.raises(QuestionError, match="up to 26; given: 1"):
         tolstat.compare(mill)
 
 
@@ -329,5 +329,5 @@ def test_runs_of_two_models_are_refused(toy, toy_study, tmp_path):
     first = tolstat.run(toy_study, model=toy, trials=30, output=tmp_path / "a.h5")
     toy_study.write_text(text.replace('model = "toy"', 'model = "other"'))
     second = tolstat.run(toy_study, model=Other(), trials=30, output=tmp_path / "b.h5")
-    with pytest.raises(PictureError, match="two models, toy and other"):
+    with pytest.raises(QuestionError, match="two models, toy and other"):
         pair_of(first, second)

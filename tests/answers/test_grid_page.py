@@ -14,7 +14,7 @@ from tests.answers.browser import scroll_widths
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.cli.main import main
 from tolstat.document.blocks import Figure, Section
-from tolstat.document.plot import Line
+from tolstat.model.view import Curve
 from tolstat.render.screen import as_text
 
 CHAIN = {
@@ -83,9 +83,9 @@ def test_the_picture_has_every_trial_in_the_plane_of_both_axes(grid):
                 for b in section.blocks if isinstance(b, Figure))  # fmt: skip
     (panel,) = drawn.picture.panels
     assert (panel.x.label, panel.y.label) == ("a, mm", "b, mm")
-    met, out = (each for each in panel.layers if isinstance(each, Line))
-    assert len(met.x) == 55 and len(out.x) == 185
-    assert (met.x + met.y).max() < 0.95 < (out.x + out.y).min()
+    met, out = (each for each in panel.layers if isinstance(each, Curve))
+    assert len(met.at) == 55 and len(out.at) == 185
+    assert (met.at + met.values).max() < 0.95e-3 < (out.at + out.values).min()
 
 
 def test_the_commands_of_the_page_run(grid, tmp_path):

@@ -10,19 +10,19 @@ import pytest
 import tolstat
 from tests.answers.picture_checks import nothing_overlaps
 from tolstat.answers.sweep.curves import sweeps, swept_axis
-from tolstat.answers.sweep.sweep_figure import sweep_plot
+from tolstat.answers.sweep.sweep_figure import save_sweeps, sweep_plot
 from tolstat.answers.views.replay import replay
-from tolstat.errors import PictureError
+from tolstat.answers.views.view_file import draw_view
+from tolstat.errors import QuestionError, RunFileError
 from tolstat.machines.stand.declarations import Settings
 from tolstat.machines.stand.machine import Stand
 from tolstat.model.view import Axis, Chart, Curve, Panel
-from tolstat.render.figures import draw as draw_view
-from tolstat.render.output_file import check_ending
-from tolstat.render.picture import PICTURES, write
+from tolstat.render.figures import draw
+from tolstat.render.picture import picture
 
 
 def draw_sweeps(runs, responses=()):
-    return draw_view(sweep_plot(runs, responses), runs[0].title)
+    return draw(sweep_plot(runs, responses), runs[0].title)
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +123,8 @@ def test_a_grid_of_names_is_plotted_over_names(toy, tmp_path):
 
 def test_the_same_picture_is_the_same_file(grid, tmp_path):
     for name in ("a.svg", "b.svg", "a.png", "a.pdf"):
-        write(draw_sweeps([grid]), tmp_path / name)
+        path = tmp_path / name
+        path.write_bytes(picture(draw_sweeps([grid]), path.suffix))
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
     assert (tmp_path / "a.png").read_bytes()[1:4] == b"PNG"
     assert (tmp_path / "a.pdf").read_bytes()[:4] == b"%PDF"
@@ -131,24 +132,24 @@ def test_the_same_picture_is_the_same_file(grid, tmp_path):
 
 def test_refusals_of_pictures(grid, toy, toy_study, tmp_path):
     random = tolstat.run(toy_study, model=toy, trials=5)
-    with pytest.raises(PictureError, match="only a run with sampling"):
+    with pytest.raises(QuestionError, match="only a run with sampling"):
         draw_sweeps([random])
-    with pytest.raises(PictureError, match="did you mean 'extra_loss'"):
+    with pytest.raises(QuestionError, match="did you mean 'extra_loss'"):
         draw_sweeps([grid], ["extra_los"])
-    with pytest.raises(PictureError, match=r"\.png, \.svg or \.pdf"):
-        check_ending(tmp_path / "picture.gif", "a picture", PICTURES, PictureError)
-    with pytest.raises(PictureError, match="cannot be written"):
-        write(draw_sweeps([grid]), tmp_path / "nowhere" / "picture.png")
+    with pytest.raises(RunFileError, match=r"\.png, \.svg or \.pdf"):
+        save_sweeps([grid], tmp_path / "picture.gif")
+    with pytest.raises(RunFileError, match="cannot be written"):
+        save_sweeps([grid], tmp_path / "nowhere" / "picture.png")
     words = tmp_path / "words.toml"
     words.write_text('model = "toy"\nsampling = "grid"\n[grid]\nmode = ["odd"]\n')
-    with pytest.raises(PictureError, match="two values or more"):
+    with pytest.raises(QuestionError, match="two values or more"):
         draw_sweeps([tolstat.run(words, model=toy)])
     other = tmp_path / "other.toml"
     other.write_text('model = "toy"\nsampling = "grid"\n[grid]\ngain = [1, 2]\n')
     run = tolstat.run(other, model=toy)
-    with pytest.raises(PictureError, match="sweeps crank_difference"):
+    with pytest.raises(QuestionError, match="sweeps crank_difference"):
         draw_sweeps([grid, run])
-    with pytest.raises(PictureError, match="name the responses"):
+    with pytest.raises(QuestionError, match="name the responses"):
         draw_sweeps([run])
 
 
@@ -161,7 +162,7 @@ def test_labels_have_the_same_place_in_all_runs(toy, tmp_path):
         )
         runs.append(tolstat.run(study, model=toy))
     draw_sweeps(runs[:1], ["gap"])
-    with pytest.raises(PictureError, match=r"mode plain odd, .* mode odd plain;"):
+    with pytest.raises(QuestionError, match=r"mode plain odd, .* mode odd plain;"):
         draw_sweeps(runs, ["gap"])
 
 

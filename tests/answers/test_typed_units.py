@@ -13,8 +13,9 @@ from click.testing import CliRunner
 import tolstat
 from tolstat.answers.views.evaluate import view_of
 from tolstat.answers.views.replay import nominal_trial, replay
+from tolstat.answers.views.view_file import as_csv
 from tolstat.cli.main import main
-from tolstat.render.shown_view import as_csv, plot_of
+from tolstat.document.chart_plot import plot_of
 from tolstat.study.study import load, typed_units
 
 
@@ -117,3 +118,8 @@ def test_contributors_are_listed_in_units_of_drawings():
     assert [rows[name] for name in names] == ["mm", "deg", "%", "kN", "mm"]
     said = CliRunner().invoke(main, ["show", "planetary"]).output
     assert "gear of 96.74 mm" in said and not re.search(r"gear of \d+\.\d{3}", said)
+
+
+def test_a_view_in_a_compound_unit_belongs_to_a_study_too():
+    compliance = tolstat.view("runs/elastic-machine.toml", "response")
+    assert [panel.y.label for panel in plot_of(compliance).panels] == ["rad/N/m", "s^2"]

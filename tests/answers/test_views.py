@@ -14,11 +14,17 @@ from tests.answers.picture_checks import nothing_overlaps
 from tests.model.rich import Rich
 from tolstat import catalogue
 from tolstat.answers.views.evaluate import view_of
-from tolstat.answers.views.view_file import save_view, view_document
+from tolstat.answers.views.view_file import (
+    as_csv,
+    draw_view,
+    save_view,
+    view_document,
+)
 from tolstat.cli.main import main
 from tolstat.document.digits import in_cell, plain
 from tolstat.document.inline import Number
-from tolstat.errors import ModelError, PictureError
+from tolstat.document.view_table import view_table
+from tolstat.errors import ModelError, QuestionError, RunFileError
 from tolstat.model.view import (
     Axis,
     Chart,
@@ -29,9 +35,7 @@ from tolstat.model.view import (
     Panel,
     Region,
 )
-from tolstat.render.figures import draw as draw_view
 from tolstat.render.page import page as html
-from tolstat.render.shown_view import as_csv, view_rows
 
 STUDY = {
     "model": "rich", "trials": 100, "seed": 1,
@@ -41,10 +45,14 @@ STUDY = {
 
 def shown(view):
     """Heads and cells of a view, as text."""
-    heads, rows = view_rows(view)
-    return heads, [
-        [plain(in_cell(c)[0]) if isinstance(c, Number) else c for c in row]
-        for row in rows
+    table = view_table(view)
+    return [column.head for column in table.columns], [
+        [
+            "".join(plain(in_cell(c)[0]) if isinstance(c, Number) else c for c in main)
+            or None
+            for main, _ in row
+        ]
+        for row in table.rows
     ]
 
 
@@ -103,7 +111,7 @@ def test_a_listing_is_a_table(tmp_path):
         c.get_text().get_text() for c in figure.axes[0].tables[0].get_celld().values()
     }
     many = Listing((Axis("n", "1"),), (np.arange(100),))
-    with pytest.raises(PictureError, match="100 rows are too many"):
+    with pytest.raises(QuestionError, match="100 rows are too many"):
         draw_view(many, "many")
 
 
@@ -115,7 +123,7 @@ def test_every_file_format(tmp_path, name, ending):
     begins = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF", "html": b"<!DOCTYPE"}
     assert path.read_bytes().startswith(begins.get(ending, b""))
     assert path.stat().st_size > 40
-    with pytest.raises(PictureError, match=r"a view ends in \.png"):
+    with pytest.raises(RunFileError, match=r"a view ends in \.png"):
         save_view(tolstat.view(Rich(), name), tmp_path / "view.gif", "rich")
 
 
@@ -260,7 +268,7 @@ def test_regions_and_separate_curves_are_in_every_table(spectrum):
             Region("exists", "1", np.array([0.3, 0.7, 0.5]), np.array([1.0, 1.0, 2.0])),
         ),
     )
-    assert len(view_rows(area)[1]) == 3 and as_csv(area).count("exists") == 3
+    assert len(view_table(area).rows) == 3 and as_csv(area).count("exists") == 3
     figure = draw_view(area, "existence")
     assert figure.axes[0].get_xlim() == (0.3, 0.7)
 

@@ -22,7 +22,7 @@ from tests.store.tampering import resealed
 from tolstat.cli.main import main
 from tolstat.cli.what_if import value_in
 from tolstat.deviations.names import expand
-from tolstat.errors import PictureError, RunFileError, StudyError
+from tolstat.errors import QuestionError, RunFileError, StudyError
 
 QUICK = ("narrower, another", "shifted", "all alike, narrower")
 
@@ -425,7 +425,7 @@ def test_dependent_trials_are_refused(toy, toy_study):
     toy_study.write_text('sampling = "latin"\n' + text)
     run = tolstat.run(toy_study, model=toy)
     asked = {"part": "+-0.5 mm"}
-    with pytest.raises(PictureError, match="latin trials depend on each"):
+    with pytest.raises(QuestionError, match="latin trials depend on each"):
         tolstat.what_if(run, asked, model=toy)
     own = fresh_run(run, asked, model=toy)
     assert own.sampling == "random" and own.trials == 2000  # that can decide

@@ -32,7 +32,7 @@ from tolstat.answers.rare.rare_answer import rare_summary
 from tolstat.answers.rare.rare_document import STAGES
 from tolstat.answers.run_entries import RunIndex, entry_of
 from tolstat.cli.main import main
-from tolstat.errors import PictureError, RunFileError, StudyError
+from tolstat.errors import QuestionError, RunFileError, StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.render.screen import as_text
@@ -264,11 +264,11 @@ def test_a_forged_response_changes_later_samples(run):
 def test_a_rare_run_is_no_sample_of_production(run, tmp_path):
     with pytest.raises(StudyError, match="depends on the number of trials"):
         tolstat.extend(run.path, 8000)
-    with pytest.raises(PictureError, match="are no random sample"):
+    with pytest.raises(QuestionError, match="are no random sample"):
         tolstat.compare(run, run)
-    with pytest.raises(PictureError, match="are no random sample"):
+    with pytest.raises(QuestionError, match="are no random sample"):
         tolstat.what_if(run, {"A": "+-0.1 mm"})
-    with pytest.raises(PictureError, match="is sampled for one limit, that of"):
+    with pytest.raises(QuestionError, match="is sampled for one limit, that of"):
         tolstat.limited(run, {"gap": ">= 0.1 mm"})
     with pytest.raises(StudyError, match="did you mean 'gap'"):
         tolstat.limited(run, {"gab": ">= 0.1 mm"})
@@ -317,21 +317,21 @@ def test_another_response_needs_a_separate_run(toy, tmp_path):
         "limits": {"gap": "<= 4 mm", "ratio": "<= 0.85"},
     }  # fmt: skip
     run = tolstat.run(study, model=toy, output=tmp_path / "run.h5")
-    with pytest.raises(PictureError) as refused:
+    with pytest.raises(QuestionError) as refused:
         rare_summary(run, ["ratio"])
     assert "answers for gap only" in str(refused.value)
-    with pytest.raises(PictureError):
+    with pytest.raises(QuestionError):
         tolstat.limited(run, {"ratio": "<= 0.8"})
     text = tolstat.fresh_study(run, {}, limits={"ratio": "<= 0.8"}, model=toy)
     fresh = tomllib.loads(text)
     assert fresh["limits"] == {"gap": "<= 4 mm", "ratio": "<= 0.8"}
     assert fresh["sampling"] == {"rare": "ratio"}
-    with pytest.raises(PictureError, match="response rato: unknown; did you mean"):
+    with pytest.raises(QuestionError, match="response rato: unknown; did you mean"):
         rare_summary(run, ["rato"])
     only = tolstat.run(
         {**study, "limits": {"gap": "<= 4 mm"}}, model=toy, output=tmp_path / "only.h5"
     )
-    with pytest.raises(PictureError, match="answers for gap only"):
+    with pytest.raises(QuestionError, match="answers for gap only"):
         rare_summary(only, ["ratio"])
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tolstat.errors import ModelError, PictureError, RunFileError
+from tolstat.errors import ModelError, QuestionError, RunFileError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import BlockSize, Workers
 from tolstat.model.checked import simulate
@@ -248,7 +248,7 @@ def test_a_run_without_any_trial_says_so(sampling, toy, tmp_path, capsys):
         lambda: tolstat.report(empty),
         lambda: tolstat.what_if(empty, {"part": "+-0.05 mm"}, model=toy),
     ):
-        with pytest.raises(PictureError, match="no trial has run"):
+        with pytest.raises(QuestionError, match="no trial has run"):
             question()
 
 

@@ -105,3 +105,9 @@ def test_where_a_trial_ended_and_by_which_state(most, ends):
     assert time == pytest.approx(ends, abs=1e-6) if ends else 0 < time < 0.5
     good = integrated(CHASE, [1.0, 0.0], [1.0], Accuracy(1e-3, 1.0))
     assert good.failure == "" and np.isnan(good.solution.ended).all()
+
+
+def test_an_audit_is_never_looser_than_the_run():
+    tight = Accuracy(1e-4, 2.0, 7).tightened()
+    assert tight == Accuracy(pytest.approx(1e-7), 0.5, 7)
+    assert Accuracy(1e-13, 2.0).tightened().rtol == 1e-13

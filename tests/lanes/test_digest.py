@@ -145,7 +145,7 @@ CODE = [
     pytest.param(f"{STAND}/declarations.py", '_C(f"rod_length_{i}"', '_C(f"rod_lengths_{i}"', OF_STAND, id="name of a contributor"),
     pytest.param(f"{STAND}/declarations.py", "range=SHARE", "range=(0.0, 2.0)", OF_STAND, id="range"),
     pytest.param(f"{STAND}/declarations.py", "1e-", "2e-", OF_STAND, id="default"),
-    pytest.param("tolstat/model/contract.py", "TIGHTER, LEAST_RTOL = 1000.0", "TIGHTER, LEAST_RTOL = 100.0", {*MODELS, *OF_STAND}, id="tighter settings"),
+    pytest.param("tolstat/integrator/problem.py", "TIGHTER, LEAST_RTOL = 1000.0", "TIGHTER, LEAST_RTOL = 100.0", {*MODELS, *COMPILED}, id="tighter settings"),
     pytest.param("tolstat/machines/dimension_chain/formula.py", 'ast.Sub: "-"', 'ast.Sub: "+"', {"dimension_chain"}, id="operator of a formula"),
     pytest.param("tolstat/integrator/tableau.py", "19372", "19373", MOVING | COMPILED, id="constant of the integrator"),
     pytest.param("tolstat/integrator/march.py", "h * factor", "h / factor", MOVING | COMPILED, id="operator of the integrator"),

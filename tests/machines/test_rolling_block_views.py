@@ -10,9 +10,8 @@ from scipy.stats import binomtest
 import tolstat
 from tests.machines import rolling_block_reference as known
 from tests.machines.rolling_blocks import FREE, RPM
-from tolstat.answers.views.view_file import save_view
+from tolstat.answers.views.view_file import draw_view, save_view
 from tolstat.errors import ModelError
-from tolstat.render.figures import draw as draw_view
 
 SPREAD = {
     "model": "rolling_block", "trials": 400, "seed": 4,

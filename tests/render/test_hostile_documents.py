@@ -48,21 +48,18 @@ from tolstat.document.inline import (
     text,
 )
 from tolstat.document.plot import (
-    Area,
     Bars,
-    Fill,
-    Line,
+    Histogram,
+    Intervals,
     Plot,
     PlotAxis,
     PlotPanel,
-    Rule,
-    Shade,
-    Spans,
-    Stairs,
+    curve,
 )
+from tolstat.model.view import Band, Level, Region, Span
 from tolstat.render.figures import as_svg, draw
 from tolstat.render.page import page
-from tolstat.render.picture import write
+from tolstat.render.picture import picture
 from tolstat.render.screen import show
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import PPM, Scale
@@ -85,37 +82,39 @@ X = np.linspace(0.1, 1.0, 8)
 
 
 def panel(*layers, y="y " + HOSTILE, **more):
-    return PlotPanel(PlotAxis("x " + HOSTILE), PlotAxis(y), layers, **more)
+    return PlotPanel(PlotAxis("x " + HOSTILE), PlotAxis(y), layers, **more, at=X)
 
 
 LAYERS = (
-    Shade(0.2, 0.3), Area(X, X, label=HOSTILE), Fill(X, X, 2 * X, "second", HOSTILE),
-    Fill(X, X, 2 * X, "third", "_" + HOSTILE, bars=True), Line(X, X, label=HOSTILE),
-    Line(X, X, "fourth", HOSTILE, "rings"), Rule(0.5, False, "limit", HOSTILE),
+    Span(0.2, 0.3, HOSTILE), Region(HOSTILE, "1", X, X, "first"),
+    Band(HOSTILE, "1", X, 2 * X, colour="second"),
+    Band("_" + HOSTILE, "1", X, 2 * X, colour="third", bars=True),
+    curve(X, X, name=HOSTILE), curve(X, X, "fourth", HOSTILE, "rings"),
+    Level(0.5, HOSTILE),
 )  # fmt: skip
 PLOTS = {
     "curves": Plot((panel(*LAYERS, title=HOSTILE),), width=8, height=4, legends=True),
     "axes": Plot(
         (
             PlotPanel(PlotAxis("x", words=(HOSTILE, LONG)), PlotAxis("y", "log"),
-                      (Line(np.array([0.0, 1.0]), X[:2], label="_a", look="dotted"),),
-                      right=panel(Line(X, X, label="right"))),
+                      (curve(np.array([0.0, 1.0]), X[:2], name="_a", look="dotted"),),
+                      right=panel(curve(X, X, name="right"))),
         ), width=8, height=4, legends=True,
     ),
     "bars": Plot(
-        (panel(Bars((HOSTILE, LONG), X[:2], np.array([X[:2], X[1:3]]), label="bars")),)
+        (panel(Bars((HOSTILE, LONG), X[:2], np.array([X[:2], X[1:3]]), name="bars")),)
     ),
     "histograms": Plot(
         tuple(
-            panel(Stairs(np.append(X, 1.1), 1 + X, label=HOSTILE),
-                  Spans(X[:1], X[1:2], X[:1], label="median"))
+            panel(Histogram(np.append(X, 1.1), 1 + X, name=HOSTILE),
+                  Intervals(X[:1], X[1:2], X[:1], name="median"))
             for _ in range(2)
         ), side_by_side=True, width=7,
     ),
     "normal": Plot(
         (
             PlotPanel(PlotAxis("x", "symlog"), PlotAxis("%", "normal"),
-                      (Line(X, np.linspace(0.01, 0.99, 8), look="faint"),)),
+                      (curve(X, np.linspace(0.01, 0.99, 8), look="faint"),)),
         ),
     ),
 }  # fmt: skip
@@ -272,7 +271,7 @@ def test_long_numbers_are_grouped_on_a_page_and_typed_as_on_the_screen(capsys):
 @pytest.mark.parametrize("ending", ["svg", "png"])
 def test_a_figure_with_hostile_labels_is_drawn(tmp_path, name, ending):
     path = tmp_path / f"figure.{ending}"
-    write(draw(PLOTS[name], HOSTILE), path)
+    path.write_bytes(picture(draw(PLOTS[name], HOSTILE), path.suffix))
     assert path.stat().st_size > 3000
     svg = as_svg(PLOTS[name], HOSTILE)
     root = ElementTree.fromstring(svg.replace("xlink:", ""))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.document.plot import Rule, Shade
+from tolstat.answers.views.view_file import draw_view
+from tolstat.document.chart_plot import plot_of
 from tolstat.model.view import Axis, Chart, Curve, Span
 from tolstat.render.figures import as_svg
-from tolstat.render.shown_view import plot_of
 
 AT = np.linspace(0.0, 10.0, 5)
 CURVES = (Curve("f", "Hz", "f", "", AT),)
@@ -24,16 +24,15 @@ def chart(*spans):
 
 def test_a_span_of_one_value_is_a_line_with_its_words():
     (panel,) = plot_of(chart(*SPANS)).panels
-    rules = [each for each in panel.layers if isinstance(each, Rule)]
-    assert [(each.at, each.upright, each.label) for each in rules] == [
-        (5.0, True, "working speed")
-    ]
-    (shade,) = (each for each in panel.layers if isinstance(each, Shade))
-    assert (shade.lower, shade.upper) == (2.0, 3.0)
+    spans = [layer for layer in panel.layers if isinstance(layer, Span)]
+    assert spans == [*SPANS[:2]]
+    (axes,) = draw_view(chart(*SPANS), "speeds").axes
+    (rule,) = (line for line in axes.lines if line.get_label() == "working speed")
+    assert [*rule.get_xdata()] == [5.0, 5.0]
     assert panel.x.label == "speed, rad/s (shaded: free)"
 
 
 def test_a_shaded_span_has_a_colour_of_the_page():
-    shaded, bare = (as_svg(chart(*each), "speeds") for each in (SPANS[:1], ()))
+    shaded, bare = (as_svg(plot_of(chart(*each)), "speeds") for each in (SPANS[:1], ()))
     colour = "fill: var(--grid)"  # another in the dark
     assert shaded.count(colour) == bare.count(colour) + 1

@@ -28,25 +28,25 @@ def test_places_are_logarithmic_above_the_first_power_of_ten():
     """From 10 to 1e6 ppm there are five decades; below them the axis reaches 0."""
     found = Track(made())
     assert found.ticks == (0, 10, 100, 1000, 1e4, 1e5, 1e6)
-    zero, first, *_, last = (found.place(x / 1e6) for x in found.ticks)
+    zero, first, *_, last = (found.percent(x / 1e6) for x in found.ticks)
     assert (zero, last) == (0, 100) and 0 < first < 10
     for value, decades in ((0.001, 2), (0.01, 3), (0.1, 4)):
         at = first + decades * (100 - first) / 5
-        assert found.place(value) == pytest.approx(at, abs=0.01)
+        assert found.percent(value) == pytest.approx(at, abs=0.01)
     assert found.shared == "permitted 1000"
-    assert found.place(math.inf) == 100 and found.place(-1.0) == 0
+    assert found.percent(math.inf) == 100 and found.percent(-1.0) == 0
 
 
 def test_a_level_of_each_row_is_named_by_none():
     found = Track(made(ROWS[0], ROWS[1]._replace(level=0.01)))
-    assert found.shared == "" and found.place(0.001) < found.place(0.01)
+    assert found.shared == "" and found.percent(0.001) < found.percent(0.01)
 
 
 def test_what_lies_below_the_axis_is_near_its_beginning():
     rare = Range("rare", Estimate(1e-9, 0.0, 1e-8), 1e-3, "met")
     found = Track(made(ROWS[0], rare))
     assert len(found.ticks) <= 7
-    assert 0 < found.place(1e-8) < found.place(found.ticks[1] / 1e6)
+    assert 0 < found.percent(1e-8) < found.percent(found.ticks[1] / 1e6)
     endless = Range("endless", Estimate(0.5, 0.1, math.inf), 0.1, "met")
     assert Track(made(endless)).ticks[-1] == 1e6
 
@@ -75,7 +75,7 @@ def test_bars_lie_where_the_axis_says(tmp_path, width, paper):
         bars, dots, rows, (0, 1), strict=False
     ):
         whole, axis = track[1] - track[0], Track(made())
-        value, lower, upper = (axis.place(x) for x in ROWS[i].found[:3])
+        value, lower, upper = (axis.percent(x) for x in ROWS[i].found[:3])
         assert left == pytest.approx(track[0] + whole * lower / 100, abs=2)
         assert right == pytest.approx(track[0] + whole * upper / 100, abs=2)
         assert (a + b) / 2 == pytest.approx(track[0] + whole * value / 100, abs=2)

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from tolstat.answers.documents import document_of
+from tolstat.answers.output_file import check_ending, replace
 from tolstat.document.blocks import Document
-from tolstat.render.output_file import check_ending, replace
 from tolstat.render.serialize import Row, as_json, rows_as_csv, rows_as_frame
 
 if TYPE_CHECKING:

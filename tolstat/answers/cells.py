@@ -42,11 +42,11 @@ def ppm(share: Estimate, of: int = 0) -> Number:
     return Number(share, PPM, of=of)
 
 
-def ppk_cell(found: Estimate) -> Cell:
+def ppk_cell(estimate: Estimate) -> Cell:
     """Return a Pp or Ppk; one without an interval is small, with the reason."""
-    if found.sure or found.needs_more or not math.isfinite(found.value):
-        return Cell((Number(found, AS_IS),))
-    return Cell((), text(Number(found.value), f": {found.reason}"))
+    if estimate.sure or estimate.needs_more or not math.isfinite(estimate.value):
+        return Cell((Number(estimate, AS_IS),))
+    return Cell((), text(Number(estimate.value), f": {estimate.reason}"))
 
 
 def changes(both: Mapping[str, tuple[str, str]]) -> Parts:
@@ -63,21 +63,23 @@ def changes(both: Mapping[str, tuple[str, str]]) -> Parts:
     )
 
 
-def numbers_of(each: Summary, scale: Scale) -> dict[str, Number]:
+def numbers_of(summary: Summary, scale: Scale) -> dict[str, Number]:
     """Return the numbers of a response by name."""
     numbers: dict[str, Estimate | float] = {
-        "mean": each.mean, "sigma": each.sigma, "least": each.least,
-        **{share_words(share): each.quantiles[share] for share in QUANTILES},
-        "largest": each.largest,
+        "mean": summary.mean, "sigma": summary.sigma, "least": summary.least,
+        **{share_words(share): summary.quantiles[share] for share in QUANTILES},
+        "largest": summary.largest,
     }  # fmt: skip
     return {name: Number(value, scale) for name, value in numbers.items()}
 
 
-def number_cells(each: Summary, scale: Scale, whose: str = "") -> Cells:
+def number_cells(summary: Summary, scale: Scale, whose: str = "") -> Cells:
     """Return cells of a wide table: the numbers of a response."""
-    numbers = numbers_of(each, scale) | {
-        "mean, for any distribution": Number(each.mean_for_any_distribution, scale),
-        "sigma, for any distribution": Number(each.sigma_for_any_distribution, scale),
+    numbers = numbers_of(summary, scale) | {
+        "mean, for any distribution": Number(summary.mean_for_any_distribution, scale),
+        "sigma, for any distribution": Number(
+            summary.sigma_for_any_distribution, scale
+        ),
     }
     return {f"{whose}{n} [unit]": x for n, x in numbers.items()}
 
@@ -104,15 +106,15 @@ def limit_cells(
     }
 
 
-def summary_cells(each: Summary, scale: Scale, whose: str = "") -> Cells:
+def summary_cells(summary: Summary, scale: Scale, whose: str = "") -> Cells:
     """Return cells of a wide table: the numbers of a response, and of its limit."""
-    found, percentiles = limit_cells(None, scale), NONE
-    if limited := each.limited:
+    cells, percentiles = limit_cells(None, scale), NONE
+    if limited := summary.limited:
         yields, percentiles = limited.yields, limited.percentiles.ppk
-        found = limit_cells(
+        cells = limit_cells(
             limited.limit, scale, yields.words, yields.within,
             yields.fraction_out_of_limit, limited.equivalent_ppk,
         )  # fmt: skip
-    found["Ppk by percentiles"] = Number(percentiles)
-    named = {f"{whose}{head}": cell for head, cell in found.items()}
-    return number_cells(each, scale, whose) | named
+    cells["Ppk by percentiles"] = Number(percentiles)
+    named = {f"{whose}{head}": cell for head, cell in cells.items()}
+    return number_cells(summary, scale, whose) | named

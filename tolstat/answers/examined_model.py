@@ -56,7 +56,7 @@ class Health(Enum):
     UNHEALTHY = auto()
 
 
-def examined(what: str) -> tuple[blocks.Document, Health]:
+def examined(source: str) -> tuple[blocks.Document, Health]:
     """Return the examination of a few trials of a model, and its health.
 
     Parameters
@@ -70,20 +70,20 @@ def examined(what: str) -> tuple[blocks.Document, Health]:
         If there is no such study or model, or it cannot be evaluated.
     """
     limits: Mapping[str, Limit] = {}
-    if what.endswith(".toml"):
-        study = load(Path(what))
+    if source.endswith(".toml"):
+        study = load(Path(source))
         model, settings, limits = study.model, study.settings, study.limits
-        every = study.deviations()[:AUDITED]
+        deviations = study.deviations()[:AUDITED]
     else:
-        model = catalogue.load(what) if ":" in what else catalogue.find(what)
+        model = catalogue.load(source) if ":" in source else catalogue.find(source)
         settings = model_settings.make(model, None)
         names = described(model, settings).contributors
-        every = SMALL * np.arange(AUDITED)[:, None] * np.ones((1, len(names)))
-    rows = every[:TRIALS]
+        deviations = SMALL * np.arange(AUDITED)[:, None] * np.ones((1, len(names)))
+    rows = deviations[:TRIALS]
     with observed() as seen:
         together = simulate(model, rows, settings)
-    apart = Answers.joined([simulate(model, row[None, :], settings) for row in rows])
-    dependent = bool(other_answers(together, apart).any())
+    alone = [simulate(model, row[None, :], settings) for row in rows]
+    dependent = bool(other_answers(together, Answers.joined(alone)).any())
     words = words_of(model.failures)
     ended = zip(*np.unique(together.status, return_counts=True), strict=True)
     facts = {
@@ -92,24 +92,24 @@ def examined(what: str) -> tuple[blocks.Document, Health]:
     }
     advice, states, healthy = [DEPENDENT] * dependent, None, not dependent
     if seen:
-        longest = max(seen, key=lambda each: int(each.solution.steps.sum()))
-        found, rtol = examine(longest), longest.block.accuracy.rtol
-        failure = next((f"A trial {each.failure}" for each in seen if each.failure), "")
-        facts |= _facts(found)
-        advice += _advice(found, rtol, failure)
-        healthy &= not found.failed.any() and found.accurate
-        states = _states(found)
+        longest = max(seen, key=lambda i: int(i.solution.steps.sum()))
+        examination, rtol = examine(longest), longest.block.accuracy.rtol
+        failures = (f"A trial {i.failure}" for i in seen if i.failure)
+        facts |= _facts(examination)
+        advice += _advice(examination, rtol, next(failures, ""))
+        healthy &= not examination.failed.any() and examination.accurate
+        states = _states(examination)
     else:
         facts["equations"] = "none are integrated"
-    warnings = _audit(model, settings, every, limits)
-    shown = blocks.shown(
+    warnings = _audit(model, settings, deviations, limits)
+    parts = blocks.shown(
         blocks.Paragraph(text(model.title), "lead"),
-        blocks.Facts(tuple((name, text(each)) for name, each in facts.items())),
+        blocks.Facts(tuple((name, text(fact)) for name, fact in facts.items())),
         blocks.Bullets((*warnings, *map(text, advice))),
         states,
     )
     usual = Health.GOOD if healthy else Health.UNHEALTHY
-    return blocks.Document("", shown), Health.NO_AUDIT if warnings else usual
+    return blocks.Document("", parts), Health.NO_AUDIT if warnings else usual
 
 
 def _audit(
@@ -149,63 +149,65 @@ def _audit(
             ).max() > PERMITTED * settings.rtol * max(alike)
         if fails:
             scale = scale_of(response.unit, response.shown, float(sizes[column]))
-            seen = movement_words(audited.movement, scale)
-            warnings.append(say(MISSED, Name(response.name), seen))
+            movement = movement_words(audited.movement, scale)
+            warnings.append(say(MISSED, Name(response.name), movement))
     return warnings
 
 
-def _facts(found: Examination) -> dict[str, str]:
-    errors = ", ".join(f"{name} {each:.2g}" for name, each in found.errors.items())
+def _facts(examination: Examination) -> dict[str, str]:
+    errors = ", ".join(
+        f"{name} {error:.2g}" for name, error in examination.errors.items()
+    )
     rows = {
-        "steps a trial": f"{found.steps.min()} to {found.steps.max()}",
-        "largest error, in units of rtol": errors,
-        "steps left at 100 times rtol": f"{found.looser:.0%}",
-        "with the longest step times 4": f"{found.longer:.0%}",
+        "steps a trial": f"{examination.steps.min()} to {examination.steps.max()}",
+        "largest error, in units of rtol": ", ".join(errors),
+        "steps left at 100 times rtol": f"{examination.looser:.0%}",
+        "with the longest step times 4": f"{examination.longer:.0%}",
     }
-    if found.undamped is not None:
-        rows["without damped states"] = f"{found.undamped:.0%}"
+    if examination.undamped is not None:
+        rows["without damped states"] = f"{examination.undamped:.0%}"
     return rows
 
 
-def _advice(found: Examination, rtol: float, failure: str) -> list[str]:
-    said = list[str]()
-    first = f"State {found.demanding + 1} demands most steps."
-    if found.failed.any():
-        said.append(
+def _advice(examination: Examination, rtol: float, failure: str) -> list[str]:
+    advice = list[str]()
+    first = f"State {examination.demanding + 1} demands most steps."
+    if examination.failed.any():
+        advice.append(
             f"{failure}. Look at the rates of this state there: a branch without a "
             "crossing, a division by zero, or a stiff part."
             if failure
             else f"{first} A trial needs more than {MOST_STEPS} steps."
         )
-    elif found.stiff:
-        said.append(
+    elif examination.stiff:
+        advice.append(
             f"{first} The steps hardly depend on rtol: the equations are stiff. If one "
             "state relaxes much faster than all others, name it in damped."
         )
-    elif found.by_longest:
-        said.append("The longest step decides: a longer one saves steps.")
+    elif examination.by_longest:
+        advice.append("The longest step decides: a longer one saves steps.")
     else:
-        said.append(f"{first} Accuracy decides: a larger rtol saves steps.")
-    if found.undamped is not None:
-        times = f"{found.undamped:.2g} times the steps"
-        pays = "pays" if found.undamped > 1.0 else "does not pay"
-        said.append(f"Damping {pays}: without it the trials need {times}.")
-    if not found.accurate:
-        said.append(
+        advice.append(f"{first} Accuracy decides: a larger rtol saves steps.")
+    if examination.undamped is not None:
+        times = f"{examination.undamped:.2g} times the steps"
+        pays = "pays" if examination.undamped > 1.0 else "does not pay"
+        advice.append(f"Damping {pays}: without it the trials need {times}.")
+    if not examination.accurate:
+        advice.append(
             f"Errors exceed {PERMITTED:.0f} times rtol = {rtol:g}. A branch of the "
             "rates without a crossing, or a lambda that is too large, does this."
         )
-    ratio = found.scale / found.proposed
+    ratio = examination.scale / examination.proposed
     unusual = (ratio >= OTHER) | (ratio <= 1.0 / OTHER)
     if numbers := [str(i + 1) for i in np.flatnonzero(unusual)]:
-        said.append(
+        advice.append(
             f"The scale of state {', '.join(numbers)} differs {OTHER:.0f} times or "
             "more from its largest value. Keep it where small parts of it count."
         )
-    return said
+    return advice
 
 
-def _states(found: Examination) -> blocks.Table:
+def _states(examination: Examination) -> blocks.Table:
     rows: list[dict[str, blocks.Given]] = [
         {
             "state": str(i + 1),
@@ -214,7 +216,7 @@ def _states(found: Examination) -> blocks.Table:
             "steps if only it counts, %": Number(round(100.0 * share)),
         }
         for i, (scale, largest, share) in enumerate(
-            zip(found.scale, found.proposed, found.alone, strict=True)
+            zip(examination.scale, examination.proposed, examination.alone, strict=True)
         )
     ]
     return blocks.table_of(rows, "States")

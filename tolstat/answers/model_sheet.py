@@ -32,9 +32,9 @@ def model_document(name: str) -> Document:
     words = ["", "default", "allowed", "nominal", "equation"]
     tables: dict[str, list[dict[str, Given]]] = {
         "settings": [
-            {"setting": Name(each.name), "default": each.kind.words(each.default),
-             "allowed": each.kind.allowed, "": each.sentence}
-            for each in model_settings.settings_of(model).values()
+            {"setting": Name(item.name), "default": item.kind.words(item.default),
+             "allowed": item.kind.allowed, "": item.sentence}
+            for item in model_settings.settings_of(model).values()
         ],
         "contributors: deviations": [
             {"contributor": Name(part.name),
@@ -44,22 +44,22 @@ def model_document(name: str) -> Document:
             for part in contributors
         ],
         "responses": [
-            {"response": Name(each.name),
-             "unit": scale_of(each.unit, each.shown).shown,
-             "symbol": each.symbol, "": each.sentence, "equation": each.source}
-            for each in responses
+            {"response": Name(item.name),
+             "unit": scale_of(item.unit, item.shown).shown,
+             "symbol": item.symbol, "": item.sentence, "equation": item.source}
+            for item in responses
         ],
         "views": [
-            {"view": each.name, "": each.sentence}
-            for each in offers(model).values()
+            {"view": item.name, "": item.sentence}
+            for item in offers(model).values()
         ],
     }  # fmt: skip
     ends = (
         paragraph(f"a trial may end as: {word} (required: {required})")
         for word, required in model.failures.items()
     )
-    every = (table_of(rows, title, words=words) for title, rows in tables.items())
-    return Document(f"{model.name}: {model.title}", shown(*every, *ends))
+    filled = (table_of(rows, title, words=words) for title, rows in tables.items())
+    return Document(f"{model.name}: {model.title}", shown(*filled, *ends))
 
 
 def _nominal(part: Contributor) -> str:

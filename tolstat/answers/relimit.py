@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tolstat.deviations.names import expand
-from tolstat.errors import PictureError, TolstatError
+from tolstat.errors import QuestionError, TolstatError
 from tolstat.execution.compatibility import study_of
 from tolstat.execution.diagnostics.halved_tolerances import halved_shares
 from tolstat.execution.trial_table import Trials
@@ -45,7 +45,7 @@ def limited(
     ------
     StudyError
         If a limit cannot be read, or there is no such response.
-    PictureError
+    QuestionError
         If it is a rare run.
 
     Examples
@@ -72,7 +72,7 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     read = read_limits(limits, run.responses, problems)
     problems.raise_if_any()
     if run.aim:
-        raise PictureError(
+        raise QuestionError(
             f"{run.path}: a rare run is sampled for one limit, that of {run.aim} in "
             "its study, and cannot answer for another"
         )

@@ -9,7 +9,7 @@ import numpy as np
 
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import typed_setting
-from tolstat.errors import PictureError, allowed_names
+from tolstat.errors import QuestionError, allowed_names
 from tolstat.model.description import StudyNumber
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
@@ -131,7 +131,7 @@ def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
 
     Raises
     ------
-    PictureError
+    QuestionError
         If a name is not one of the run's responses.
     """
     known = [response.name for response in run.responses]
@@ -139,7 +139,7 @@ def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
     for name in chosen:
         if name not in known:
             allowed = allowed_names(name, known)
-            raise PictureError(f"response {name}: unknown; {allowed}")
+            raise QuestionError(f"response {name}: unknown; {allowed}")
     return list(dict.fromkeys(chosen)) or list(run.limits) or known[:MOST_IN_FOCUS]
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.samplers import OWN
-from tolstat.errors import Advice, PictureError, Remedy
+from tolstat.errors import Advice, QuestionError, Remedy
 from tolstat.statistics.integration_error import response_ends
 from tolstat.statistics.limits.audited_response import AuditedResponse
 from tolstat.statistics.limits.limit import NO_LIMIT, within
@@ -111,16 +111,16 @@ def drawn_trials(run: Run) -> Drawn | None:
     return Drawn(run, run.sampled, trials, sample)
 
 
-def no_sample(run: Run) -> PictureError:
+def no_sample(run: Run) -> QuestionError:
     """Return the error that says why the trials of a run are no sample."""
     if run.aim:
-        return PictureError(
+        return QuestionError(
             f"{run.path}: trials of a rare run are no random sample; its report has "
             f"the fraction out of the limit of {run.aim}; all other answers need a run "
             'with sampling = "random"',
             Advice(Remedy.REPORT, run.path, run.machine),
         )
-    return PictureError(
+    return QuestionError(
         f"{run.path}: trials of a grid or a table are no sample: no statistics",
         Advice(
             Remedy.PLOT if run.grid else Remedy.EXPORT, run.path, run.machine, run=run

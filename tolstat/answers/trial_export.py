@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tolstat.answers.output_file import check_ending, replace
 from tolstat.errors import Advice, BrokenError, Remedy, RunFileError
 from tolstat.literal import csv_cell
-from tolstat.render.output_file import check_ending, replace
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PLAIN
 

@@ -10,6 +10,7 @@ import click
 from tolstat.answers.allocate.allocate_tolerances import allocated
 from tolstat.answers.allocate.allocation import CHART
 from tolstat.answers.next_steps import command
+from tolstat.answers.output_file import check_ending, replace
 from tolstat.answers.views.view_file import VIEWS, save_view
 from tolstat.answers.what_if.fresh_study import study_in
 from tolstat.catalogue import place_of
@@ -19,7 +20,6 @@ from tolstat.cli.progress import ProgressBar
 from tolstat.errors import Advice, Remedy, RunFileError
 from tolstat.execution.workers.block_scheduler import Interrupted
 from tolstat.literal import visible
-from tolstat.render.output_file import check_ending, replace
 from tolstat.study.study import Study, load
 
 
@@ -57,28 +57,28 @@ def allocate(
     with stop_on_interrupt() as stop:
         try:
             with ProgressBar("trials") as bar, compute.crew(stop.is_set) as crew:
-                found = allocated(loaded, crew, trials=trials, progress=bar.tell)
+                allocation = allocated(loaded, crew, trials=trials, progress=bar.tell)
         except Interrupted:
             leave(signal.SIGINT, None)
             raise
         # from here on Ctrl-C waits until whole files are written
         proved = ""
-        if output and found.met:
+        if output and allocation.met:
             machine = place_of(loaded.model)
-            given = ["--trials", trials] if trials else []
-            by = visible(command("allocate", study, *given, machine=machine))
+            typed = ["--trials", trials] if trials else []
+            by = visible(command("allocate", study, *typed, machine=machine))
             proved = visible(command("run", output, machine=machine))
-            replace(output, found.study_file(by, proved).encode())
+            replace(output, allocation.study_file(by, proved).encode())
         if plot:
-            save_view(found.chart, plot, f"{loaded.title}: cost over ppm", CHART)
-        options.deliver(found, None, form)
+            save_view(allocation.chart, plot, f"{loaded.title}: cost over ppm", CHART)
+        options.deliver(allocation, None, form)
     if output and not form:
-        said = f"written to {visible(str(output))}; repeat the proof: {proved}"
+        written = f"written to {visible(str(output))}; repeat the proof: {proved}"
         missed = f"{visible(str(output))} is not written: limits are not met"
-        click.echo(said if found.met else missed)
+        click.echo(written if allocation.met else missed)
     if plot and not form:
         click.echo(f"picture in {visible(str(plot))}")
-    if not found.met:
+    if not allocation.met:
         sys.exit(LIMITS_NOT_MET)
 
 

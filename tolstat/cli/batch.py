@@ -14,6 +14,7 @@ from rich.live import Live
 from rich.table import Table
 
 from tolstat.answers.next_steps import worded
+from tolstat.answers.output_file import check_folder, replace
 from tolstat.answers.report.gather import report
 from tolstat.answers.run_entries import Entry, RunIndex, entry_of
 from tolstat.cli import options
@@ -24,7 +25,6 @@ from tolstat.errors import RunFileError, StoppedError, TolstatError
 from tolstat.execution.execute import complete, run_of
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.workers.block_scheduler import Workers
-from tolstat.render.output_file import check_folder, replace
 from tolstat.render.screen import Screen, as_rich, show_table
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
@@ -58,24 +58,24 @@ def batch(
     files = list({os.path.realpath(path): path for path in studies}.values())
     page = _index_in(output, files)
     console = Screen(stderr=True)
-    waiting = {each: Entry(each.stem, state=WAITING) for each in files}
+    waiting = {entry: Entry(entry.stem, state=WAITING) for entry in files}
     queue = Queue(waiting, page, console)
-    shown = Live(console=console, get_renderable=queue.table, transient=True)
+    live = Live(console=console, get_renderable=queue.table, transient=True)
     with stop_on_interrupt() as stop:
-        with shown, compute.crew(stop.is_set) as crew:
+        with live, compute.crew(stop.is_set) as crew:
             for study in files:
                 if not stop.is_set():
                     queue.work_off(study, crew)
         show_table(queue.index.progress())
-        for each in queue.entries.values():
-            if each.problem:
-                console.say(f"{each.study}: {each.problem}")
+        for entry in queue.entries.values():
+            if entry.problem:
+                console.say(f"{entry.study}: {entry.problem}")
         console.say(f"index in {page} and {page.with_suffix('.csv')}")
         if stop.is_set():
             console.print("stopped; the same command continues")
             leave_interrupted()
     if check and not queue.exit_codes:
-        runs = (each.run for each in queue.entries.values() if each.run)
+        runs = (entry.run for entry in queue.entries.values() if entry.run)
         queue.exit_codes.add(checked(map(open_run, runs)).exit_code)
     sys.exit(min(queue.exit_codes, default=0))  # the worst: broken, wrong, not met
 
@@ -103,8 +103,8 @@ class Queue:
         began = time.monotonic()
 
         def note(notes: Iterable[str]) -> None:
-            for each in notes:
-                self.console.say(f"note: {study}: {each}")
+            for sentence in notes:
+                self.console.say(f"note: {study}: {sentence}")
 
         def tell(progress: Progress) -> None:
             note(notes_of(progress))
@@ -158,10 +158,10 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
     page = folder / "batch.html"
     check_folder(folder)
     folder.mkdir(exist_ok=True)
-    taken = {run_of(each).with_suffix(".html").resolve() for each in files}
+    taken = {run_of(study).with_suffix(".html").resolve() for study in files}
     for path, mark in ((page, f"<title>{TITLE}"), (page.with_suffix(".csv"), HEADS)):
-        known = not os.path.lexists(path) or _begins_with(path, mark)
-        if path.resolve() in taken or not known:
+        ours = not os.path.lexists(path) or _begins_with(path, mark)
+        if path.resolve() in taken or not ours:
             raise RunFileError(
                 f"{path} is not an index of a batch and is not replaced; name another "
                 "folder (-o)"

@@ -19,7 +19,7 @@ from tolstat.answers.run_entries import judged
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
 from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, LIMITS_UNDECIDED
-from tolstat.errors import Advice, PictureError, Remedy
+from tolstat.errors import Advice, QuestionError, Remedy
 from tolstat.literal import visible
 from tolstat.render.screen import Screen, as_text
 from tolstat.render.serialize import as_json
@@ -49,7 +49,7 @@ class LimitCheck:
     @property
     def exit_code(self) -> int:
         """That of `tolstat check`: of the worst verdict."""
-        verdicts = {each.verdict for each in self.limits}
+        verdicts = {limit.verdict for limit in self.limits}
         undecided = LIMITS_UNDECIDED if UNDECIDED in verdicts else 0
         return LIMITS_NOT_MET if NOT_MET in verdicts else undecided
 
@@ -63,14 +63,14 @@ def check(runs: tuple[Path, ...], numbers: bool) -> None:
     The exit code is 0 if all are met, 3 if one is not met, and 4 if one is undecided
     and none is not met. A run without limits is refused with 2.
     """
-    found = checked(map(open_run, runs))
-    for warning in found.warnings:
+    result = checked(map(open_run, runs))
+    for warning in result.warnings:
         Screen(stderr=True).say(f"warning: {warning}")
     if numbers:
-        click.echo(as_json(found, found.answers), nl=False)
-    for run, response, limit, *verdict in () if numbers else found.limits:
+        click.echo(as_json(result, result.answers), nl=False)
+    for run, response, limit, *verdict in () if numbers else result.limits:
         click.echo(visible(f"{run}: {response} {limit}: {worded(*verdict)}"))
-    sys.exit(found.exit_code)
+    sys.exit(result.exit_code)
 
 
 def checked(runs: Iterable[Run]) -> LimitCheck:
@@ -78,16 +78,16 @@ def checked(runs: Iterable[Run]) -> LimitCheck:
     limits, warnings = list[CheckedLimit](), list[str]()
     for run in runs:
         limits += _limits_of(run)
-        warnings += [f"{run.path.name}: {each}" for each in _warnings_of(run)]
+        warnings += [f"{run.path.name}: {warning}" for warning in _warnings_of(run)]
     return LimitCheck(tuple(limits), tuple(warnings))
 
 
 def _warnings_of(run: Run) -> list[str]:
     if run.aim and run.ended:
         warnings = rare_summary(run).warnings
-    elif drawn := drawn_trials(run):
-        clusters = jumping(run, drawn.trials_done, run.limits)
-        warnings = warnings_of(drawn, clusters)
+    elif sample := drawn_trials(run):
+        clusters = jumping(run, sample.trials_done, run.limits)
+        warnings = warnings_of(sample, clusters)
     else:
         warnings = warnings_of_run(run)
     return [as_text(parts) for parts in sentences(warnings)]
@@ -96,24 +96,24 @@ def _warnings_of(run: Run) -> list[str]:
 def require_limits(where: Path, limits: Iterable[str]) -> None:
     """Refuse a run or a study without a limit."""
     if not [*limits]:
-        said = "no limit to check; write one into [limits] of the study"
-        raise PictureError(f"{where}: {said}")
+        remedy = "no limit to check; write one into [limits] of the study"
+        raise QuestionError(f"{where}: {remedy}")
 
 
 def _limits_of(run: Run) -> list[CheckedLimit]:
     require_limits(run.path, run.limits)
     if not run.complete:
-        raise PictureError(
+        raise QuestionError(
             f"{run.path}: {run.ended} of {run.trials} trials have run; a check needs "
             "all of them and their audit",
             Advice(Remedy.RESUME, run.path, run.machine),
         )
-    if not (known := judged(run)):
+    if not (yields := judged(run)):
         raise no_sample(run)
-    found = []
+    checks = []
     for name, limit in run.limits.items():
-        of: tuple[Verdict, str] = UNDECIDED, f"a rare run judges {run.aim} only"
-        if name in known:
-            of = known[name].verdict, known[name].reason
-        found.append(CheckedLimit(run.path.name, name, limit.words, *of))
-    return found
+        verdict: tuple[Verdict, str] = UNDECIDED, f"a rare run judges {run.aim} only"
+        if name in yields:
+            verdict = yields[name].verdict, yields[name].reason
+        checks.append(CheckedLimit(run.path.name, name, limit.words, *verdict))
+    return checks

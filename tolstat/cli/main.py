@@ -117,19 +117,19 @@ def _sentence(command: str) -> str:
     """Read the first line of a command's help from its source."""
     name, file = command.replace("-", "_"), f"{FILES[command]}.py"
     source = files("tolstat.cli").joinpath(file).read_text("utf-8")
-    for each in ast.parse(source).body:
-        if isinstance(each, ast.FunctionDef) and each.name == name:
-            return (ast.get_docstring(each) or "").partition("\n")[0]
+    for statement in ast.parse(source).body:
+        if isinstance(statement, ast.FunctionDef) and statement.name == name:
+            return (ast.get_docstring(statement) or "").partition("\n")[0]
     raise AssertionError(f"{file} has no function {name}")
 
 
 def _load_machine(
-    ctx: click.Context, option: click.Parameter, places: tuple[str, ...]
+    ctx: click.Context, option: click.Parameter, machines: tuple[str, ...]
 ) -> None:
-    for place in places:
+    for machine in machines:
         from tolstat.catalogue import load
 
-        load(place)
+        load(machine)
 
 
 MACHINE = click.Option(

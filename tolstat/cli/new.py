@@ -6,9 +6,9 @@ import click
 
 from tolstat.answers.new_model import new_model
 from tolstat.answers.new_study import new_study
+from tolstat.answers.output_file import check_folder
 from tolstat.errors import RunFileError
 from tolstat.literal import visible
-from tolstat.render.output_file import check_folder
 
 
 @click.command()
@@ -34,7 +34,7 @@ def new(model: str | None, output: Path | None, template: Path | None) -> None:
         click.echo(new_study(model or ""), nl=False)
 
 
-def _write(output: Path, text: str, what: str) -> None:
+def _write(output: Path, text: str, kind: str) -> None:
     """Write a new file; an existing one may have been edited."""
     check_folder(output)
     try:
@@ -42,4 +42,4 @@ def _write(output: Path, text: str, what: str) -> None:
             file.write(text)
     except FileExistsError:
         raise RunFileError(f"{output} exists; give another name") from None
-    click.echo(f"{what} in {visible(str(output))}")
+    click.echo(f"{kind} in {visible(str(output))}")

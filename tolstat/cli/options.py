@@ -52,11 +52,11 @@ def force(help: str) -> Decorator:
 def form(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add --json and --csv to a command: its argument `form`."""
 
-    def choose(ctx: click.Context, option: click.Parameter, given: bool) -> None:
+    def choose(ctx: click.Context, option: click.Parameter, chosen: bool) -> None:
         before = ctx.params.setdefault("form", None)
-        if given and before:
+        if chosen and before:
             raise click.UsageError("give --json or --csv, not both")
-        if given:
+        if chosen:
             ctx.params["form"] = option.name
 
     for name in ("csv", "json"):
@@ -149,7 +149,7 @@ def computing(command: Callable[..., Any]) -> Callable[..., Any]:
 def check_delivery(output: Path | None, form: str | None) -> None:
     """Refuse a file that cannot be written, before the answer is computed."""
     from tolstat.answers.answer import ENDINGS
-    from tolstat.render.output_file import check_ending, check_output
+    from tolstat.answers.output_file import check_ending, check_output
 
     if output and form:
         check_output(output)
@@ -159,7 +159,7 @@ def check_delivery(output: Path | None, form: str | None) -> None:
 
 def check_study_output(path: Path) -> None:
     """Refuse a file that cannot hold a study, before anything is computed."""
-    from tolstat.render.output_file import check_folder
+    from tolstat.answers.output_file import check_folder
 
     check_folder(path)
     if path.suffix != ".toml":
@@ -168,7 +168,7 @@ def check_study_output(path: Path) -> None:
 
 def deliver(answer: Answer, output: Path | None, form: str | None) -> None:
     """Show an answer, or write its numbers; into a file if one is given."""
-    from tolstat.render.output_file import replace
+    from tolstat.answers.output_file import replace
     from tolstat.render.screen import show
 
     if form:

@@ -10,7 +10,6 @@ from rich import progress as bars
 
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.gather import summary
-from tolstat.cli.check import checked
 from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
 from tolstat.cli.options import Compute
 from tolstat.execution.run_loop import Progress
@@ -42,8 +41,8 @@ class ProgressBar(bars.Progress):
 
     def tell(self, progress: Progress) -> None:
         """Show the progress."""
-        for each in notes_of(progress):
-            self._screen.say(f"note: {each}")
+        for sentence in notes_of(progress):
+            self._screen.say(f"note: {sentence}")
         if progress.warning:
             return
         task, total = self.tasks[0], progress.asked or None
@@ -62,12 +61,12 @@ def notes_of(progress: Progress) -> Iterator[str]:
     """Yield the notes to show while trials are evaluated."""
     if progress.warning:
         yield progress.warning
-    elif wanted := progress.wanted:  # more trials than the stopping rule permits
+    elif needed := progress.wanted:  # more trials than the stopping rule permits
         rules = "; ".join(progress.rules)
-        if math.isinf(wanted):
+        if math.isinf(needed):
             yield f"{rules}: too early to estimate the trials needed"
             return
-        more = f"{float(f'{wanted:.2g}'):,.0f}".replace(",", " ")
+        more = f"{float(f'{needed:.2g}'):,.0f}".replace(",", " ")
         yield (
             f"{rules}: about {more} trials are needed (first estimate); at_most = "
             f"{progress.at_most} is probably too small"
@@ -85,8 +84,8 @@ def watch(
         if not done.complete:
             with suppress(OSError):  # the terminal may be gone
                 stored = f"{done.ended} of {done.trials} trials are stored"
-                said = f"stopped: {stored} in {done.path}; continue with:"
-                console.say(said)
+                words = f"stopped: {stored} in {done.path}; continue with:"
+                console.say(words)
                 console.type(to_resume(done.path, done.machine))
             leave_interrupted()
         show(summary(done).document())
@@ -95,4 +94,6 @@ def watch(
     stored = f"stored in {done.path}"
     console.say(f"{done.trials} trials in {seconds:.1f} s ({rate}), {stored}")
     if check:
+        from tolstat.cli.check import checked
+
         sys.exit(checked([done]).exit_code)

@@ -6,14 +6,14 @@ from pathlib import Path
 import click
 
 from tolstat.answers.compare.compare_runs import compare as comparison
+from tolstat.answers.output_file import check_output
 from tolstat.answers.relimit import limited
 from tolstat.answers.report import gather
 from tolstat.answers.trial_export import export as write_trials
 from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
-from tolstat.errors import PictureError
+from tolstat.errors import QuestionError
 from tolstat.literal import visible
-from tolstat.render.output_file import check_output
 from tolstat.store.open_run import open as open_run
 
 
@@ -41,14 +41,14 @@ def report(
     if limits:
         try:
             run = limited(run, limits_in(limits))
-        except PictureError as error:
+        except QuestionError as error:
             advice = fresh_run_advice(source, (), limits)
-            raise PictureError(f"{error}{advice}", *error.advice) from None
-    found = gather.report(run, responses)
+            raise QuestionError(f"{error}{advice}", *error.advice) from None
+    answer = gather.report(run, responses)
     if form:
-        options.deliver(found, output, form)
+        options.deliver(answer, output, form)
     else:
-        path = found.save(output or run.path.with_suffix(".html"))
+        path = answer.save(output or run.path.with_suffix(".html"))
         click.echo(f"report in {visible(str(path))}")
 
 

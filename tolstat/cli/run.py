@@ -6,7 +6,6 @@ from pathlib import Path
 import click
 
 from tolstat.cli import options
-from tolstat.cli.check import require_limits
 from tolstat.cli.progress import watch
 from tolstat.execution.execute import execute, go_on
 from tolstat.render.screen import Screen
@@ -40,9 +39,11 @@ def run(
     loaded = load(study, trials=trials, seed=seed)
     path = output or study.with_suffix(".h5")
     if check:
+        from tolstat.cli.check import require_limits
+
         require_limits(study, loaded.limits)
-    for each in loaded.warnings:
-        Screen(stderr=True).say(f"note: {each}")
+    for warning in loaded.warnings:
+        Screen(stderr=True).say(f"note: {warning}")
     work = partial(execute, loaded, path, force=force)
     watch(path, compute, work, check=check)
 

@@ -30,7 +30,7 @@ SHARE = 5.0  # times the duration of a read, at least
 
 
 @click.command()
-@click.argument("what", metavar="RUN.h5...|MODEL", nargs=-1, required=True)
+@click.argument("sources", metavar="RUN.h5...|MODEL", nargs=-1, required=True)
 @plot_option("Draw grid runs as curves: a .png, .svg or .pdf file.")
 @click.option(
     "--response",
@@ -40,27 +40,30 @@ SHARE = 5.0  # times the duration of a read, at least
 )
 @click.option("--follow", is_flag=True, help="Follow a run while it is being written.")
 def show(
-    what: tuple[str, ...], plot: Path | None, responses: tuple[str, ...], follow: bool
+    sources: tuple[str, ...],
+    plot: Path | None,
+    responses: tuple[str, ...],
+    follow: bool,
 ) -> None:
     """Show the summary of stored runs, or what a model has."""
     if responses and not plot:
         raise click.UsageError("--response needs --plot")
-    if follow and (plot or len(what) > 1):
+    if follow and (plot or len(sources) > 1):
         raise click.UsageError("--follow takes one run and no --plot")
     if follow:
-        follow_run(Path(what[0]))
+        follow_run(Path(sources[0]))
     if plot:
-        runs = [open_run(Path(each)) for each in what]
+        runs = [open_run(Path(source)) for source in sources]
         save_sweeps(runs, plot, responses)
         for run in runs:
             print_document(Document("", tuple(comparisons(run))))
         screen().print(f"picture in {plot}")
         return
-    for each in what:
-        if each.endswith((".h5", ".toml")) or Path(each).is_file():
-            print_document(summary(Path(each)).document())
+    for source in sources:
+        if source.endswith((".h5", ".toml")) or Path(source).is_file():
+            print_document(summary(Path(source)).document())
         else:
-            print_document(model_document(each))
+            print_document(model_document(source))
 
 
 @click.command()
@@ -70,9 +73,9 @@ def runs(folder: Path) -> None:
 
     Exit code 1 if a file is damaged, has another format, or is not a run.
     """
-    found = stored_runs(folder)
-    print_document(found.document())
-    if any(each.problem for each in found.entries):
+    index = stored_runs(folder)
+    print_document(index.document())
+    if any(entry.problem for entry in index.entries):
         sys.exit(1)
 
 
@@ -81,15 +84,15 @@ def runs(folder: Path) -> None:
 def models(schema: bool) -> None:
     """List the models: built-in, installed, and of --machine."""
     if schema:
-        found = editor_schema(map(catalogue.find, catalogue.names()))
-        click.echo(json.dumps(found, indent=1))
+        schemas = editor_schema(map(catalogue.find, catalogue.names()))
+        click.echo(json.dumps(schemas, indent=1))
     else:
         print_document(models_document())
 
 
 def follow_run(path: Path) -> None:
     """Show the progress of a run, until it is complete or no process writes it."""
-    console, said = Screen(stderr=True), ""
+    console, printed = Screen(stderr=True), ""
     live = Live(console=console, transient=True) if console.is_terminal else None
     with stop_on_interrupt() as stop, live or nullcontext():
         while True:
@@ -97,12 +100,12 @@ def follow_run(path: Path) -> None:
             writer = writer_of(path)  # first: else its last trials might be missed
             run = open_run(path)
             failed = "" if run.aim else f", {run.failed} failed"
-            now = f"{path}: {run.ended} of {run.trials} trials{failed}"
+            status = f"{path}: {run.ended} of {run.trials} trials{failed}"
             if live:
                 index = RunIndex("", path.parent, (entry_of(run),))
                 live.update(as_rich(index.progress(), console.width))
-            elif now != said:
-                console.say(said := now)
+            elif status != printed:
+                console.say(printed := status)
             if run.complete or not writer:
                 break
             if stop.wait(max(LOOK_AGAIN, SHARE * (time.monotonic() - began))):

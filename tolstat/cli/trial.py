@@ -5,13 +5,13 @@ from pathlib import Path
 
 import click
 
+from tolstat.answers.output_file import check_ending
 from tolstat.answers.views.evaluate import view_of
 from tolstat.answers.views.replay import nominal_trial, replay
 from tolstat.answers.views.view_file import VIEWS, save_view, view_on_screen
 from tolstat.cli.options import output_option, path_argument, plot_option
 from tolstat.errors import ModelError
 from tolstat.model.checked_views import offers
-from tolstat.render.output_file import check_ending
 from tolstat.render.screen import screen, show
 from tolstat.study.study import load
 
@@ -36,16 +36,16 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
     if plot:
         check_ending(plot, "a view", VIEWS)
     if source.suffix == ".toml":
-        found = nominal_trial(load(source))
+        answer = nominal_trial(load(source))
     else:
-        found = replay(source, index)
-    show(found.document())
+        answer = replay(source, index)
+    show(answer.document())
     if plot:
-        if found.history is None:
+        if answer.history is None:
             raise ModelError("this model does not move: it has no histories")
-        save_view(found.history, plot, found.title)
+        save_view(answer.history, plot, answer.title)
         screen().print(f"picture in {plot}")
-    if found.differences:
+    if answer.differences:
         sys.exit(1)
 
 
@@ -63,10 +63,10 @@ def view(study: Path, name: str, output: Path | None) -> None:
     if output:
         check_ending(output, "a view", VIEWS)
     loaded = load(study)
-    found = view_of(loaded.model, loaded.settings, name, study=loaded)
+    result = view_of(loaded.model, loaded.settings, name, study=loaded)
     title = f"{loaded.title}: {name}"
     if output:
-        save_view(found, output, title, offers(loaded.model)[name].sentence)
+        save_view(result, output, title, offers(loaded.model)[name].sentence)
         screen().print(f"written to {output}")
     else:
-        show(view_on_screen(found, title))
+        show(view_on_screen(result, title))

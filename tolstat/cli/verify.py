@@ -21,23 +21,23 @@ EXIT_CODES = {Health.GOOD: 0, Health.NO_AUDIT: 1, Health.UNHEALTHY: 3}
 
 @click.command()
 @run_file
-@click.option("--all", "every", is_flag=True, help="Evaluate all trials again.")
+@click.option("--all", "all_trials", is_flag=True, help="Evaluate all trials again.")
 @workers
-def verify(source: Path, every: bool, workers: int | None) -> None:
+def verify(source: Path, all_trials: bool, workers: int | None) -> None:
     """Check whether a run is as it was written, and list the damage.
 
     It compares the checksum of every trial, samples all deviations again, and evaluates
     one trial in a hundred again. Exit code 1 if anything is not as stored.
     """
-    found = verification.verify(source, every=every, workers=workers)
-    show(verified_document(source, found))
-    if not found.whole:
+    result = verification.verify(source, every=all_trials, workers=workers)
+    show(verified_document(source, result))
+    if not result.whole:
         sys.exit(1)
 
 
 @click.command()
-@click.argument("what", metavar="[MODEL|STUDY.toml|FILE.py:NAME]", required=False)
-def doctor(what: str | None) -> None:
+@click.argument("source", metavar="[MODEL|STUDY.toml|FILE.py:NAME]", required=False)
+def doctor(source: str | None) -> None:
     """Check the installation, or the integration of a model.
 
     It shows versions, processor, cores, stored compiled code and trials per second.
@@ -46,8 +46,8 @@ def doctor(what: str | None) -> None:
     code 1 if the audit of a run would fail, else 3 if an answer depends on its block, a
     trial fails, or errors are far above rtol.
     """
-    if what:
-        document, health = examined(what)
+    if source:
+        document, health = examined(source)
         show(document)
         sys.exit(EXIT_CODES[health])
     show(surroundings_document(environment()))

@@ -10,12 +10,12 @@ from typing import Any
 import click
 
 from tolstat.answers.next_steps import as_typed, command
+from tolstat.answers.output_file import replace
 from tolstat.answers.what_if.fresh_study import fresh_study
 from tolstat.answers.what_if.reweighted_trials import what_if as estimate
 from tolstat.cli import options
-from tolstat.errors import PictureError, RunFileError, StudyError, TolstatError
+from tolstat.errors import QuestionError, RunFileError, StudyError, TolstatError
 from tolstat.literal import visible
-from tolstat.render.output_file import replace
 from tolstat.store.open_run import open as open_run
 from tolstat.store.temporary_files import free_name
 
@@ -56,11 +56,11 @@ def what_if(
         return
     options.check_delivery(output, form)
     try:
-        found = estimate(source, scenario[0], limits=scenario[1])
-    except (PictureError, StudyError) as error:
+        answer = estimate(source, scenario[0], limits=scenario[1])
+    except (QuestionError, StudyError) as error:
         advice = fresh_run_advice(source, deviations, limits)
         raise type(error)(f"{error}{advice}", *error.advice) from None
-    options.deliver(found, output, form)
+    options.deliver(answer, output, form)
 
 
 def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:
@@ -84,9 +84,9 @@ def fresh_run_advice(
         fresh_study(run, deviations_in(deviations), limits=limits_in(limits))
     except TolstatError:
         return ""
-    beside = run.study_file or run.path.with_suffix(".toml")
-    path = as_typed(free_name(beside, "what-if"))
-    limited = [word for each in limits for word in ("--limit", each)]
+    study = run.study_file or run.path.with_suffix(".toml")
+    path = as_typed(free_name(study, "what-if"))
+    limited = [word for limit in limits for word in ("--limit", limit)]
     typed = command(
         "what-if", source, *deviations, *limited, "--write", path, machine=run.machine
     )
@@ -105,19 +105,19 @@ def limits_in(texts: Sequence[str]) -> dict[str, Any]:
 
 def _entries_in(texts: Sequence[str], option: str, example: str) -> dict[str, Any]:
     """Return entries by name; the value after = is TOML or a text."""
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for text in texts:
-        named, given = NAMED.fullmatch(text), f'{option}"{text}"'
+        named, typed = NAMED.fullmatch(text), f'{option}"{text}"'
         if not named:
-            raise StudyError(f"{given}: {example}")
+            raise StudyError(f"{typed}: {example}")
         name, rest = named.groups()
-        if name in found:
-            raise StudyError(f"{given}: {name} is given twice")
-        found[name] = value_in(rest[1:], given) if rest[0] == "=" else rest
-    return found
+        if name in entries:
+            raise StudyError(f"{typed}: {name} is given twice")
+        entries[name] = value_in(rest[1:], typed) if rest[0] == "=" else rest
+    return entries
 
 
-def value_in(value: str, given: str) -> Any:
+def value_in(value: str, typed: str) -> Any:
     """Return a value: TOML in braces or quotes, else a text."""
     value = value.strip()
     if value[:1] not in ("{", '"', "'"):
@@ -125,4 +125,4 @@ def value_in(value: str, given: str) -> Any:
     try:
         return tomllib.loads(f"value = {value}")["value"]
     except (ValueError, RecursionError) as error:
-        raise StudyError(f"{given}: {error}") from None
+        raise StudyError(f"{typed}: {error}") from None

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from tolstat.document.inline import Inline, Number, Parts, Said, text
 from tolstat.document.plot import Plot
-from tolstat.model.view import Chart
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import Scale
 
@@ -79,19 +78,20 @@ def table_of(
     title, caption, keys, look, spare
         As of `Table`.
     """
-    known = [{head: _cell(each) for head, each in row.items()} for row in rows]
-    every = dict.fromkeys(head for row in known for head in row)
-    heads = [head for head in every if any(any(row.get(head, ())) for row in known)]
+    lines = [{head: cell_of(cell) for head, cell in row.items()} for row in rows]
+    names = dict.fromkeys(head for line in lines for head in line)
+    heads = [head for head in names if any(any(line.get(head, ())) for line in lines)]
     return Table(
         tuple(Column(head, head in words, head in page_only) for head in heads),
-        tuple(tuple(row.get(head, Cell(())) for head in heads) for row in known),
+        tuple(tuple(row.get(head, Cell(())) for head in heads) for row in lines),
         title, caption, keys, look,
         tuple(head for head in spare if head in heads and head not in page_only),
     )  # fmt: skip
 
 
-def _cell(given: Given) -> Cell:
-    return given if isinstance(given, Cell) else Cell(text(given))
+def cell_of(content: Given) -> Cell:
+    """Return the cell of a content; None is empty."""
+    return content if isinstance(content, Cell) else Cell(text(content))
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class Figure:
     """A picture, as data; `alt` describes it for screen readers."""
 
     alt: str
-    picture: Plot | Chart
+    picture: Plot
     caption: Parts = ()
     wide: bool = False
 
@@ -187,9 +187,11 @@ class Document:
     foot: tuple[str, ...] = ()  # of each printed sheet
 
 
-def shown(*given: Block | None) -> tuple[Block, ...]:
+def shown(*blocks: Block | None) -> tuple[Block, ...]:
     """Return the blocks without empty ones and None."""
-    return tuple(each for each in given if each is not None and not _is_empty(each))
+    return tuple(
+        block for block in blocks if block is not None and not _is_empty(block)
+    )
 
 
 def _is_empty(block: Block) -> bool:

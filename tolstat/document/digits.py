@@ -25,29 +25,29 @@ def in_cell(number: Number) -> tuple[Written, Written]:
 
     An estimate without interval has the reason below it.
     """
-    found = number.value
-    if not isinstance(found, Estimate):
-        return (_digits(number, found),), ()
-    if math.isnan(found.value):
-        return (), (found.reason,) if found.reason else ()
-    why = () if found.sure else (found.reason or "no interval",)
-    if why and (found.needs_more or math.isinf(found.value)):
-        return (), why
-    value, ends = _estimate(number, found)
-    return value, ends or why
+    estimate = number.value
+    if not isinstance(estimate, Estimate):
+        return (_digits(number, estimate),), ()
+    if math.isnan(estimate.value):
+        return (), (estimate.reason,) if estimate.reason else ()
+    reason = () if estimate.sure else (estimate.reason or "no interval",)
+    if reason and (estimate.needs_more or math.isinf(estimate.value)):
+        return (), reason
+    value, ends = _estimate(number, estimate)
+    return value, ends or reason
 
 
 def in_line(number: Number) -> Written:
     """Return a number for a sentence, with its unit: 3.1 kN m (2.9 to 3.3)."""
-    found, mark = number.value, number.scale.mark
+    estimate, mark = number.value, number.scale.mark
     unit = (f" {mark}",) if mark and not _count(number) else ()
-    if not isinstance(found, Estimate):
-        return (_digits(number, found), *unit)
-    if math.isnan(found.value):
-        return (found.reason or "none",)
-    value, ends = _estimate(number, found)
-    if not found.sure and found.reason:
-        ends = (found.reason,)
+    if not isinstance(estimate, Estimate):
+        return (_digits(number, estimate), *unit)
+    if math.isnan(estimate.value):
+        return (estimate.reason or "none",)
+    value, ends = _estimate(number, estimate)
+    if not estimate.sure and estimate.reason:
+        ends = (estimate.reason,)
     elif ends and mark and not unit:
         ends = (*ends, f" {mark}")
     return (*value, *unit, " (", *ends, ")") if ends else (*value, *unit)
@@ -55,7 +55,7 @@ def in_line(number: Number) -> Written:
 
 def plain(written: Written) -> str:
     """Return a written number as text."""
-    return "".join(each if isinstance(each, str) else each.text for each in written)
+    return "".join(part if isinstance(part, str) else part.text for part in written)
 
 
 def _count(number: Number) -> str:
@@ -83,16 +83,16 @@ def _digits(number: Number, value: float) -> Digits:
     return Digits(words, value)
 
 
-def _estimate(number: Number, found: Estimate) -> tuple[Written, Written]:
+def _estimate(number: Number, estimate: Estimate) -> tuple[Written, Written]:
     """Return an estimate and its interval; an open interval is a bound."""
     assert isinstance(number.scale, Scale)
-    value, lower, upper = number.scale.interval(*found[:3])
-    ends = Digits(lower, found.lower), " to ", Digits(upper, found.upper)
-    if found.sure and math.isinf(found.upper):
+    middle, lower, upper = number.scale.interval(*estimate[:3])
+    ends = Digits(lower, estimate.lower), " to ", Digits(upper, estimate.upper)
+    if estimate.sure and math.isinf(estimate.upper):
         return ("at least ", ends[0]), ()
-    if found.sure and math.isinf(found.lower):
+    if estimate.sure and math.isinf(estimate.lower):
         return ("at most ", ends[2]), ()
-    at = Digits(_count(number) or value, found.value)
-    if math.isinf(found.value):
-        at = _digits(number, found.value)
-    return (at,), ends if found.sure and lower != upper else ()
+    best = Digits(_count(number) or middle, estimate.value)
+    if math.isinf(estimate.value):
+        best = _digits(number, estimate.value)
+    return (best,), ends if estimate.sure and lower != upper else ()

@@ -57,18 +57,18 @@ Parts = tuple[Inline, ...]
 Said = Inline | Iterable["Said"] | None  # as a sentence is given
 
 
-def text(*given: Said) -> Parts:
+def text(*content: Said) -> Parts:
     """Return the parts of a sentence; None is left out, nested parts are flattened."""
     parts: list[Inline] = []
-    for each in given:
-        if isinstance(each, Inline):
-            parts.append(each)
-        elif each is not None:
-            parts += text(*each)
+    for part in content:
+        if isinstance(part, Inline):
+            parts.append(part)
+        elif part is not None:
+            parts += text(*part)
     return tuple(parts)
 
 
-def say(sentence: str, *given: Said) -> Parts:
+def say(sentence: str, *content: Said) -> Parts:
     """Return the parts of a sentence whose braces are filled, in their order.
 
     Raises
@@ -77,8 +77,8 @@ def say(sentence: str, *given: Said) -> Parts:
         If there are more or fewer of them.
     """
     first, *rest = sentence.split("{}")
-    pairs = zip(given, rest, strict=True)
-    return text(first or None, [(each, words or None) for each, words in pairs])
+    pairs = zip(content, rest, strict=True)
+    return text(first or None, [(part, words or None) for part, words in pairs])
 
 
 def with_unit(number: Number | None) -> Parts:
@@ -93,10 +93,10 @@ def counted(count: int, noun: str, plural: str = "") -> Parts:
 
 def listed(items: Sequence[Said], joint: str = "and") -> Parts:
     """Return a list in words: a; a and b; a, b and c. Without a joint only commas."""
-    found: list[Inline] = []
+    parts: list[Inline] = []
     for i, item in enumerate(items):
         if i:
             last = joint and i == len(items) - 1
-            found.append(f" {joint} " if last else ", ")
-        found += text(item)
-    return tuple(found)
+            parts.append(f" {joint} " if last else ", ")
+        parts += text(item)
+    return tuple(parts)

@@ -1,60 +1,28 @@
-"""A figure as data: panels of layers, in the units that are shown."""
+"""A figure as data: panels of layers over axes with their units.
+
+Curves, bands, regions, spans and levels are those of a model's views.
+"""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from tolstat.arrays import Array
+from tolstat.model.view import Band, Curve, Level, Region, Span
+from tolstat.units.scale import Scale
+
+CURVE_COLOURS = ("first", "second", "third", "fourth", "fifth", "sixth")
 
 
-class Line(NamedTuple):
-    """A curve, or dots; `colour` names its role.
-
-    `look` is "line", "dotted" (a line whose points are seen), "dots", "faint" where
-    there are many of them, "large" or "rings".
-    """
-
-    x: Array
-    y: Array
-    colour: str = "first"
-    label: str = ""
-    look: str = "line"
-
-
-class Fill(NamedTuple):
-    """The area between two curves; `bars`: upright ones, beside points."""
-
-    x: Array
-    lower: Array
-    upper: Array
-    colour: str = "first"
-    label: str = ""
-    bars: bool = False
-
-
-class Area(NamedTuple):
-    """The area within an outline."""
-
-    x: Array
-    y: Array
-    colour: str = "first"
-    label: str = ""
-
-
-class Shade(NamedTuple):
-    """A stretch of the axis along, shaded."""
-
-    lower: float
-    upper: float
-
-
-class Stairs(NamedTuple):
-    """Bars of a histogram: one more edge than heights."""
+class Histogram(NamedTuple):
+    """Bars without gaps: one more edge than heights."""
 
     edges: Array
     heights: Array
     colour: str = "first"
-    label: str = ""
+    name: str = ""
 
 
 class Bars(NamedTuple):
@@ -64,30 +32,27 @@ class Bars(NamedTuple):
     values: Array
     ends: Array | None = None
     colour: str = "first"
-    label: str = ""
+    name: str = ""
 
 
-class Rule(NamedTuple):
-    """A line across the panel: at an `x` (upright), or at a `y`."""
-
-    at: float
-    upright: bool
-    colour: str = "ink"
-    label: str = ""
-    dash: str = "--"
-
-
-class Spans(NamedTuple):
+class Intervals(NamedTuple):
     """Intervals above the rest, each with its estimate."""
 
     lower: Array
     upper: Array
-    at: Array
+    values: Array
     colour: str = "second"
-    label: str = ""
+    name: str = ""
 
 
-Layer = Line | Fill | Area | Shade | Stairs | Bars | Rule | Spans
+Layer = Curve | Band | Region | Span | Level | Histogram | Bars | Intervals
+
+
+def curve(
+    x: Array, y: Array, colour: str = "first", name: str = "", look: str = "line"
+) -> Curve:
+    """Return a curve of a figure, in the units of its axes."""
+    return Curve(name, "", "", "", y, x, colour=colour, look=look)
 
 
 class PlotAxis(NamedTuple):
@@ -95,8 +60,14 @@ class PlotAxis(NamedTuple):
 
     label: str  # the quantity, with its unit
     scale: str = ""  # or "log", "symlog", "normal" for shares as normal scores
-    ends: tuple[float, float] | None = None  # None: by the data
+    ends: tuple[float, float] | None = None  # in the unit of the label; None: by data
     words: tuple[str, ...] = ()  # at 0, 1, 2, ... instead of numbers
+    factor: float = 1.0  # times the numbers of the layers: those of the label
+
+    @classmethod
+    def of(cls, name: str, scale: Scale) -> PlotAxis:
+        """Return the axis of a quantity whose numbers are SI."""
+        return cls(scale.label(name), factor=scale.factor)
 
 
 class PlotPanel(NamedTuple):
@@ -107,6 +78,7 @@ class PlotPanel(NamedTuple):
     layers: tuple[Layer, ...]
     title: str = ""
     right: PlotPanel | None = None
+    at: Array = np.empty(0)  # where layers without places of their own have values
 
 
 class Plot(NamedTuple):

@@ -17,7 +17,7 @@ from tolstat.status import Status
 
 FREE = 1e9  # times its scale: the error of such a state does not count
 FEWER = 0.9  # of the steps, or fewer, are left: what was changed had demanded them
-LOOSER, TIGHTER, LEAST_RTOL, SHORTER = 100.0, 1000.0, 1e-12, 4.0
+LOOSER = 100.0  # rtol
 LOOSEST = 0.1  # rtol, at which stability alone still limits steps
 SAMPLES = 200  # of the states, for their sizes
 MOST_STEPS = 200_000  # of a trial that is integrated again
@@ -92,9 +92,6 @@ def examine(integration: Integration) -> Examination:
         scale[state] = system.scale[state]
         return share(capped, scale=scale)
 
-    tight = Accuracy(
-        max(rtol / TIGHTER, LEAST_RTOL), longest / SHORTER, capped.max_steps
-    )
     undamped = None
     if system.damped:  # the rows of lambda become watched quantities
         spare = len(system.damped) * (1 + len(system.sloped))
@@ -108,7 +105,7 @@ def examine(integration: Integration) -> Examination:
         share(capped._replace(rtol=LOOSER * rtol)),
         share(capped._replace(rtol=max(min(LOOSER**2 * rtol, LOOSEST), LOOSER * rtol))),
         undamped,
-        _errors(base, _again(integration, tight), system.scale, rtol),
+        _errors(base, _again(integration, capped.tightened()), system.scale, rtol),
         np.array(system.scale, float),
         proposed_scale(system, *block[:3], capped),
     )

@@ -39,6 +39,9 @@ MARK_REACHED = 1.0
 FAILED = 2.0
 CROSSED = 3.0
 
+TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
+SHORTER = 4.0  # steps of an audit, as the tolerance alone makes them: 1000^(1/5)
+
 TIME_ENDED, WORST_STATE = range(2)  # columns of `Solution.ended`
 
 
@@ -140,6 +143,11 @@ class Accuracy(NamedTuple):
     rtol: float
     max_step: float
     max_steps: int = 20_000_000
+
+    def tightened(self) -> "Accuracy":
+        """Return the accuracy of an audit, with a thousandth of rtol."""
+        rtol = min(self.rtol, max(self.rtol / TIGHTER, LEAST_RTOL))
+        return self._replace(rtol=rtol, max_step=self.max_step / SHORTER)
 
 
 class Block(NamedTuple):

@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError
+from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.digest import digest
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer
 
 STEP = 1e-4  # s, between two points of a history
 MOST_SAMPLES = 2_000_000  # of a history
-TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
-SHORTER = 4.0  # steps of an audit, as the tolerance alone makes them: 1000^(1/5)
 Spreads = Mapping[str, Spread]  # by contributor that deviates
 NOTHING_FAILED: Mapping[str, Truths] = {}
 
@@ -114,10 +113,12 @@ class Model(ABC):
         """Return settings that integrate more precisely, for audits; None without."""
         if not self.integrates:
             return None
-        finer = max(settings.rtol / TIGHTER, LEAST_RTOL)
-        tight = replace(settings, rtol=min(settings.rtol, finer))
-        if isinstance(step := getattr(settings, "max_step", None), float):
-            tight = replace(tight, max_step=step / SHORTER)
+        longest: Any = getattr(settings, "max_step", None)
+        limited = isinstance(longest, float)
+        finer = Accuracy(settings.rtol, longest if limited else np.inf).tightened()
+        tight = replace(settings, rtol=finer.rtol)
+        if limited:
+            tight = replace(tight, max_step=finer.max_step)
         return None if tight == settings else tight
 
     def numbers(

@@ -45,13 +45,17 @@ class Curve(NamedTuple):
     at: Array | None = None  # [point], SI, on the axis; the chart's own points if None
     shown: str = ""  # unit in which it is shown; by its size if empty
     points: bool = False  # drawn as points, such as measured ones, not as a line
+    colour: str = ""  # its role in a figure; by its place in its panel if empty
+    # "line", "dotted" (a line whose points are seen), "dots", "faint" where there are
+    # many of them, "large" or "rings"
+    look: str = "line"
 
     @classmethod
     def of(cls, response: Response, values: Array) -> Curve:
         """Return the curve whose peak is a response, with the response's name."""
-        words = response.sentence.removeprefix("peak of ").removeprefix("peak ")
+        sentence = response.sentence.removeprefix("peak of ").removeprefix("peak ")
         symbol, shown = response.symbol.strip("|"), response.shown
-        return cls(response.name, response.unit, symbol, words, values, shown=shown)
+        return cls(response.name, response.unit, symbol, sentence, values, shown=shown)
 
 
 class Band(NamedTuple):
@@ -65,6 +69,8 @@ class Band(NamedTuple):
     lower: Array  # [point], SI
     upper: Array
     of: str = ""  # its curve; empty without one
+    colour: str = ""
+    bars: bool = False  # upright ones, beside points
 
 
 def bands_of(name: str, unit: str, values: Array) -> tuple[Band, ...]:
@@ -95,14 +101,14 @@ def peaks_of(
 
     Peaks count from `least` on; a curve that ends in a failure, NaN, has none.
     """
-    found = []
+    marks = []
     for curve in curves:
         counts = np.isfinite(curve.values) & (at >= least)
         top = int(np.where(counts, np.abs(curve.values), -1.0).argmax())
         if np.isfinite(curve.values[-1]) and counts[top]:
             value = float(curve.values[top])
-            found.append(Mark(curve.name, float(at[top]), value, words))
-    return tuple(found)
+            marks.append(Mark(curve.name, float(at[top]), value, words))
+    return tuple(marks)
 
 
 class Region(NamedTuple):
@@ -112,6 +118,7 @@ class Region(NamedTuple):
     unit: str  # SI, of the values
     at: Array  # [corner], SI
     values: Array
+    colour: str = ""
 
 
 class Span(NamedTuple):
@@ -120,6 +127,8 @@ class Span(NamedTuple):
     lower: float
     upper: float
     words: str
+    colour: str = "ink"
+    dash: str = ":"
 
 
 class Level(NamedTuple):
@@ -127,6 +136,8 @@ class Level(NamedTuple):
 
     value: float
     words: str
+    colour: str = "limit"
+    dash: str = "--"
 
 
 class Panel(NamedTuple):
@@ -140,9 +151,9 @@ class Panel(NamedTuple):
     spans: tuple[Span, ...] = ()  # shaded in this picture alone
 
     @classmethod
-    def of(cls, title: str, *drawn: Curve | Band | Region, **more: Any) -> Panel:
+    def of(cls, title: str, *items: Curve | Band | Region, **more: Any) -> Panel:
         """Return the picture of these curves, bands and regions."""
-        return cls(title, tuple(each.name for each in drawn), **more)
+        return cls(title, tuple(item.name for item in items), **more)
 
     @property
     def every(self) -> tuple[str, ...]:
@@ -153,8 +164,8 @@ class Panel(NamedTuple):
 class Picture:
     """A panel with what it shows, for `Chart.of`; arguments as those of `Panel.of`."""
 
-    def __init__(self, title: str, *drawn: Curve | Band | Region, **more: Any) -> None:
-        self.panel, self.drawn = Panel.of(title, *drawn, **more), drawn
+    def __init__(self, title: str, *items: Curve | Band | Region, **more: Any) -> None:
+        self.panel, self.items = Panel.of(title, *items, **more), items
 
 
 @dataclass(frozen=True)
@@ -173,11 +184,12 @@ class Chart:
     @classmethod
     def of(cls, axis: Axis, at: Array, *pictures: Picture, **more: Any) -> Chart:
         """Return the chart of these pictures, with all that they show."""
-        drawn = {each.name: each for one in pictures for each in one.drawn}.values()
-        curves = tuple(each for each in drawn if isinstance(each, Curve))
-        bands = tuple(each for each in drawn if isinstance(each, Band))
-        more["regions"] = tuple(each for each in drawn if isinstance(each, Region))
-        more["panels"] = tuple(one.panel for one in pictures)
+        items = {item.name: item for picture in pictures for item in picture.items}
+        curves = tuple(i for i in items.values() if isinstance(i, Curve))
+        bands = tuple(i for i in items.values() if isinstance(i, Band))
+        regions = (i for i in items.values() if isinstance(i, Region))
+        more["regions"] = tuple(regions)
+        more["panels"] = tuple(picture.panel for picture in pictures)
         return cls(axis, at, curves, bands, **more)
 
     @property
@@ -189,11 +201,14 @@ class Chart:
         return self.panels or tuple(Panel("", tuple(names)) for names in units.values())
 
     @property
+    def items(self) -> list[Curve | Band | Region]:
+        """Its curves, bands and regions."""
+        return [*self.curves, *self.bands, *self.regions]
+
+    @property
     def units(self) -> dict[str, str]:
         """SI unit of each curve, band and region."""
-        drawn: list[Curve | Band | Region]
-        drawn = [*self.curves, *self.bands, *self.regions]
-        return {each.name: each.unit for each in drawn}
+        return {item.name: item.unit for item in self.items}
 
     def columns(self) -> Iterator[tuple[Axis, Array]]:
         """Yield the axis, then curves and bands over its points, each with its unit."""
@@ -259,26 +274,28 @@ class Listing:
 View = Chart | Listing
 
 
-def typed_unit(each: Any, typed: Mapping[str, str]) -> str:
+def typed_unit(quantity: Any, typed: Mapping[str, str]) -> str:
     """Return the unit of a quantity: as typed, by name or kind; else as declared.
 
     A bare number is no unit for a count or a ratio.
     """
-    kind, own = dimension(each.unit), str(each.shown)
-    given = (typed.get(key, "") for key in (each.name, str(kind)))
-    fit = (u for u in given if u and dimension(u) == kind and not (u == "1" and own))
-    return next(fit, own)
+    kind, declared = dimension(quantity.unit), str(quantity.shown)
+    units = (typed.get(key, "") for key in (quantity.name, str(kind)))
+    for unit in filter(None, units):
+        if dimension(unit) == kind and not (unit == "1" and declared):
+            return unit
+    return declared
 
 
 def in_units(view: View, typed: Mapping[str, str]) -> Any:
     """Return a view in typed units; see `typed_unit`."""
 
-    def shown(several: Any) -> Any:
-        return tuple(each._replace(shown=typed_unit(each, typed)) for each in several)
+    def retyped(items: Any) -> Any:
+        return tuple(item._replace(shown=typed_unit(item, typed)) for item in items)
 
     if isinstance(view, Listing):
-        return replace(view, heads=shown(view.heads))
-    return replace(view, axis=shown([view.axis])[0], curves=shown(view.curves))
+        return replace(view, heads=retyped(view.heads))
+    return replace(view, axis=retyped([view.axis])[0], curves=retyped(view.curves))
 
 
 class Offer(NamedTuple):

@@ -7,11 +7,11 @@ import os
 import sys
 from contextlib import suppress
 
-given = os.environ.get("MPLBACKEND")
-if given and "matplotlib" not in sys.modules:
+backend = os.environ.get("MPLBACKEND")
+if backend and "matplotlib" not in sys.modules:
     del os.environ["MPLBACKEND"]
     import matplotlib as mpl
 
-    os.environ["MPLBACKEND"] = given
+    os.environ["MPLBACKEND"] = backend
     with suppress(ValueError):
-        mpl.rcParams["backend"] = given
+        mpl.rcParams["backend"] = backend

@@ -1,4 +1,4 @@
-"""Figures drawn: a plot, a chart or a listing, into a page or a file."""
+"""Figures drawn: a plot or a table, into a page or a file."""
 
 import tolstat.render.any_backend  # noqa: F401
 
@@ -16,13 +16,21 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import AutoLocator, MaxNLocator, NullLocator
 from scipy.special import ndtri
 
-from tolstat.document import plot as data
+from tolstat.document.blocks import Cell, Table
 from tolstat.document.digits import in_cell, plain
 from tolstat.document.inline import Number
-from tolstat.document.plot import Plot, PlotPanel
-from tolstat.errors import PictureError
+from tolstat.document.plot import (
+    CURVE_COLOURS,
+    Bars,
+    Histogram,
+    Intervals,
+    Layer,
+    Plot,
+    PlotPanel,
+)
+from tolstat.errors import QuestionError
 from tolstat.literal import visible
-from tolstat.model.view import Chart, Listing, View
+from tolstat.model.view import Band, Curve, Level, Region, Span
 from tolstat.render.picture import (
     COLOURS,
     GRID,
@@ -33,7 +41,6 @@ from tolstat.render.picture import (
     inline,
     logarithmic,
 )
-from tolstat.render.shown_view import CURVE_COLOURS, plot_of, view_rows
 
 ROLES = {
     **dict(zip(CURVE_COLOURS, COLOURS, strict=True)),
@@ -64,48 +71,47 @@ LETTERS, HANDLE = 12, 5  # of a legend in an inch; what stands before a word of 
 MOST_ROWS = 60  # of a listing that is drawn
 
 
-def as_svg(picture: Plot | Chart, alt: str) -> Markup:
+def as_svg(plot: Plot, alt: str) -> Markup:
     """Return a figure as SVG for a page; `alt` describes it."""
     with mpl.rc_context(PAGE_STYLE):
-        return inline(_drawn(picture), alt)
+        return inline(_figure(plot), alt)
 
 
-def draw(picture: Plot | View, title: str) -> Figure:
-    """Return a figure for a file, drawn from data; a listing as a table.
+def draw(picture: Plot | Table, title: str) -> Figure:
+    """Return a figure for a file.
 
     Raises
     ------
-    PictureError
-        If a listing has more rows than a picture can hold.
+    QuestionError
+        If a table has more rows than a picture can hold.
     """
     with mpl.rc_context(STYLE):
-        figure = _listing(picture) if isinstance(picture, Listing) else _drawn(picture)
+        figure = _table(picture) if isinstance(picture, Table) else _figure(picture)
         figure.suptitle(visible(title), x=0.01, ha="left", fontsize=11)
     return figure
 
 
-def _drawn(picture: Plot | Chart) -> Figure:
+def _figure(plot: Plot) -> Figure:
     """Return drawn panels, with one legend above them or one for each."""
-    plot = plot_of(picture) if isinstance(picture, Chart) else picture
     figure = Figure(figsize=(plot.width, plot.height), layout="constrained")
     n = len(plot.panels)
     if plot.side_by_side:
-        every = figure.subplots(1, max(n, SLOTS), sharey=True, squeeze=False)[0]
+        grid = figure.subplots(1, max(n, SLOTS), sharey=True, squeeze=False)[0]
     else:
-        every = figure.subplots(n, 1, sharex=True, squeeze=False)[:, 0]
-    for axes in every[n:]:
+        grid = figure.subplots(n, 1, sharex=True, squeeze=False)[:, 0]
+    for axes in grid[n:]:
         axes.set_axis_off()
-    for axes, panel in zip(every, plot.panels, strict=False):
+    for axes, panel in zip(grid, plot.panels, strict=False):
         handles = _draw_panel(axes, panel)
-        if axes is every[0] or not plot.side_by_side:
+        if axes is grid[0] or not plot.side_by_side:
             axes.set_ylabel(panel.y.label)
-        if axes is every[n - 1] or plot.side_by_side:
+        if axes is grid[n - 1] or plot.side_by_side:
             axes.set_xlabel(panel.x.label)
         if plot.legends:
             _draw_legend(axes, panel, handles)
         else:
             _thin_out(axes)
-            if axes is every[0] and handles:
+            if axes is grid[0] and handles:
                 ncols = _columns("", handles, figure)
                 figure.legend(handles=handles, loc="outside upper left", ncols=ncols,
                               **CLOSE)  # fmt: skip
@@ -113,10 +119,10 @@ def _drawn(picture: Plot | Chart) -> Figure:
 
 
 def _draw_panel(axes: Axes, panel: PlotPanel) -> list[Any]:
-    handles = [each for layer in panel.layers for each in _draw(axes, layer, panel)]
-    for axis, how in ((axes.xaxis, panel.x), (axes.yaxis, panel.y)):
-        if how.scale in ("log", "symlog"):
-            logarithmic(axis, **{"linthresh": 10} if how.scale == "symlog" else {})
+    handles = [handle for layer in panel.layers for handle in _draw(axes, layer, panel)]
+    for ticks, axis in ((axes.xaxis, panel.x), (axes.yaxis, panel.y)):
+        if axis.scale in ("log", "symlog"):
+            logarithmic(ticks, **{"linthresh": 10} if axis.scale == "symlog" else {})
     if panel.y.scale == "normal":
         _normal_ticks(axes, panel)
     if panel.x.words:
@@ -124,8 +130,8 @@ def _draw_panel(axes: Axes, panel: PlotPanel) -> list[Any]:
         axes.xaxis.set_major_formatter(partial(_word_at, panel.x.words))
         axes.tick_params(axis="x", rotation=90)
     axes.set(**{
-        name: how.ends
-        for name, how in (("xlim", panel.x), ("ylim", panel.y)) if how.ends
+        name: axis.ends
+        for name, axis in (("xlim", panel.x), ("ylim", panel.y)) if axis.ends
     })  # fmt: skip
     return handles
 
@@ -150,14 +156,14 @@ def _draw_legend(axes: Axes, panel: PlotPanel, handles: list[Any]) -> None:
         handles += _draw_panel(right, panel.right)
     if handles:
         ncols = _columns(panel.title, handles, axes.figure)
-        place: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}
-        legend = axes.legend(handles=handles, ncols=ncols, **place, **CLOSE)
+        corner: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}
+        legend = axes.legend(handles=handles, ncols=ncols, **corner, **CLOSE)
         legend.set_in_layout(len(handles) > ncols)  # further lines need room
 
 
 def _columns(title: str, handles: list[Any], figure: Any) -> int:
     """Return how many columns of a legend find room beside a title."""
-    letters = np.array([len(str(each.get_label())) + HANDLE for each in handles])
+    letters = np.array([len(str(handle.get_label())) + HANDLE for handle in handles])
     for columns in LEGEND_COLUMNS:
         # filled one after the other, each as wide as the longest of its labels
         filled = np.array_split(letters, columns)
@@ -176,86 +182,109 @@ def _wrapped(name: str) -> str:
     return "\n".join(wrap(visible(name), NAME))
 
 
-def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Any]:
+def _draw(axes: Axes, layer: Layer, panel: PlotPanel) -> list[Any]:
     """Draw a layer; return what a legend shows of it."""
-    words = getattr(layer, "label", "")
+    words = layer.words if isinstance(layer, Span | Level) else layer.name
     # a legend hides what begins with _
     label = f" {words}" if words.startswith("_") else words or "_unnamed"
-    colour = ROLES[getattr(layer, "colour", "ink")]
+    colour, along, up = ROLES[layer.colour], panel.x.factor, panel.y.factor
     named: dict[str, Any] = {"color": colour, "label": label}
-    drawn: list[Any] = []
+    handles: list[Any] = []
     match layer:
-        case data.Line(x, y):
-            up, look = ndtri(y) if panel.y.scale == "normal" else y, LOOKS[layer.look]
-            many = "linestyle" in look and len(x) > MOST_POINTS
-            drawn += axes.plot(x, up, **named, **look, rasterized=many)
-        case data.Fill(x, lower, upper):
+        case Curve():
+            x = along * (panel.at if layer.at is None else layer.at)
+            y = up * layer.values
+            look = LOOKS["large" if layer.points else layer.look]
+            handles += axes.plot(
+                x, ndtri(y) if panel.y.scale == "normal" else y, **named, **look,
+                rasterized="linestyle" in look and len(x) > MOST_POINTS,
+            )  # fmt: skip
+        case Band():
             between = axes.vlines if layer.bars else axes.fill_between
-            width = 6 if layer.bars else 0
-            between(x, lower, upper, linewidth=width, alpha=0.25, **named)
-            drawn.append(Patch(alpha=0.25, **named))
-        case data.Area(x, y):
-            drawn += axes.fill(x, y, **named, alpha=0.2, linewidth=0)
-        case data.Shade(lower, upper):
-            axes.axvspan(lower, upper, color=GRID, alpha=0.5, linewidth=0, zorder=0)
-        case data.Stairs(edges, heights):
-            drawn.append(axes.stairs(heights, edges, fill=True, linewidth=0, **named))
-        case data.Rule(at, upright):
-            across = axes.axvline if upright else axes.axhline
-            drawn.append(across(at, linestyle=layer.dash, linewidth=1.2, **named))
-        case data.Spans(lower, upper, at):  # above all else
+            between(along * panel.at, up * layer.lower, up * layer.upper, alpha=0.25,
+                    linewidth=6 if layer.bars else 0, **named)  # fmt: skip
+            handles.append(Patch(alpha=0.25, **named))
+        case Region():
+            handles += axes.fill(
+                along * layer.at, up * layer.values, **named, alpha=0.2, linewidth=0
+            )
+        case Span(lower, upper) if upper > lower:
+            axes.axvspan(along * lower, along * upper, color=GRID, alpha=0.5,
+                         linewidth=0, zorder=0)  # fmt: skip
+            return []
+        case Span() | Level():
+            handles.append(
+                axes.axvline(along * layer.lower, linestyle=layer.dash, linewidth=1.2,
+                             **named)
+                if isinstance(layer, Span)
+                else axes.axhline(up * layer.value, linestyle=layer.dash,
+                                  linewidth=1.2, **named)
+            )  # fmt: skip
+        case Histogram(edges, heights):
+            handles.append(axes.stairs(heights, edges, fill=True, linewidth=0, **named))
+        case Intervals(below, above, values):  # above all else
             top = axes.get_ylim()[1]
-            for ends in zip(lower, upper, strict=True):
+            for ends in zip(below, above, strict=True):
                 axes.plot(ends, [ABOVE * top] * 2, color=colour, linewidth=2.5)
-            drawn += axes.plot(at, np.full(len(at), ABOVE * top), "|", **named)
+            level = np.full(len(values), ABOVE * top)
+            handles += axes.plot(values, level, "|", **named)
             axes.set_ylim(0, 1.1 * top)
-        case data.Bars(names, values, ends):  # those of other kinds are below them
-            beside = [each for each in panel.layers if isinstance(each, data.Bars)]
-            place, of = beside.index(layer), len(beside)
-            reach = None
-            if ends is not None:
-                reach = np.maximum([[-1.0], [1.0]] * (ends - values), 0.0)
-            drawn.append(axes.barh(
-                np.arange(len(names)) + 0.8 * place / of, values, 0.72 / of,
-                xerr=reach, **named,
-                error_kw={"ecolor": INK, "elinewidth": 0.8, "capsize": 2},
-            ))  # fmt: skip
-            if place == 0:
-                axes.set_yticks(np.arange(len(names)), [*map(_wrapped, names)])
-                axes.grid(visible=False, axis="y")
-                axes.invert_yaxis()
+        case Bars():
+            handles.append(_draw_bars(axes, layer, panel, named))
         case _:
             assert_never(layer)
-    return drawn if words else []
+    return handles if words else []
+
+
+def _draw_bars(axes: Axes, bars: Bars, panel: PlotPanel, named: dict[str, Any]) -> Any:
+    """Draw horizontal bars; those of other kinds are below them."""
+    kinds = [layer for layer in panel.layers if isinstance(layer, Bars)]
+    row, places, reach = kinds.index(bars), np.arange(len(bars.names)), None
+    if bars.ends is not None:
+        reach = np.maximum([[-1.0], [1.0]] * (bars.ends - bars.values), 0.0)
+    handle = axes.barh(
+        places + 0.8 * row / len(kinds), bars.values, 0.72 / len(kinds),
+        xerr=reach, **named,
+        error_kw={"ecolor": INK, "elinewidth": 0.8, "capsize": 2},
+    )  # fmt: skip
+    if row == 0:
+        axes.set_yticks(places, [*map(_wrapped, bars.names)])
+        axes.grid(visible=False, axis="y")
+        axes.invert_yaxis()
+    return handle
 
 
 def _normal_ticks(axes: Axes, panel: PlotPanel) -> None:
     """Write shares on an axis of normal scores, down to the least that is shown."""
-    least = min(each.y.min() for each in panel.layers if isinstance(each, data.Line))
+    curves = (layer for layer in panel.layers if isinstance(layer, Curve))
+    least = min(curve.values.min() for curve in curves)
     ticks = [t for t in SHARES if t >= least / 2]
     ticks = sorted({*ticks, *(1 - t for t in ticks)})
     axes.set_yticks(ndtri(ticks), [f"{100 * t:.10g}" for t in ticks])
     axes.set_ylim(ndtri(least / 2), -ndtri(least / 2))
 
 
-def _listing(listing: Listing) -> Figure:
-    heads, rows = view_rows(listing)
+def _table(table: Table) -> Figure:
+    heads, rows = [column.head for column in table.columns], table.rows
     if len(rows) > MOST_ROWS:
-        raise PictureError(
+        raise QuestionError(
             f"{len(rows)} rows are too many for a picture ({MOST_ROWS}); write them to "
             "a .csv or an .html file"
         )
-    cells = [[_in_cell(each) for each in row] for row in rows]
+    cells = [[_cell(cell) for cell in row] for row in rows]
     cells = cells or [["none"] + [""] * (len(heads) - 1)]
     figure = Figure(figsize=(1.2 + 1.1 * len(heads), 1.2 + 0.24 * len(cells)))
     axes = figure.add_axes((0.02, 0.02, 0.96, 0.86))
     axes.set_axis_off()
-    table = axes.table(cells, colLabels=heads, loc="upper left", cellLoc="right")
-    table.auto_set_font_size(False)
-    table.set_fontsize(8)
-    table.auto_set_column_width(list(range(len(heads))))
+    table_axes = axes.table(cells, colLabels=heads, loc="upper left", cellLoc="right")
+    table_axes.auto_set_font_size(False)
+    table_axes.set_fontsize(8)
+    table_axes.auto_set_column_width(list(range(len(heads))))
     return figure
 
 
-def _in_cell(cell: Number | str | None) -> str:
-    return plain(in_cell(cell)[0]) if isinstance(cell, Number) else cell or ""
+def _cell(cell: Cell) -> str:
+    return "".join(
+        plain(in_cell(part)[0]) if isinstance(part, Number) else str(part)
+        for part in cell.main
+    )

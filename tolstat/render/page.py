@@ -23,32 +23,32 @@ def page(document: Document) -> str:
 
     Each number has its full value beside it, SI, for programs (`data-value`).
     """
-    text = files("tolstat.render").joinpath("templates/page.css").read_text("utf-8")
+    style = files("tolstat.render").joinpath("templates/page.css").read_text("utf-8")
     contents = [
         b for b in document.blocks if isinstance(b, Section) and b.anchor and b.title
     ]
     foot = _css_string(" · ".join(filter(None, document.foot)))
     template = environment().get_template("document.html")
-    made: str = template.render(
-        document=document, style=Markup(text), foot=foot, contents=contents
+    html: str = template.render(
+        document=document, style=Markup(style), foot=foot, contents=contents
     )
-    return made
+    return html
 
 
 @cache  # templates are compiled once
 def environment() -> Environment:
     """Return the template environment: texts are escaped, names must exist."""
-    made = Environment(
+    templates = Environment(
         loader=PackageLoader("tolstat.render"),
         autoescape=True,
-        finalize=lambda each: visible(each) if type(each) is str else each,
+        finalize=lambda text: visible(text) if type(text) is str else text,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters.update(parts=_parts, cell=_cell, breaking=_breaking, svg=_svg)
-    made.filters.update(track=Track, digits=_digits)
-    return made
+    templates.filters.update(parts=_parts, cell=_cell, breaking=_breaking, svg=_svg)
+    templates.filters.update(track=Track, digits=_digits)
+    return templates
 
 
 def _svg(figure: Figure) -> Markup:
@@ -67,8 +67,8 @@ def _inline(part: Inline) -> Markup:
         case Number():
             return _written(in_line(part))
         case Name(text, link):
-            shown = Markup("<bdi>{}</bdi>").format(_breaking(text))
-            return Markup('<a href="#{}">{}</a>').format(link, shown) if link else shown
+            words = Markup("<bdi>{}</bdi>").format(_breaking(text))
+            return Markup('<a href="#{}">{}</a>').format(link, words) if link else words
         case Word(text, tone):
             if tone == "strong":
                 return Markup("<strong>{}</strong>").format(visible(text))
@@ -89,15 +89,15 @@ def _inline(part: Inline) -> Markup:
 
 def _written(written: Written) -> Markup:
     """Return a number as HTML; no line ends between its digits and its unit."""
-    made = Markup("").join(
-        escape(each)
-        if isinstance(each, str)
+    html = Markup("").join(
+        escape(part)
+        if isinstance(part, str)
         else Markup('<span data-value="{}">{}</span>').format(
-            repr(each.value), _digits(each.text)
+            repr(part.value), _digits(part.text)
         )
-        for each in written
+        for part in written
     )
-    return Markup('<span class="whole">{}</span>').format(made)
+    return Markup('<span class="whole">{}</span>').format(html)
 
 
 def _digits(text: str) -> Markup:
@@ -109,18 +109,18 @@ def _digits(text: str) -> Markup:
 def _cell(cell: Cell) -> Markup:
     """Return a number above its interval, or words above smaller ones."""
     below = Markup("")
-    made = Markup("")
+    main = Markup("")
     if len(cell.main) == 1 and isinstance(cell.main[0], Number):
-        main, under = in_cell(cell.main[0])
-        made += _written(main) if main else ""
+        value, under = in_cell(cell.main[0])
+        main += _written(value) if value else ""
         if under:
-            shown = _written(under) if len(under) > 1 else escape(visible(str(*under)))
-            below += Markup('<span class="range">{}</span>').format(shown)
+            words = _written(under) if len(under) > 1 else escape(visible(str(*under)))
+            below += Markup('<span class="range">{}</span>').format(words)
     else:
-        made += _parts(cell.main)
+        main += _parts(cell.main)
     if cell.below:
         below += Markup('<span class="range">{}</span>').format(_parts(cell.below))
-    return made + below
+    return main + below
 
 
 def _breaking(name: str) -> Markup:

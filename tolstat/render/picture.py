@@ -1,4 +1,4 @@
-"""The style of pictures, and their output into a page or a file."""
+"""The style of pictures, and a picture as a file or as a part of a page."""
 
 import tolstat.render.any_backend  # noqa: F401
 
@@ -6,7 +6,6 @@ import tolstat.render.any_backend  # noqa: F401
 import io
 import re
 from itertools import count
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -17,9 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import LogFormatter
 
-from tolstat.errors import PictureError, RunFileError
 from tolstat.literal import visible
-from tolstat.render.output_file import replace
 
 PICTURES = (".png", ".svg", ".pdf")
 # distinct in print and for the colour-blind (Okabe and Ito, 2008)
@@ -83,20 +80,10 @@ class _Plain(LogFormatter):
         return f"{x:g}" if super().__call__(x, pos) else ""
 
 
-def write(figure: Figure, path: Path) -> None:
-    """Write a picture in the format of the file's ending.
-
-    Raises
-    ------
-    PictureError
-        If it cannot be written.
-    """
+def picture(figure: Figure, ending: str) -> bytes:
+    """Return a picture as a file of that ending."""
     with mpl.rc_context(STYLE):
-        drawn = _drawn(figure, path.suffix.lower().removeprefix("."), dpi=150)
-    try:
-        replace(path, drawn)
-    except RunFileError as error:
-        raise PictureError(str(error)) from error
+        return _saved(figure, ending.removeprefix("."), dpi=150)
 
 
 def inline(figure: Figure, alternative: str) -> Markup:
@@ -105,7 +92,7 @@ def inline(figure: Figure, alternative: str) -> Markup:
     It has the style of the page. `alternative` describes the figure for screen
     readers.
     """
-    text = _drawn(figure, "svg", dpi=110).decode()
+    text = _saved(figure, "svg", dpi=110).decode()
     svg = text[text.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
     # its style would apply to the whole page; page.css has the same rules
@@ -123,7 +110,7 @@ def inline(figure: Figure, alternative: str) -> Markup:
     return Markup(svg)
 
 
-def _drawn(figure: Figure, form: str, dpi: int) -> bytes:
+def _saved(figure: Figure, form: str, dpi: int) -> bytes:
     """Return a figure in a file format, with its texts shown literally."""
     for text in figure.findobj(Text):
         assert isinstance(text, Text)

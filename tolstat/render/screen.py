@@ -43,8 +43,8 @@ class Screen(Console):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(highlight=False, markup=False, emoji=False, **options)
-        known = self.is_terminal or os.environ.get("COLUMNS", "").strip("0").isdigit()
-        if not known and "width" not in options:  # messages in a log: one line each
+        wide = self.is_terminal or os.environ.get("COLUMNS", "").strip("0").isdigit()
+        if not wide and "width" not in options:  # messages in a log: one line each
             self.width = UNBOUNDED if self.stderr else PIPED_WIDTH
         self.width = min(max(self.width, NARROWEST), UNBOUNDED)
 
@@ -52,14 +52,14 @@ class Screen(Console):
         """Return a text in which every character is visible."""
         return super().render_str(visible(text), **options)
 
-    def render(self, *given: Any, **options: Any) -> Iterable[Segment]:
+    def render(self, *content: Any, **options: Any) -> Iterable[Segment]:
         """Yield texts in lines, with the spaces at which no line may end."""
-        for each in super().render(*given, **options):
-            yield each._replace(text=each.text.replace(UNBROKEN, " "))
+        for segment in super().render(*content, **options):
+            yield segment._replace(text=segment.text.replace(UNBROKEN, " "))
 
     def say(self, words: str) -> None:
         """Print words in lines that end at spaces, and at none in a `command`."""
-        words = COMMAND.sub(lambda found: found[0].replace(" ", UNBROKEN), words)
+        words = COMMAND.sub(lambda command: command[0].replace(" ", UNBROKEN), words)
         lines = list[str]()
         for line in visible(words).splitlines():
             indent = "    " if line.startswith(" ") else ""
@@ -71,11 +71,11 @@ class Screen(Console):
     def type(self, command: str) -> None:
         """Print a command to copy; a long one continues after a backslash."""
         words = (shlex.quote(word) for word in shlex.split(command))
-        whole = " ".join(word.replace(" ", UNBROKEN) for word in words)
-        lines = [f"   {whole}"]
+        line = " ".join(word.replace(" ", UNBROKEN) for word in words)
+        lines = [f"   {line}"]
         if cell_len(lines[0]) > self.width:
             lines = textwrap.wrap(
-                whole, self.width - 2, initial_indent=" " * 3,
+                line, self.width - 2, initial_indent=" " * 3,
                 subsequent_indent=" " * 5, **AT_SPACES,
             )  # fmt: skip
         self.print(" \\\n".join(lines), soft_wrap=True)
@@ -102,8 +102,8 @@ def _show(block: Block) -> None:
         case Section():
             if block.title:
                 _print_title(block.title)
-            for each in block.blocks:
-                _show(each)
+            for part in block.blocks:
+                _show(part)
         case Table():
             show_table(block)
         case Paragraph():
@@ -134,16 +134,16 @@ def as_text(parts: Parts) -> str:
 
 def _print(parts: Parts, before: str = "") -> None:
     """Print a sentence; numbers keep their units, and a command has its own line."""
-    left, console = list(parts), screen()
-    while left:
-        typed = [i for i, part in enumerate(left) if isinstance(part, Typed)]
-        end = typed[0] if typed else len(left)
-        words = "".join(map(_unbroken, left[:end])).strip()
+    rest, console = list(parts), screen()
+    while rest:
+        typed = [i for i, part in enumerate(rest) if isinstance(part, Typed)]
+        end = typed[0] if typed else len(rest)
+        words = "".join(map(_unbroken, rest[:end])).strip()
         if words.strip(" ."):
             console.say((before + words).rstrip())
         if typed:
-            console.type(as_text((left[end],)))
-        before, left = "", left[end + 1 :]
+            console.type(as_text((rest[end],)))
+        before, rest = "", rest[end + 1 :]
 
 
 def _unbroken(part: Inline) -> str:
@@ -154,54 +154,54 @@ def _print_title(title: str) -> None:
     screen().print(title, style="table.title")
 
 
-def as_rich(given: Table, width: int) -> RichTable:
+def as_rich(table: Table, width: int) -> RichTable:
     """Return a table for a live display of a width."""
-    fits, _ = _fitting(given, width)
-    return fits or _folded(given, LETTERS[-1], width)
+    fits, _ = _fitting(table, width)
+    return fits or _folded(table, LETTERS[-1], width)
 
 
-def show_table(given: Table) -> None:
+def show_table(table: Table) -> None:
     """Print a table: words to the left, numbers to the right.
 
     Nothing is cut: a number without its last digits is wrong. If the columns do not fit
     beside each other, the spare ones are left out, and named. If the others do not fit
     either, each row is a list, with a line for each column.
     """
-    if given.title:
-        _print_title(given.title)
-    fits, left_out = _fitting(given, screen().width)
+    if table.title:
+        _print_title(table.title)
+    fits, omitted = _fitting(table, screen().width)
     if fits:
         screen().print(fits)
     else:
-        for row in given.rows:
-            _print_row(given, row)
-    if left_out:
-        _print((f"on a wider screen also: {'; '.join(left_out)}",))
-    if given.caption:
-        _print(given.caption)
+        for row in table.rows:
+            _print_row(table, row)
+    if omitted:
+        _print((f"on a wider screen also: {'; '.join(omitted)}",))
+    if table.caption:
+        _print(table.caption)
 
 
-def _fitting(given: Table, width: int) -> tuple[RichTable | None, tuple[str, ...]]:
+def _fitting(table: Table, width: int) -> tuple[RichTable | None, tuple[str, ...]]:
     """Return a table that fits a width, or None, and the columns that it leaves out."""
-    for count in range(len(given.spare) + 1):
-        left_out = given.spare[:count]
-        for letters in LETTERS if count == len(given.spare) else LETTERS[:-1]:
-            made = _folded(given, letters, width, left_out)
-            if _width(made) <= width:
-                return made, left_out
+    for count in range(len(table.spare) + 1):
+        omitted = table.spare[:count]
+        for letters in LETTERS if count == len(table.spare) else LETTERS[:-1]:
+            fitted = _folded(table, letters, width, omitted)
+            if _width(fitted) <= width:
+                return fitted, omitted
     return None, ()
 
 
-def _print_row(given: Table, row: Sequence[Cell]) -> None:
+def _print_row(table: Table, row: Sequence[Cell]) -> None:
     """Print the names of a row, and below them its cells by their heads."""
-    names = [as_text(cell.main) for cell in row[: given.keys]]
+    names = [as_text(cell.main) for cell in row[: table.keys]]
     _print((", ".join(filter(None, names)),))
-    for column, cell in [*zip(given.columns, row, strict=True)][given.keys :]:
+    for column, cell in [*zip(table.columns, row, strict=True)][table.keys :]:
         main, below = _written(cell)
         if below:
-            said = "; ".join(below).replace(" to ", f"{UNBROKEN}to{UNBROKEN}")
-            bracketed = said if said.startswith("(") else f"({said})"
-            main = f"{main} {bracketed}" if main else said
+            words = "; ".join(below).replace(" to ", f"{UNBROKEN}to{UNBROKEN}")
+            bracketed = words if words.startswith("(") else f"({words})"
+            main = f"{main} {bracketed}" if main else words
         if main and not column.page_only:
             head = ", ".join(column.head.splitlines())
             _print((f"{head}: {main}" if head else main,), "  ")
@@ -213,37 +213,37 @@ def _written(cell: Cell) -> tuple[str, list[str]]:
     if len(cell.main) == 1 and isinstance(cell.main[0], Number):
         main, interval = map(plain, in_cell(cell.main[0]))
     below = "".join(map(_unbroken, cell.below))
-    return main, [each for each in (interval, below) if each]
+    return main, [text for text in (interval, below) if text]
 
 
-def _made(given: Table, letters: int, left_out: Sequence[str]) -> RichTable:
+def _rich_table(table: Table, letters: int, omitted: Sequence[str]) -> RichTable:
     """Return a table; heads, and lines below a number, have at most these letters."""
-    made = RichTable(box=box.SIMPLE_HEAD, padding=PADDING)
-    columns = enumerate(given.columns)
-    shown = [i for i, x in columns if not x.page_only and x.head not in left_out]
-    for i in shown:
-        column = given.columns[i]
+    rich = RichTable(box=box.SIMPLE_HEAD, padding=PADDING)
+    columns = enumerate(table.columns)
+    numbers = [i for i, x in columns if not x.page_only and x.head not in omitted]
+    for i in numbers:
+        column = table.columns[i]
         head = column.head if column.words else _wrapped(column.head, letters)
-        made.add_column(
+        rich.add_column(
             head,
-            justify="left" if given.sides[i] else "right",
+            justify="left" if table.sides[i] else "right",
             no_wrap=not column.words,
             overflow="fold",
         )
-    for row in given.rows:
-        made.add_row(*(_in_lines(given, i, row[i], letters) for i in shown))
-    return made
+    for row in table.rows:
+        rich.add_row(*(_in_lines(table, i, row[i], letters) for i in numbers))
+    return rich
 
 
-def _in_lines(given: Table, column: int, cell: Cell, letters: int) -> str:
+def _in_lines(table: Table, column: int, cell: Cell, letters: int) -> str:
     """Return the lines of a cell; explanations of row names are for pages."""
     main, below = _written(cell)
-    if column < given.keys:
+    if column < table.keys:
         below = []
-    elif not given.columns[column].words:
+    elif not table.columns[column].words:
         below = [
-            line for each in below
-            for line in textwrap.wrap(each, letters, **AT_SPACES)
+            line for text in below
+            for line in textwrap.wrap(text, letters, **AT_SPACES)
         ]  # fmt: skip
     return "\n".join(filter(None, (main, *below)))
 
@@ -253,29 +253,29 @@ def _wrapped(words: str, letters: int) -> str:
     return "\n".join(part for line in lines for part in line)
 
 
-def _width(made: RichTable) -> int:
+def _width(table: RichTable) -> int:
     """Return the width of a table of which nothing is cut."""
-    return Screen(width=UNBOUNDED).measure(made).maximum
+    return Screen(width=UNBOUNDED).measure(table).maximum
 
 
 def _folded(
-    given: Table, letters: int, width: int, left_out: Sequence[str] = ()
+    table: Table, letters: int, width: int, omitted: Sequence[str] = ()
 ) -> RichTable:
     """Return a table whose words wrap, with at least these letters in a line.
 
     Columns share the room so that no word is cut; Rich does not ensure that.
     """
-    made = _made(given, letters, left_out)
+    folded = _rich_table(table, letters, omitted)
     widths, longest = dict[int, int](), dict[int, int]()
-    for i, column in enumerate(made.columns):
+    for i, column in enumerate(folded.columns):
         if not column.no_wrap:
             cells = [visible(str(cell)) for cell in (column.header, *column.cells)]
             longest[i] = max(map(cell_len, "\n".join(cells).splitlines()), default=1)
             word = max(map(cell_len, " ".join(cells).split()), default=1)
             widths[i] = max(word, min(longest[i], letters))
             column.width = widths[i]
-    for _ in range(width - _width(made) if longest else 0):
+    for _ in range(width - _width(folded) if longest else 0):
         i = max(longest, key=lambda i: longest[i] / widths[i])
         widths[i] += widths[i] < longest[i]
-        made.columns[i].width = widths[i]
-    return made
+        folded.columns[i].width = widths[i]
+    return folded

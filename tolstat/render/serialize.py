@@ -44,28 +44,28 @@ def as_json(answer: Any, name: str) -> str:
         An estimate is value, lower, upper (its 95 % interval) and reason. Unknown
         numbers are null, infinite ones "inf" or "-inf".
     """
-    found = {"schema": SCHEMA, "answer": name, **_plain(answer)}
-    return json.dumps(found, indent=1, allow_nan=False) + "\n"
+    content = {"schema": SCHEMA, "answer": name, **_plain(answer)}
+    return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
-def _plain(found: Any) -> Any:
-    if isinstance(found, Scale):
-        return {"unit": found.unit, "shown": found.shown}
-    if is_dataclass(found) and not isinstance(found, type):
+def _plain(value: Any) -> Any:
+    if isinstance(value, Scale):
+        return {"unit": value.unit, "shown": value.shown}
+    if is_dataclass(value) and not isinstance(value, type):
         return {
-            name: _plain(getattr(found, name)) for name in public_fields(type(found))
+            name: _plain(getattr(value, name)) for name in public_fields(type(value))
         }
-    if hasattr(found, "_asdict"):
-        return {name: _plain(value) for name, value in found._asdict().items()}
-    if isinstance(found, Mapping):
-        return {_key(key): _plain(value) for key, value in found.items()}
-    if isinstance(found, Sequence) and not isinstance(found, str):
-        return [_plain(value) for value in found]
-    if isinstance(found, np.generic):
-        found = found.item()
-    if isinstance(found, float) and not math.isfinite(found):
-        return None if math.isnan(found) else "inf" if found > 0 else "-inf"
-    return str(found) if isinstance(found, Path) else found
+    if hasattr(value, "_asdict"):
+        return {name: _plain(item) for name, item in value._asdict().items()}
+    if isinstance(value, Mapping):
+        return {_key(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else "inf" if value > 0 else "-inf"
+    return str(value) if isinstance(value, Path) else value
 
 
 def _key(key: object) -> str:
@@ -77,7 +77,7 @@ def _key(key: object) -> str:
 
 def public_fields(record: Any) -> list[str]:
     """Return the fields of a dataclass that are part of its schema."""
-    return [each.name for each in fields(record) if each.metadata.get("json", True)]
+    return [field.name for field in fields(record) if field.metadata.get("json", True)]
 
 
 def rows_as_csv(rows: Sequence[Row]) -> str:
@@ -86,11 +86,11 @@ def rows_as_csv(rows: Sequence[Row]) -> str:
     A head may end in its unit in brackets; "[unit]" is that of the row. An estimate
     takes four columns: itself, the ends of its 95 % interval, and why it has none.
     """
-    shown = [
-        {head: _shown(value, factor) for head, value, factor in _cells(row)}
-        for row in rows
-    ]
-    return csv_text(shown[0], [list(each.values()) for each in shown])
+    heads = [head for head, _, _ in _cells(rows[0])]
+    return csv_text(
+        heads,
+        ([_converted(value, times) for _, value, times in _cells(row)] for row in rows),
+    )
 
 
 def rows_as_frame(rows: Sequence[Row], index: str) -> pd.DataFrame:
@@ -100,37 +100,42 @@ def rows_as_frame(rows: Sequence[Row], index: str) -> pd.DataFrame:
     """
     import pandas as pd
 
-    found = []
-    for row in rows:
-        cells: dict[str, Any] = {}
-        numbers = (each for each in _cells(row) if not each[0].endswith(REASON))
-        for head, value, _ in numbers:
+    return pd.DataFrame(map(_in_si, rows)).set_index(index)
+
+
+def _in_si(row: Row) -> dict[str, Any]:
+    """Return the numbers of a row by their names in a frame."""
+    cells: dict[str, Any] = {}
+    for head, value, _ in _cells(row):
+        if not head.endswith(REASON):
             name = re.sub(r"\W+", "_", head.partition(" [")[0]).strip("_")
             cells[re.sub(r"(^|_)(?=\d)", r"\1quantile_", name, count=1)] = value
-        if "unit" in cells:  # the frame is in SI
-            own = (n for head, n in row.items() if head.endswith("[unit]"))
-            scales = [n.scale for n in own if isinstance(n, Number)]
-            units = [each.unit for each in scales if isinstance(each, Scale)]
-            cells["unit"] = next(iter(units), cells["unit"])
-        found.append(cells)
-    return pd.DataFrame(found).set_index(index)
+    if "unit" in cells:
+        scales = (
+            cell.scale
+            for head, cell in row.items()
+            if head.endswith("[unit]") and isinstance(cell, Number)
+        )
+        units = (scale.unit for scale in scales if isinstance(scale, Scale))
+        cells["unit"] = next(units, cells["unit"])
+    return cells
 
 
 def _cells(row: Row) -> Iterator[tuple[str, Any, float]]:
     """Yield heads, values in SI, and the factors to the units shown."""
-    for head, given in row.items():
-        if not isinstance(given, Number):
-            yield head, given, 0.0
-        elif isinstance(given.value, Estimate):
+    for head, content in row.items():
+        if not isinstance(content, Number):
+            yield head, content, 0.0
+        elif isinstance(content.value, Estimate):
             name, bracket, unit = head.partition(" [")
-            for end, value in zip(ENDS, given.value[:3], strict=True):
-                yield name + end + bracket + unit, value, given.scale.factor
-            yield name + REASON, given.value.reason, 0.0
+            for end, value in zip(ENDS, content.value[:3], strict=True):
+                yield name + end + bracket + unit, value, content.scale.factor
+            yield name + REASON, content.value.reason, 0.0
         else:
-            yield head, given.value, given.scale.factor
+            yield head, content.value, content.scale.factor
 
 
-def _shown(value: Any, factor: float) -> Any:
+def _converted(value: Any, factor: float) -> Any:
     """Return a number without rounding errors of its conversion; empty for none."""
     if isinstance(value, str | int):
         return value

@@ -13,8 +13,8 @@ class Track:
 
     def __init__(self, ranges: Ranges) -> None:
         self.times, rows = ranges.scale.factor, ranges.rows
-        levels = [self.times * each.level for each in rows]
-        seen = [self.times * x for each in rows for x in (each.found[0], each.found[2])]
+        levels = [self.times * row.level for row in rows]
+        seen = [self.times * x for row in rows for x in (row.found[0], row.found[2])]
         seen = [x for x in (*seen, *levels, min(levels) / 100) if 0 < x < math.inf]
         self.last = math.ceil(math.log10(max(seen)) - 1e-9)
         first = math.floor(math.log10(min(seen)))
@@ -23,7 +23,7 @@ class Track:
         self.ticks = (0.0, *(10.0**power for power in powers))
         self.shared = f"{ranges.level} {min(levels):.4g}" if len({*levels}) == 1 else ""
 
-    def place(self, value: float) -> float:
+    def percent(self, value: float) -> float:
         """Return where a value, SI, lies: in % of the axis."""
         x = self.times * value
         part = BELOW * x / 10.0**self.first

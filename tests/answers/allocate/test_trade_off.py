@@ -25,8 +25,8 @@ from tolstat.answers.allocate.allocation import equal_cost_words, trade_off_char
 from tolstat.answers.allocate.fresh_runs import Scheme
 from tolstat.answers.allocate.reweighted_pool import Pool
 from tolstat.answers.allocate.search import Point, Search, for_equal_cost
+from tolstat.answers.views.view_file import draw_view
 from tolstat.model.view import Mark
-from tolstat.render.figures import draw as draw_view
 from tolstat.render.screen import as_text
 from tolstat.statistics.estimate import Estimate
 

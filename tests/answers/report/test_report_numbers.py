@@ -22,7 +22,7 @@ from tolstat.answers.report.gather import report_of
 from tolstat.answers.report.variance import at_most_all
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.cli.main import main
-from tolstat.errors import PictureError
+from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sensitivity.contributions import contributions
 from tolstat.statistics.sensitivity.sobol_indices import Indices, sobol_indices
@@ -267,9 +267,9 @@ def test_runs_without_a_report_are_refused(tmp_path, toy, toy_study, mill):
     grid.write_text(
         'model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm", "1 mm"]\n'
     )
-    with pytest.raises(PictureError, match="are no sample: no statistics"):
+    with pytest.raises(QuestionError, match="are no sample: no statistics"):
         report_of(tolstat.run(grid, model=toy))
-    with pytest.raises(PictureError, match="did you mean 'yaw'"):
+    with pytest.raises(QuestionError, match="did you mean 'yaw'"):
         report_of(mill, ["jaw"])
     toy_study.write_text(toy_study.read_text().replace('"+-1 mm"', '"1..2 mm"'))
     none_done = report_of(tolstat.run(toy_study, model=toy)).trials

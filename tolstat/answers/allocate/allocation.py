@@ -11,6 +11,7 @@ from tolstat.answers.allocate.search import Point
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import ppm
 from tolstat.document import blocks
+from tolstat.document.chart_plot import plot_of
 from tolstat.document.inline import (
     Name,
     Number,
@@ -143,7 +144,7 @@ class Allocation(Answer):
             self._tolerances(),
             self._fractions(),
             blocks.Bullets(tuple(self._notes())),
-            blocks.Figure(CHART, self.chart, text(CHART), wide=True),
+            blocks.Figure(CHART, plot_of(self.chart), text(CHART), wide=True),
         )
         return blocks.Document(f"Cheapest tolerances: {self.title}", parts)
 

@@ -21,7 +21,7 @@ from tolstat.answers.report.gather import summaries_of
 from tolstat.answers.report.report_warnings import jumping, warnings_of
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.errors import PictureError
+from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.difference import correlation_of_quantiles, difference
@@ -50,7 +50,7 @@ def compare(*runs: RunSource, responses: Sequence[str] = ()) -> Comparison:
 
     Raises
     ------
-    PictureError
+    QuestionError
         If fewer than two runs are given, trials were not sampled, or no response is in
         both.
     RunFileError
@@ -63,7 +63,7 @@ def compare(*runs: RunSource, responses: Sequence[str] = ()) -> Comparison:
     <tolstat compare: A stack-up.h5, B other.h5; B unpaired>
     """
     if not 2 <= len(runs) <= len(LABELS):
-        raise PictureError(
+        raise QuestionError(
             f"two runs or more are compared, up to {len(LABELS)}; given: {len(runs)}"
         )
     first, *rest = map(open_run, runs)

@@ -12,10 +12,11 @@ from tolstat.answers.report.response_figures import (
     edges_of,
     figure_of,
     limit_rules,
+    line_at,
     points_of,
 )
 from tolstat.document.blocks import Figure
-from tolstat.document.plot import Line, PlotAxis, Rule, Stairs
+from tolstat.document.plot import Histogram, PlotAxis, curve
 from tolstat.units.scale import Scale
 
 
@@ -47,8 +48,8 @@ def figures_of(
         f"Histogram of the differences of {name}, {label} less A",
         PlotAxis(scale.label(f"{label} - A of {name}")),
         PlotAxis("trials per bin", "symlog", (0.0, 1.5 * float(counts.max()))),
-        Stairs(edges, counts.astype(float), "third"),
-        Rule(0.0, True, "ink", "no difference", "-"),
+        Histogram(edges, counts.astype(float), "third"),
+        line_at(0.0, "no difference", "ink", "-"),
         caption="Differences trial by trial, of those that are done in both.",
     )
     x, y = times * first, times * second
@@ -57,7 +58,7 @@ def figures_of(
         f"{name} of each trial in {label} over the same trial in A",
         PlotAxis(scale.label(f"A: {name}")),
         PlotAxis(scale.label(f"{label}: {name}")),
-        Line(x, y, look="faint"),
-        Line(ends, ends, "ink", "no difference"),
+        curve(x, y, look="faint"),
+        curve(ends, ends, "ink", "no difference"),
         caption=f"Each trial that is done in both: in {label} over A.",
     )

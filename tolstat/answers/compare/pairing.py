@@ -7,7 +7,7 @@ import numpy as np
 
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.arrays import Array
-from tolstat.errors import PictureError
+from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sensitivity.normal_scores import CHANCE
@@ -68,14 +68,14 @@ def pair_of(first: Run, second: Run) -> Pairing:
 
     Raises
     ------
-    PictureError
+    QuestionError
         If they are runs of two models, trials were not sampled, no response is in
         both, or no trial is done.
     """
     A, B = drawn_trials(first), drawn_trials(second)
     where = f"{first.path} and {second.path}"
     if first.model != second.model:
-        raise PictureError(
+        raise QuestionError(
             f"{where} are of two models, {first.model} and {second.model}; runs of "
             "one model can be compared"
         )
@@ -87,18 +87,18 @@ def pair_of(first: Run, second: Run) -> Pairing:
         if second.units.get(response.name) == response.unit
     )
     if not names:
-        raise PictureError(f"{where} have no response in common")
+        raise QuestionError(f"{where} have no response in common")
     common = min(len(A.trials), len(B.trials))
     kind, words = _together(A, B, common)
     if kind == UNPAIRED:
         for drawn in (A, B):
             if not drawn.sample.done.any():
-                raise PictureError(f"{drawn.run.path}: no trial is done")
+                raise QuestionError(f"{drawn.run.path}: no trial is done")
         sample, counts, failures = None, (0, 0, 0), NOT_PAIRED
     else:
         sample = _in_both(A.sample.first(common), B.sample.first(common))
         if not sample.done.any():
-            raise PictureError(f"{where}: no trial is done in both")
+            raise QuestionError(f"{where}: no trial is done in both")
         if len(A.trials) != len(B.trials):
             words += f"; of both the first {common} trials"
         counts = common, int(np.count_nonzero(sample.done)), sample.failed

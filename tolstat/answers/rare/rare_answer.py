@@ -24,7 +24,7 @@ from tolstat.answers.sampled_trials import audited_of, changes_of, ends_of
 from tolstat.arrays import Truths
 from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE, WEIGHT
 from tolstat.document.inline import Number
-from tolstat.errors import PictureError
+from tolstat.errors import QuestionError
 from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.weighted_estimates import (
@@ -133,19 +133,19 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
 
     Raises
     ------
-    PictureError
+    QuestionError
         If no trial has run, or another response is requested.
     """
     name, limit = run.aim, run.limits[run.aim]
     sentences = {response.name: response.sentence for response in run.responses}
     for other in run_answer.responses_in_focus(run, chosen or name):
         if other != name:
-            raise PictureError(
+            raise QuestionError(
                 f'response {other}: {run.path} has sampling = "rare" and answers for '
                 f"{name} only"
             )
     if not run.ended:
-        raise PictureError(f"{run.path}: no trial has run; there is nothing to report")
+        raise QuestionError(f"{run.path}: no trial has run; there is nothing to report")
     ran = run.status != Status.NOT_RUN
     out, stage, weights = run.beyond(name), run.column(STAGE), run.column(WEIGHT)
     last = ran & ~np.isnan(weights)

@@ -33,7 +33,7 @@ from tolstat.answers.report.response_summary import (
 from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.answers.sweep.extremes import Extremes, extremes_of
-from tolstat.errors import PictureError
+from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
@@ -102,7 +102,7 @@ def report(
 
     Raises
     ------
-    PictureError
+    QuestionError
         If the run has no such response.
     RunFileError
         If the run cannot be read.
@@ -128,13 +128,13 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
 
     Raises
     ------
-    PictureError
+    QuestionError
         If the trials were not sampled, none has run, or a response is unknown.
     """
     if (drawn := drawn_trials(run)) is None:
         raise no_sample(run)
     if not np.any(drawn.sample.ran):
-        raise PictureError(f"{run.path}: no trial has run; there is nothing to report")
+        raise QuestionError(f"{run.path}: no trial has run; there is nothing to report")
     return drawn, run_answer.responses_in_focus(run, chosen)
 
 

@@ -11,6 +11,7 @@ from tolstat.answers.sampled_trials import Drawn, drawn_trials
 from tolstat.arrays import Array
 from tolstat.document import blocks, plot
 from tolstat.document.inline import text
+from tolstat.model.view import Curve, Level, Span
 from tolstat.statistics.summary import Summary
 from tolstat.units.scale import Scale
 
@@ -50,20 +51,20 @@ def _histogram(drawn: Drawn, name: str, response: ReportedResponse) -> blocks.Fi
         lower, upper = response.limited.limit.permitted if response.limited else OPEN
         out = (edges[1:] <= lower) | (edges[:-1] >= upper)
         layers += [
-            plot.Stairs(times * edges, np.where(chosen, heights, 0.0), colour)
+            plot.Histogram(times * edges, np.where(chosen, heights, 0.0), colour)
             for chosen, colour in ((~out, "first"), (out, "limit"))
             if chosen.any()
         ]
     if not math.isnan(response.nominal):
         label = f"nominal {scale.number(response.nominal)}"
-        layers.append(plot.Rule(times * response.nominal, True, "ink", label, "-."))
+        layers.append(line_at(times * response.nominal, label, "ink", "-."))
     if not math.isnan(response.mean.value):
         label = f"mean {scale.interval(*response.mean[:3])[0]}"
-        layers.append(plot.Rule(times * response.mean.value, True, "third", label, ":"))
+        layers.append(line_at(times * response.mean.value, label, "third", ":"))
     layers += limit_rules(response, scale)
     if sure := [response.quantiles[q] for q in MARKED if response.quantiles[q].sure]:
         value, below, above = times * np.array([q[:3] for q in sure]).T
-        layers.append(plot.Spans(below, above, value, label="50, 95, 99.865 %"))
+        layers.append(plot.Intervals(below, above, value, name="50, 95, 99.865 %"))
     mass = ", without those that share one value" if response.point_mass else ""
     return figure_of(
         f"Histogram of {name}: {_most_important(response)}",
@@ -140,11 +141,11 @@ def _scatter(
         return None
     times, scales = response.scale.factor, drawn.run.scales
     values = times * drawn.done(name)
-    rules = [plot.Rule(times * end, False, "limit") for end in ends_of(response)]
+    rules = [Level(times * end, "") for end in ends_of(response)]
     panels = []
     for part in leading:
         x, axis = scales[part].factor * drawn.done(part), scales[part].label(part)
-        layers: tuple[plot.Layer, ...] = (plot.Line(x, values, look="faint"), *rules)
+        layers: tuple[plot.Layer, ...] = (plot.curve(x, values, look="faint"), *rules)
         label = response.scale.label(name)
         panels.append(plot.PlotPanel(plot.PlotAxis(axis), plot.PlotAxis(label), layers))
     return blocks.Figure(
@@ -158,7 +159,7 @@ def _scatter(
 
 def points_of(
     values: Array, times: float, colour: str = "first", label: str = ""
-) -> plot.Line:
+) -> Curve:
     """Return points of a distribution function: all in the tails, few in the middle."""
     n = len(values)
     share = (np.arange(1, n + 1) - 0.5) / n
@@ -167,7 +168,7 @@ def points_of(
         tail = np.unique(np.geomspace(1, n // 2, MOST_DRAWN // 2).astype(np.int64))
         chosen = np.unique(np.concatenate([tail - 1, n - tail]))
     points = times * np.sort(values)[chosen]
-    return plot.Line(points, share[chosen], colour, label, "dots")
+    return plot.curve(points, share[chosen], colour, label, "dots")
 
 
 def ends_of(summary: Summary) -> list[float]:
@@ -175,13 +176,18 @@ def ends_of(summary: Summary) -> list[float]:
     return summary.limited.limit.finite if summary.limited else []
 
 
-def limit_rules(summary: Summary, scale: Scale) -> list[plot.Rule]:
+def limit_rules(summary: Summary, scale: Scale) -> list[Span]:
     """Mark the ends of the limit, with its words in the legend."""
     words = f"limit {summary.limited.limit.words}" if summary.limited else ""
     return [
-        plot.Rule(scale.factor * end, True, "limit", words if i == 0 else "")
+        line_at(scale.factor * end, words if i == 0 else "", "limit", "--")
         for i, end in enumerate(ends_of(summary))
     ]
+
+
+def line_at(value: float, words: str, colour: str, dash: str) -> Span:
+    """Return an upright line across a panel."""
+    return Span(value, value, words, colour, dash)
 
 
 def edges_of(values: Array) -> Array:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.errors import PictureError, allowed_names
+from tolstat.errors import QuestionError, allowed_names
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -27,17 +27,17 @@ def swept_axis(run: Run) -> str:
 
     Raises
     ------
-    PictureError
+    QuestionError
         If the run is no grid, or has no axis of two values.
     """
     if not run.grid:
-        raise PictureError(
+        raise QuestionError(
             f'{run.path}: only a run with sampling = "grid" is shown as curves'
         )
     counts = {name: len(set(_values(run, name).tolist())) for name in run.grid}
     several = [name for name in run.grid if counts[name] > 1]
     if not several:
-        raise PictureError(f"{run.path}: nothing in its grid has two values or more")
+        raise QuestionError(f"{run.path}: nothing in its grid has two values or more")
     return max(several, key=lambda n: (_values(run, n).dtype.kind == "f", counts[n]))
 
 
@@ -50,8 +50,8 @@ def words_along(run: Run, axis: str) -> list[str]:
 def places(run: Run, axis: str) -> Array:
     """Return where trials stand along an axis, SI; words by their number."""
     values, words = _values(run, axis), words_along(run, axis)
-    found = [words.index(word) for word in values.tolist()] if words else values
-    return np.array(found, dtype=float)
+    numbers = [words.index(word) for word in values.tolist()] if words else values
+    return np.array(numbers, dtype=float)
 
 
 def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
@@ -59,12 +59,12 @@ def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
 
     Raises
     ------
-    PictureError
+    QuestionError
         If the run has no such response.
     """
     names = [each.name for each in run.responses]
     if response not in names:
-        raise PictureError(
+        raise QuestionError(
             f"no response '{response}'; {allowed_names(response, names)}"
         )
     others = [name for name in run.grid if name != axis]
@@ -73,26 +73,26 @@ def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
     trials_at: dict[tuple[Any, ...], list[int]] = {}
     for trial in range(run.trials):
         trials_at.setdefault(tuple(each[trial] for each in columns), []).append(trial)
-    found = []
+    curves = []
     for values, trials in trials_at.items():
         at = dict(zip(others, values, strict=True))
         rows = np.array(trials)[np.argsort(x[trials], kind="stable")]
-        found.append(Sweep(_label(run, at), at, x[rows], y[rows]))
-    return found
+        curves.append(Sweep(_label(run, at), at, x[rows], y[rows]))
+    return curves
 
 
 def responses_of_interest(run: Run) -> list[str]:
     """Return the responses with a reference or a limit."""
     columns = run.reference.columns if run.reference else ()
-    known = [name for name in columns if name in run.units][1:]
-    limited = [name for name in run.limits if name not in known]
-    return [*known, *limited]
+    referenced = [name for name in columns if name in run.units][1:]
+    limited = [name for name in run.limits if name not in referenced]
+    return [*referenced, *limited]
 
 
 def point_words(run: Run, trial: int) -> str:
     """Return where a trial stands in the grid; of a table its number."""
-    at = {name: _values(run, name).tolist()[trial] for name in run.grid}
-    return _label(run, at) or f"trial {trial}"
+    values = {name: _values(run, name).tolist()[trial] for name in run.grid}
+    return _label(run, values) or f"trial {trial}"
 
 
 def axis_scale(run: Run, axis: str) -> Scale:
@@ -106,16 +106,16 @@ def _values(run: Run, axis: str) -> Array:
 
 def _moved(run: Run, axis: str) -> str:
     """Return the first column that an axis of the grid moved."""
-    known = [each.name for each in run.swept]
-    known += [each.name for each in run.contributors]
-    if axis in known:
+    columns = [column.name for column in run.swept]
+    columns += [column.name for column in run.contributors]
+    if axis in columns:
         return axis
-    return next(name for name in known if name.rpartition("_")[0] == axis)
+    return next(name for name in columns if name.rpartition("_")[0] == axis)
 
 
-def _label(run: Run, at: Mapping[str, Any]) -> str:
+def _label(run: Run, values: Mapping[str, Any]) -> str:
     words = []
-    for name, value in at.items():
+    for name, value in values.items():
         if not isinstance(value, str):
             scale = axis_scale(run, name)
             value = f"{scale.factor * value:.6g} {scale.mark}".strip()

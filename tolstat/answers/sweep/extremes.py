@@ -83,13 +83,13 @@ class Extremes(AboutRun):
             {
                 "title": self.title,
                 "response": name,
-                "unit": each.scale.shown,
-                "nominal [unit]": Number(each.nominal, each.scale),
-                "least [unit]": _value(each.least, each.scale),
-                "largest [unit]": _value(each.largest, each.scale),
-                "trials out of limit": each.trials_out_of_limit,
+                "unit": response.scale.shown,
+                "nominal [unit]": Number(response.nominal, response.scale),
+                "least [unit]": _value(response.least, response.scale),
+                "largest [unit]": _value(response.largest, response.scale),
+                "trials out of limit": response.trials_out_of_limit,
             }
-            for name, each in self.responses.items()
+            for name, response in self.responses.items()
         ]
 
 
@@ -103,7 +103,7 @@ def extremes_of(run: Run, chosen: Sequence[str] = ()) -> Extremes:
     `chosen`: the responses that its page draws; by default the one that decides.
     """
     responses, out_of_any = {}, run.status != Status.DONE
-    for name in (each.name for each in run.responses):
+    for name in (response.name for response in run.responses):
         limit = run.limits.get(name)
         out = run.beyond(name) if limit else np.zeros(run.trials, dtype=np.bool_)
         out_of_any = out_of_any | out

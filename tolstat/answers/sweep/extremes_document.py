@@ -1,9 +1,6 @@
 """Document about a run of given trials: extremes, limits, trials, reference."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,8 +15,8 @@ from tolstat.answers.sweep.curves import (
     point_words,
     sweeps,
 )
+from tolstat.answers.sweep.extremes import Extreme, Extremes, Point
 from tolstat.answers.sweep.sweep_figure import point_figure
-from tolstat.document import blocks
 from tolstat.document.blocks import (
     Block,
     Document,
@@ -28,6 +25,9 @@ from tolstat.document.blocks import (
     Paragraph,
     Section,
     Table,
+    note,
+    paragraph,
+    shown,
     table_of,
 )
 from tolstat.document.inline import (
@@ -48,115 +48,116 @@ from tolstat.status import Status
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
-if TYPE_CHECKING:
-    from tolstat.answers.sweep.extremes import Extreme, Extremes, Point
-
 MOST_ROWS = 40
 
 
-def extremes_document(found: Extremes) -> Document:
+def extremes_document(extremes: Extremes) -> Document:
     """Return limits, picture, next steps, responses, trials of a table, reference."""
-    run, pictures, trials = found.stored_run, list[Figure](), tuple[Block, ...]()
-    if found.ran:
-        pictures = [point_figure(run, name) for name in found.focus]
-        trials = (_responses(found), *table_rows(run), *comparisons(run))
-    drawn = Section(f"Trials of the {found.sampling}", (*pictures,), "", 3, True)
+    run, pictures, trials = extremes.stored_run, list[Figure](), tuple[Block, ...]()
+    if extremes.ran:
+        pictures = [point_figure(run, name) for name in extremes.focus]
+        trials = (_responses(extremes), *table_rows(run), *comparisons(run))
+    figures = Section(f"Trials of the {extremes.sampling}", (*pictures,), "", 3, True)
     return sheet(
-        f"{found.trials} trials of a {found.sampling}",
-        found,
-        blocks.shown(
-            in_words(found.warnings),
-            Paragraph(_lead(found), "lead"),
-            _limits(found),
-            drawn,
-            what_next(_next_steps(found)),
-            *map(blocks.note, found.notes),
+        f"{extremes.trials} trials of a {extremes.sampling}",
+        extremes,
+        shown(
+            in_words(extremes.warnings),
+            Paragraph(_lead(extremes), "lead"),
+            _limits(extremes),
+            figures,
+            what_next(_next_steps(extremes)),
+            *map(note, extremes.notes),
         ),
         Section("Responses", trials, "responses"),
         role="",
     )
 
 
-def _points(found: Extremes, count: int) -> str:
+def _points(extremes: Extremes, count: int) -> str:
     """Return a count of trials with its noun."""
-    noun = "combination" if len(found.stored_run.grid) > 1 else "point"
-    noun = noun if found.sampling == "grid" else "trial"
+    noun = "combination" if len(extremes.stored_run.grid) > 1 else "point"
+    noun = noun if extremes.sampling == "grid" else "trial"
     return f"{count} {noun}{'s' * (count != 1)}"
 
 
-def _lead(found: Extremes) -> Parts:
+def _lead(extremes: Extremes) -> Parts:
     """Say how many trials meet all limits, and which are the best and the worst."""
-    limits = sum(each.limit is not None for each in found.responses.values())
-    met, ran = found.meet_all, found.ran
+    limits = sum(response.limit is not None for response in extremes.responses.values())
+    met, ran = extremes.meet_all, extremes.ran
     if not ran:
         return text("No trial has run.")
     if not limits:
-        return text(f"{_points(found, ran)}. The study limits no response.")
-    of = "the limit" if limits == 1 else f"all {limits} limits"
-    meets = f"{met} of {_points(found, ran)} meet{'s' * (met == 1)} {of}"
-    left = f" So far {ran} of {found.trials} have run." * (ran < found.trials)
+        return text(f"{_points(extremes, ran)}. The study limits no response.")
+    limits_met = "the limit" if limits == 1 else f"all {limits} limits"
+    meets = f"{met} of {_points(extremes, ran)} meet{'s' * (met == 1)} {limits_met}"
+    rest = f" So far {ran} of {extremes.trials} have run." * (ran < extremes.trials)
     tone = MET if met == ran else "strong" if met else NOT_MET
-    return text(Word(meets, tone), ".", *_at(found, "Best", found.best),
-                *_at(found, "Worst", found.worst), left or None)  # fmt: skip
+    return text(Word(meets, tone), ".", *_point(extremes, "Best", extremes.best),
+                *_point(extremes, "Worst", extremes.worst), rest or None)  # fmt: skip
 
 
-def _at(found: Extremes, what: str, point: Point | None) -> Parts:
-    if point is None or found.ran < 2:
+def _point(extremes: Extremes, superlative: str, point: Point | None) -> Parts:
+    if point is None or extremes.ran < 2:
         return ()
-    value = Number(point.value, found.responses[point.response].scale)
-    return say(f" {what}: {point.at}, where {{}} is {{}}.", Name(point.response), value)
+    value = Number(point.value, extremes.responses[point.response].scale)
+    return say(
+        f" {superlative}: {point.at}, where {{}} is {{}}.", Name(point.response), value
+    )
 
 
-def _limits(found: Extremes) -> Table:
+def _limits(extremes: Extremes) -> Table:
     """Return in how many trials each limit is met, its worst value, and where."""
-    rows: list[dict[str, Given]] = []
-    judged = [(n, each) for n, each in found.responses.items() if each.limit]
-    for name, each in sorted(judged, key=lambda of: -of[1].trials_out_of_limit):
-        ends = [end for end in (each.least, each.largest) if end and each.limit]
-        if each.limit is None or not ends:
+    run, ran, rows = extremes.stored_run, extremes.ran, list[dict[str, Given]]()
+    by_misses = sorted(
+        extremes.responses.items(), key=lambda item: -item[1].trials_out_of_limit
+    )
+    for name, response in by_misses:
+        ends = [end for end in (response.least, response.largest) if end]
+        if response.limit is None or not ends:
             continue
-        limit = each.limit.permitted
+        limit = response.limit.permitted
         worst = min(ends, key=lambda end: margins(np.array(end.value), limit))
         trial = worst.trial
         rows.append({
             "response": Name(name),
-            "limit": Word(each.limit.words, "limit"),
-            "met in": f"{found.ran - each.trials_out_of_limit} of {found.ran}",
-            "worst value": with_unit(Number(worst.value, each.scale)),
-            "at": "all" if trial is None else point_words(found.stored_run, trial),
+            "limit": Word(response.limit.words, "limit"),
+            "met in": f"{ran - response.trials_out_of_limit} of {ran}",
+            "worst value": with_unit(Number(worst.value, response.scale)),
+            "at": "all" if trial is None else point_words(run, trial),
         })  # fmt: skip
     return table_of(rows, "Limits", words=["at"], look="verdicts")
 
 
-def _next_steps(found: Extremes) -> tuple[Parts, ...]:
+def _next_steps(extremes: Extremes) -> tuple[Parts, ...]:
     """Say what to do next: run the rest, simulate the worst trial, see all."""
-    run, machine = found.stored_run, found.stored_run.machine
+    run, machine = extremes.stored_run, extremes.stored_run.machine
     if not run.complete:
-        left = Typed(to_resume(run.path, machine))
-        return (text("Run the trials that are missing: ", left, "."),)
+        remaining = Typed(to_resume(run.path, machine))
+        return (text("Run the trials that are missing: ", remaining, "."),)
     steps = []
-    if found.worst:
-        again = Typed(to_replay(run.path, found.worst.trial, machine))
+    if extremes.worst:
+        again = Typed(to_replay(run.path, extremes.worst.trial, machine))
         steps.append(text("See the worst one in detail: ", again, "."))
-    others = [name for name in found.responses if name not in found.focus]
+    others = [name for name in extremes.responses if name not in extremes.focus]
     if others:
-        drawn = command("report", run.path, "--response", others[0], machine=machine)
+        picture = command("report", run.path, "--response", others[0], machine=machine)
         steps.append(say("Draw another response, such as {}: {}.", Name(others[0]),
-                         Typed(drawn)))  # fmt: skip
+                         Typed(picture)))  # fmt: skip
     table = command("export", run.path, "-o", run.path.with_suffix(".csv"))
     return (*steps, text("Write all trials as a table: ", Typed(table), "."))
 
 
-def _responses(found: Extremes) -> Table:
+def _responses(extremes: Extremes) -> Table:
     rows: list[dict[str, Given]] = [
         {
             "response": Name(name),
-            "unit": each.scale.mark,
-            "nominal": Number(each.nominal, each.scale),
-            **_extreme("least", each.least, each.scale),
-            **_extreme("largest", each.largest, each.scale),
+            "unit": response.scale.mark,
+            "nominal": Number(response.nominal, response.scale),
+            **_extreme("least", response.least, response.scale),
+            **_extreme("largest", response.largest, response.scale),
         }
-        for name, each in found.responses.items()
+        for name, response in extremes.responses.items()
     ]
     return table_of(rows, keys=2, look="dense", spare=["nominal"])
 
@@ -177,33 +178,33 @@ def table_rows(run: Run) -> list[Block]:
     """
     if run.sampling != "table":
         return []
-    known = {each.name: run.column(each.name) for each in run.contributors}
-    same = [n for n, x in known.items() if run.trials > 1 and not np.ptp(x)]
-    own = [n for n, x in known.items() if n not in same and np.any(x)]
-    focus, responses = responses_in_focus(run), [each.name for each in run.responses]
-    columns = [*own, *(name for name in responses if name in focus)]
+    deviations = {part.name: run.column(part.name) for part in run.contributors}
+    same = [n for n, x in deviations.items() if run.trials > 1 and not np.ptp(x)]
+    moved = [n for n, x in deviations.items() if n not in same and np.any(x)]
+    focus, names = responses_in_focus(run), [each.name for each in run.responses]
+    columns = [*moved, *(name for name in names if name in focus)]
     done = run.status == Status.DONE
-    out_of = {n: run.beyond(n) & done for n in responses if n in run.limits}
+    out_of = {n: run.beyond(n) & done for n in names if n in run.limits}
     rows: list[dict[str, Given]] = []
     for trial in range(min(run.trials, MOST_ROWS)):
         row: dict[str, Given] = {"trial": Number(trial)}
         for name in columns:
-            ran = name in known or run.status[trial] != Status.NOT_RUN
+            ran = name in deviations or run.status[trial] != Status.NOT_RUN
             head = f"{name}\n{run.scales[name].mark}"
             row[head] = _cell(run, name, trial) if ran else None
-        out = ", ".join(name for name, each in out_of.items() if each[trial])
+        out = ", ".join(name for name, trials in out_of.items() if trials[trial])
         rows.append({**row, "status": run.ended_as(trial), "out of limit": out})
     table = table_of(rows, f"{run.title}: trials", words=["out of limit"])
-    found: list[Block] = [table]
-    values = [(f"{n} ", _cell(run, n, 0)) for n in same if known[n][0]]
-    if values:
-        found.append(blocks.paragraph("in all trials: ", listed(values, "")))
+    blocks: list[Block] = [table]
+    if common := [(f"{n} ", _cell(run, n, 0)) for n in same if deviations[n][0]]:
+        blocks.append(paragraph("in all trials: ", listed(common, "")))
     if len(rows) < run.trials:
-        each = command("trial", run.path, "NUMBER", machine=run.machine)
-        part = say("the first {} of {}; ", f"{len(rows)}", counted(run.trials, "trial"))
-        every = f'tolstat.open("{run.path}").frame() has all. One of them: '
-        found.append(blocks.paragraph(part, every, Typed(each)))
-    return found
+        blocks.append(paragraph(
+            f"the first {len(rows)} of ", counted(run.trials, "trial"),
+            f'; tolstat.open("{run.path}").frame() has all. One of them: ',
+            Typed(command("trial", run.path, "NUMBER", machine=run.machine)),
+        ))  # fmt: skip
+    return blocks
 
 
 def _cell(run: Run, name: str, trial: int) -> str | Number:
@@ -221,10 +222,10 @@ def comparisons(run: Run) -> list[Table]:
         return []
     axis, *others = run.reference.columns
     return [
-        found
+        table
         for response in [name for name in others if name not in run.grid]
         for sweep in sweeps(run, axis, response)
-        if (found := _compared(run, axis, response, sweep))
+        if (table := _compared(run, axis, response, sweep))
     ]
 
 
@@ -237,8 +238,8 @@ def _compared(run: Run, axis: str, response: str, sweep: Sweep) -> Table | None:
     if not on.any():
         return None
     along, scale = axis_scale(run, axis), run.scales[response]._replace(least=0.0)
-    at, known = columns[axis][on], columns[response][on]
-    here = np.interp(at, sweep.x, sweep.y, left=np.nan, right=np.nan)
+    points, reference = columns[axis][on], columns[response][on]
+    values = np.interp(points, sweep.x, sweep.y, left=np.nan, right=np.nan)
     rows = [
         {
             along.label(axis.removeprefix(TAKEN)): Number(x, along),
@@ -246,11 +247,13 @@ def _compared(run: Run, axis: str, response: str, sweep: Sweep) -> Table | None:
             "run": Number(b, scale),
             "difference": Number(b - a, scale),
         }
-        for x, a, b in zip(at.tolist(), known.tolist(), here.tolist(), strict=True)
+        for x, a, b in np.transpose([points, reference, values]).tolist()
     ]
     title = f"{scale.label(response)}: {run.reference.label}"
     return table_of(
         rows,
         f"{title} ({sweep.label})" if sweep.label else title,
-        caption=() if np.isin(at, sweep.x).all() else text("between points: linear"),
+        caption=()
+        if np.isin(points, sweep.x).all()
+        else text("between points: linear"),
     )

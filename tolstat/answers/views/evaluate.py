@@ -69,8 +69,8 @@ def evaluate(
     loaded = catalogue.find(model)
     chosen = model_settings.make(loaded, settings)
     description = described(loaded, chosen)
-    given = {} if deviations is None else {str(k): v for k, v in deviations.items()}
-    outcome = simulate(loaded, _deviations(given, description), chosen)
+    by_name = {} if deviations is None else {str(k): v for k, v in deviations.items()}
+    outcome = simulate(loaded, _deviations(by_name, description), chosen)
     names = [response.name for response in description.responses]
     frame = pd.DataFrame(outcome.responses, columns=names)
     if isinstance(deviations, pd.DataFrame):
@@ -190,14 +190,14 @@ def view_of(
     study: Study | None = None,
 ) -> View:
     """Return a view of a trial; the tolerances of a study give its bands."""
-    known = offers(model)
-    if name not in known:
-        raise model.fault(f"it has no view {name}; {allowed_names(name, known)}")
-    offer, rows = known[name], _first(model, settings, deviations)
+    views = offers(model)
+    if name not in views:
+        raise model.fault(f"it has no view {name}; {allowed_names(name, views)}")
+    offer, rows = views[name], _first(model, settings, deviations)
     if study is not None and offer.n_others:
         rows = np.concatenate([rows, study.machines(offer.n_others)])
-    found = checked_view(model, offer, rows, settings)
-    return in_units(found, study.shown) if study else found
+    result = checked_view(model, offer, rows, settings)
+    return in_units(result, study.shown) if study else result
 
 
 def _first(
@@ -210,12 +210,12 @@ def _first(
     return table
 
 
-def _deviations(given: Mapping[str, Any], description: Description) -> Array:
+def _deviations(by_name: Mapping[str, Any], description: Description) -> Array:
     """Return deviations by name as float64[trial, contributor]."""
-    contributors = {each.name: each for each in description.contributors}
-    names = list(contributors)
+    parts = {part.name: part for part in description.contributors}
+    names = list(parts)
     columns: dict[str, Array] = {}
-    for name, values in given.items():
+    for name, values in by_name.items():
         try:
             column = np.asarray(values, dtype=np.float64)
             expanded = expand(name, names)
@@ -223,24 +223,24 @@ def _deviations(given: Mapping[str, Any], description: Description) -> Array:
             raise ModelError(f"deviation {name}: {error}") from None
         if column.ndim > 1 or not np.all(np.isfinite(column)):
             raise ModelError(f"deviation {name}: give a list of finite numbers")
-        for each in expanded:
-            if each in columns:
-                raise ModelError(f"deviation {each} is given twice, also by {name}")
-            if (size := contributors[each].size) and are_sizes(column, size):
+        for part in expanded:
+            if part in columns:
+                raise ModelError(f"deviation {part} is given twice, also by {name}")
+            if (size := parts[part].size) and are_sizes(column, size):
                 raise ModelError(
-                    f"deviation {each}: these are sizes of a part of nominally "
+                    f"deviation {part}: these are sizes of a part of nominally "
                     f"{size:.10g} (SI); give deviations, sizes less {size:.10g}"
                 )
             if size and (np.abs(column) > MOST_SIZES * abs(size)).any():
                 raise ModelError(
-                    f"deviation {each}: more than the nominal {size:.10g}; numbers are "
+                    f"deviation {part}: more than the nominal {size:.10g}; numbers are "
                     "in SI: m, rad, N"
                 )
-            columns[each] = column
+            columns[part] = column
     lengths = {len(column) for column in columns.values() if column.ndim == 1}
     if len(lengths) > 1:
-        found = ", ".join(str(length) for length in sorted(lengths))
-        raise ModelError(f"deviations are of different lengths: {found}")
+        sizes = ", ".join(map(str, sorted(lengths)))
+        raise ModelError(f"deviations are of different lengths: {sizes}")
     table = np.zeros((lengths.pop() if lengths else 1, len(names)))
     for name, column in columns.items():
         table[:, names.index(name)] = column

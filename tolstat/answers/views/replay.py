@@ -11,6 +11,7 @@ from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
 from tolstat.document import blocks
+from tolstat.document.chart_plot import plot_of
 from tolstat.document.inline import Name, Number, Parts, Typed, listed
 from tolstat.errors import ModelError, RunFileError
 from tolstat.execution.compatibility import made_differently
@@ -94,43 +95,45 @@ class Replay(Answer):
             {"contributor": Name(name), "deviation": each.words, "": each.sentence}
             for name, each in (*self.settings.items(), *moved.items())
         ]
-        answered: list[dict[str, blocks.Given]] = [
+        responses: list[dict[str, blocks.Given]] = [
             {"response": Name(name), "value": each.words,
              "limit": each.limit + (": out of limit" if each.out_of_limit else "")}
             for name, each in self.responses.items()
         ]  # fmt: skip
-        given = blocks.table_of(inputs, words=[""])
-        found = blocks.table_of(answered, words=["limit"])
+        tables = (
+            blocks.table_of(inputs, words=[""]),
+            blocks.table_of(responses, words=["limit"]),
+        )
         steps = f", {self.steps} steps" if self.steps is not None else ""
         where = f", {self.failed_at}" if self.failed_at else ""
         title = f"{self.title}: {self.status}{steps}{where}"
-        return blocks.Document(title, blocks.shown(given, found, *self._remarks()))
+        return blocks.Document(title, blocks.shown(*tables, *self._remarks()))
 
     def _remarks(self) -> Iterator[blocks.Block]:
         """Say whether the trial is as stored, and show how it moved."""
         if self.differences:
             why = f": {self.reason}" if self.reason else ""
-            said = f"not bit for bit as stored{why}; different: "
-            yield blocks.paragraph(said, listed(self.differences, ""))
+            words = f"not bit for bit as stored{why}; different: "
+            yield blocks.paragraph(words, listed(self.differences, ""))
         elif self.stored:
             yield blocks.paragraph("bit for bit as stored")
         if self.damage:
-            said = f"the run is damaged: {self.damage}. Repair it with: "
-            yield blocks.paragraph(said, Typed(self.repair))
+            words = f"the run is damaged: {self.damage}. Repair it with: "
+            yield blocks.paragraph(words, Typed(self.repair))
         if self.history:
-            yield blocks.Figure("its histories", self.history, wide=True)
+            yield blocks.Figure("its histories", plot_of(self.history), wide=True)
 
     def rows(self) -> list[Row]:
         """Return deviations and responses, a row for each."""
         kinds = ("setting", self.settings), ("deviation", self.contributors)
         return [
             {
-                "name": name, "kind": kind, "unit": each.scale.mark,
-                "value [unit]": each.number, "limit": each.limit,
-                "out of limit": int(each.out_of_limit),
+                "name": name, "kind": kind, "unit": quantity.scale.mark,
+                "value [unit]": quantity.number, "limit": quantity.limit,
+                "out of limit": int(quantity.out_of_limit),
             }
-            for kind, some in (*kinds, ("response", self.responses))
-            for name, each in some.items()
+            for kind, quantities in (*kinds, ("response", self.responses))
+            for name, quantity in quantities.items()
         ]  # fmt: skip
 
 
@@ -181,18 +184,18 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
             swept[setting_name(column)] = Quantity(value, scales[column])
     typed = {each.name: each.shown for each in run.responses}
     typed |= typed_units(run.study.table)
-    found = _simulated(
+    trial = _simulated(
         loaded, settings, row, run.responses, run.limits, lambda r, _: scales[r.name],
         typed,
     )  # fmt: skip
     which = "nominal trial" if index is None else f"trial {index}"
     return replace(
-        found,
+        trial,
         title=f"{run.title}: {which}",
         trial=index,
         settings=swept,
         stored=True,
-        differences=tuple(_differences(run, index, found)),
+        differences=tuple(_differences(run, index, trial)),
         reason="; ".join(made_differently(run, loaded.source_digest)),
         damage=run.damage.words if run.damage else "",
         repair=to_resume(run.path, run.machine),
@@ -207,16 +210,16 @@ def nominal_trial(study: Study) -> Replay:
     """Return the simulated nominal trial of a study."""
     contributors, responses = study.description
 
-    def scale(each: Response, value: float) -> Scale:
-        shown = typed_unit(each, study.shown)
-        limit = study.limits.get(each.name)
-        asked = limit.asked if limit else ()
-        return scale_of(each.unit, shown, abs(value)).telling(0.0, asked)
+    def scale(response: Response, value: float) -> Scale:
+        unit = typed_unit(response, study.shown)
+        limit = study.limits.get(response.name)
+        ends = limit.asked if limit else ()
+        return scale_of(response.unit, unit, abs(value)).telling(0.0, ends)
 
     row = {part.name: 0.0 for part in contributors}
     model, settings, limits = study.model, study.settings, study.limits
-    found = _simulated(model, settings, row, responses, limits, scale, study.shown)
-    return replace(found, title=f"{study.title}: nominal trial")
+    trial = _simulated(model, settings, row, responses, limits, scale, study.shown)
+    return replace(trial, title=f"{study.title}: nominal trial")
 
 
 def _simulated(
@@ -236,17 +239,19 @@ def _simulated(
             chart = in_units(history, typed)
         else:
             outcome = simulate(model, deviations[None, :], settings)
-    ended = next((each.failure for each in seen if each.failure), "")
-    found = {}
-    for each, value in zip(responses, outcome.responses[0].tolist(), strict=True):
-        words, out = "", False
-        if limit := limits.get(each.name):
-            words, out = limit.words, not limit.lower <= value <= limit.upper
-        shown_as = scale(each, value)
-        found[each.name] = Quantity(value, shown_as, each.sentence, words, out)
+    ended = next((response.failure for response in seen if response.failure), "")
+    quantities = {}
+    for response, value in zip(responses, outcome.responses[0].tolist(), strict=True):
+        limit_words, out = "", False
+        if limit := limits.get(response.name):
+            limit_words, out = limit.words, not limit.lower <= value <= limit.upper
+        shown_as = scale(response, value)
+        quantities[response.name] = Quantity(
+            value, shown_as, response.sentence, limit_words, out
+        )
     status = words_of(model.failures)[int(outcome.status[0])]
     steps = None if outcome.steps is None else int(outcome.steps[0])
-    return Replay("", None, status, steps, ended, {}, row, found, history=chart)
+    return Replay("", None, status, steps, ended, {}, row, quantities, history=chart)
 
 
 def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:
@@ -263,20 +268,20 @@ def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:
     return changes
 
 
-def _differences(run: Run, index: int | None, found: Replay) -> Iterator[str]:
+def _differences(run: Run, index: int | None, trial: Replay) -> Iterator[str]:
     """Yield the names that are not bit for bit as stored."""
     stored = run.nominal_values
     if index is not None:
-        stored = {name: run.column(name)[index] for name in found.responses}
+        stored = {name: run.column(name)[index] for name in trial.responses}
         stored["status"] = run.ended_as(index)
         stored["steps"] = None if run.steps is None else run.steps[index]
-    for name, each in found.responses.items():
-        value, known = np.float64(each.value), np.float64(stored[name])
-        both = np.isnan(value) and np.isnan(known)
-        if not both and value.tobytes() != known.tobytes():
+    for name, quantity in trial.responses.items():
+        value, expected = np.float64(quantity.value), np.float64(stored[name])
+        both = np.isnan(value) and np.isnan(expected)
+        if not both and value.tobytes() != expected.tobytes():
             yield name
-    if found.status != stored["status"]:
+    if trial.status != stored["status"]:
         yield "status"
     steps = stored.get("steps")
-    if None not in (steps, found.steps) and steps != found.steps:
+    if None not in (steps, trial.steps) and steps != trial.steps:
         yield "steps"

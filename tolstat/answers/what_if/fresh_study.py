@@ -73,7 +73,7 @@ def fresh_study(
     StudyError
         If an entry cannot be read, a data file is missing in the folder, or no study
         can hold it: it changes one part of a batch alone, for example.
-    PictureError
+    QuestionError
         If the trials of the run were not sampled.
 
     Examples

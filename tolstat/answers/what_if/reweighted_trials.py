@@ -23,7 +23,7 @@ from tolstat.errors import (
     Advice,
     DependenceError,
     DistributionError,
-    PictureError,
+    QuestionError,
     Remedy,
     RunFileError,
     StudyError,
@@ -83,7 +83,7 @@ def what_if(
     StudyError
         If an entry cannot be read, or the stored trials do not cover it: see
         `fresh_study` for the study of a run that does.
-    PictureError
+    QuestionError
         If the trials are not random.
 
     Examples
@@ -97,7 +97,7 @@ def what_if(
         run = with_limits(run, limits)
     drawn, _ = reportable(run)
     if drawn.sample.replicates:
-        raise PictureError(
+        raise QuestionError(
             f"{run.path}: what-if is {RANDOM_ONLY}; {run.sampling} trials depend on "
             "each other"
         )

@@ -43,7 +43,7 @@ def response(deviations: Array, settings: Settings) -> Chart:
     e, sigma = frequency_functions(J, c, b, omega)
     size, sizes = np.abs(e[:, n - 1]), np.abs(sigma[:, n - 1])
     torques = [
-        Curve(f"e_{n}{r}", "rad/(N m)", "", f"torque on mass {r}", size[:, r - 1])
+        Curve(f"e_{n}{r}", "rad/N/m", "", f"torque on mass {r}", size[:, r - 1])
         for r in dict.fromkeys((n, 1))
     ]
     curve = Curve(f"sigma_{n}", "s^2", "", "by the programmed acceleration", sizes)

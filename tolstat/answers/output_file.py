@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from tolstat.errors import RunFileError, TolstatError
+from tolstat.errors import RunFileError
 from tolstat.store.seal import is_run
 from tolstat.store.temporary_files import aside_of
 
@@ -42,10 +42,10 @@ def check_output(path: Path) -> None:
         file is a run or is read by a study.
     """
     check_folder(path)
-    for each in (path, path.resolve()):
-        if what := KEPT.get(each.suffix.lower()):
+    for name in (path, path.resolve()):
+        if kind := KEPT.get(name.suffix.lower()):
             raise RunFileError(
-                f"{path} is not written: {each.suffix} is the ending of {what}; give "
+                f"{path} is not written: {name.suffix} is the ending of {kind}; give "
                 "another name"
             )
     if not path.is_file():
@@ -58,17 +58,14 @@ def check_output(path: Path) -> None:
         )
 
 
-def check_ending(
-    path: Path,
-    what: str,
-    endings: Sequence[str],
-    error: type[TolstatError] = RunFileError,
-) -> None:
+def check_ending(path: Path, kind: str, endings: Sequence[str]) -> None:
     """Refuse a file of another ending, or one that no answer may replace."""
     check_output(path)
     if path.suffix.lower() not in endings:
-        *some, last = endings
-        raise error(f"{path}: the name of {what} ends in {', '.join(some)} or {last}")
+        *others, last = endings
+        raise RunFileError(
+            f"{path}: the name of {kind} ends in {', '.join(others)} or {last}"
+        )
 
 
 def _reader(path: Path) -> Path | None:
@@ -93,18 +90,18 @@ def replace(path: Path, content: bytes | Callable[[Path], object]) -> Path:
         If it cannot be written.
     """
 
-    def write(at: Path) -> object:
-        return content(at) if callable(content) else at.write_bytes(content)
+    def write(target: Path) -> object:
+        return content(target) if callable(content) else target.write_bytes(content)
 
     try:
         if path.exists() and not path.is_file():  # a pipe, a terminal
             write(path)
             return path
-        whole = path.resolve()  # a link stays one
-        aside = aside_of(whole)
+        target = path.resolve()  # a link stays one
+        aside = aside_of(target)
         try:
             write(aside)
-            os.replace(aside, whole)
+            os.replace(aside, target)
         except OSError:
             with suppress(OSError):
                 aside.unlink()

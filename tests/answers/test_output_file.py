@@ -11,9 +11,9 @@ import pytest
 from click.testing import CliRunner
 
 import tolstat
+from tolstat.answers.output_file import check_output, replace
 from tolstat.cli.main import main
 from tolstat.errors import RunFileError
-from tolstat.render.output_file import check_output, replace
 
 
 @pytest.fixture(scope="module")
