@@ -303,7 +303,7 @@ def test_the_functions_that_compile_are_those_listed():
     listed = re.search(r"and of NumPy (.*?);", text, re.DOTALL)[1]
     taught = set()
     for path in (ROOT / "tolstat" / "lanes").glob("*.py"):
-        found = r"^(?:@overload|teach)\(np\.(\w+)"
+        found = r"^(?:@overload|@on_vectors|teach)\(np\.(\w+)"
         taught |= set(re.findall(found, path.read_text(), re.MULTILINE))
     assert set(re.findall(r"`(\w+)`", listed)) == taught
     assert all(hasattr(np, name) for name in taught)

@@ -7,6 +7,7 @@ import tomllib
 import pytest
 
 import tolstat
+from tests.answers.allocate.linear_stack import Linear, reciprocal
 from tolstat.answers.allocate.fresh_runs import FreshRuns
 from tolstat.answers.halved_entries import halved_entries
 from tolstat.deviations.distributions import (
@@ -233,3 +234,16 @@ def test_a_typed_deviation_is_never_read_as_a_size():
     study["deviations"]["friction"] = entry
     new = edited(study, "friction", "+20..+40 %").deviating.distributions["friction"]
     assert same(new, Triangular(Tolerance(0.2, 0.4), 0.24))
+
+
+def test_changed_entries_keep_their_place():
+    """Choices of an allocation are by place: another order would be another choice."""
+    listed = {"+-0.1 mm": 1, "+-0.05 mm": 3}
+    parts = {f"link_{i}": {"tolerance": "+-0.1 mm", "cost": listed} for i in (1, 2, 3)}
+    study = reciprocal() | {"deviations": parts}
+    runs = FreshRuns(load(study, model=Linear()), None, 100, None)
+    for choice in ((0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 1.0)):
+        assert runs.as_written(choice) == choice
+    editor = load(study, model=Linear()).editor()
+    editor.change("link_1", "+-0.05 mm")
+    assert [*editor.table["deviations"]] == [*parts]

@@ -168,14 +168,18 @@ class StudyEditor:
     def _replace(
         self, section: str, name: str, new: Mapping[str, Entry], names: Sequence[str]
     ) -> None:
-        """Replace entries of a section; other parts of a group keep the old one."""
-        rest = dict[str, Any]()
+        """Replace entries in their place; other parts of a group keep the old one."""
+        complete = {*new} == {*expand(name, names)}  # others may stand in [links]
+        entries = together(name, new) if complete else dict(new)
+        replaced = dict[str, Any]()
         for other, entry in self.table.get(section, {}).items():
             members = expand(other, names)
             others = [member for member in members if member not in new]
-            rest |= dict.fromkeys([other] if others == [*members] else others, entry)
-        complete = {*new} == {*expand(name, names)}  # others may stand in [links]
-        self.table[section] = rest | (together(name, new) if complete else dict(new))
+            if others == [*members]:
+                replaced[other] = entry
+            else:
+                replaced |= entries | dict.fromkeys(others, entry)
+        self.table[section] = replaced | entries
 
     def _keys(
         self, keys: Mapping[str, Any], change: Change, part: Contributor
