@@ -19,8 +19,7 @@ from tolstat.cli.main import main
 from tolstat.deviations.distributions import DISTRIBUTIONS
 from tolstat.deviations.draw import SAMPLERS
 from tolstat.model.settings import read
-from tolstat.study.sampling import GIVEN
-from tolstat.study.stopping_rule import KINDS
+from tolstat.study.sampling import GIVEN, KINDS
 from tolstat.study.study import load
 from tolstat.units.conversion import MEANINGS, SPELLINGS
 

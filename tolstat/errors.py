@@ -63,7 +63,15 @@ class UnitError(TolstatError, ValueError):
 
 
 class ModelError(TolstatError, ValueError):
-    """A model, a setting, a contributor or a response that does not exist or fit."""
+    """A model, a setting, a contributor or a response that does not exist or fit.
+
+    Attributes
+    ----------
+    link : str
+        The link of a chain that does not fit its formula; empty for any other error.
+    """
+
+    link = ""
 
 
 class DistributionError(TolstatError, ValueError):

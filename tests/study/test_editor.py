@@ -21,7 +21,7 @@ from tolstat.deviations.distributions import (
 )
 from tolstat.deviations.spread import Shifted
 from tolstat.errors import TolstatError
-from tolstat.study.entry_change import NominalShift
+from tolstat.study.distribution_entry import NominalShift
 from tolstat.study.study import load
 
 HALF, LAW = Tolerance(-1e-4, 1e-4), {"law": "reciprocal", "at": "+-0.2 mm", "price": 1}

@@ -40,6 +40,17 @@ WRONG = {
     "a link that is a number": (
         CHAIN + A + "links.B = 49.5\n", ["[links] B = 49.5: the size has no unit"],
     ),
+    "a link that the formula misspells, beside a number": (
+        CHAIN.replace("A - B", "A - BB") + A + "links.BBB = 49.5\n",
+        ["[links] has no BB; did you mean 'BBB'?"],
+    ),
+    "a link in two sections, with a size that cannot be read": (
+        CHAIN + A + 'links.B = "49 furlong"\ndeviations.B = "+-1 mm"\n',
+        ["[links] B", "also given in [deviations]", "unknown unit 'furlong'"],
+    ),
+    "links in [settings] that are not in [links]": (
+        CHAIN + A + 'settings.links.X = "1 mm"\n', ["[settings] links exists too"],
+    ),
     "a contributor at the top": (
         HEAD + 'rod_length = "+-1.2 mm"\n',
         ['rod_length = "+-1.2 mm": it belongs in [deviations]', "deviations.rod_length ="],

@@ -8,18 +8,18 @@ from tolstat.deviations.spread import fixed_point, unshifted, zone_of
 from tolstat.execution.diagnostics.halved_tolerances import is_turn
 from tolstat.model.description import Contributor
 from tolstat.store.stored_run import Run
-from tolstat.study.distribution_entry import KEYS
-from tolstat.study.editor import StudyEditor, together
-from tolstat.study.entry_change import (
-    MOVED as MOVED,  # for those who ask what else changes
-)
-from tolstat.study.entry_change import (
+from tolstat.study.distribution_entry import (
+    KEYS,
     distribution_of,
     has_tolerance,
     shortest,
     typed,
     with_tolerance,
 )
+from tolstat.study.distribution_entry import (
+    MOVED as MOVED,  # for those who ask what else changes
+)
+from tolstat.study.editor import StudyEditor, together
 from tolstat.study.nominal_size import DeviationReader
 
 

@@ -12,12 +12,11 @@ from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, Remedy, TolstatError
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import free_name
-from tolstat.study.distribution_entry import KEYS
+from tolstat.study.distribution_entry import KEYS, Entry, keys_of, typed
 from tolstat.study.editor import together
-from tolstat.study.entry_change import Entry, keys_of, typed
-from tolstat.study.links_section import NOMINAL
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import toml_of
+from tolstat.study.settings_section import NOMINAL
 from tolstat.units.grammar import quantity
 from tolstat.units.scale import KNOWN, figures
 

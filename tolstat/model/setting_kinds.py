@@ -39,6 +39,11 @@ class Kind(ABC):
     def allowed(self) -> str:
         """Allowed values, in words."""
 
+    @property
+    def schema(self) -> dict[str, Any]:
+        """The JSON Schema of values in a study file."""
+        return {"type": ["string", "number"]}
+
     @abstractmethod
     def checked(self, value: Any, *, typed: bool = False) -> Any:
         """Return a value of Python, SI, or as typed in a study; refuse a wrong one."""
@@ -120,6 +125,12 @@ class Number(Kind):
         words = " ".join([kind, *bounds, *unit])
         return f"{words}, or {', '.join(self.presets)}" if self.presets else words
 
+    @property
+    def schema(self) -> dict[str, Any]:
+        if not self.unit and not self.presets:
+            return {"type": "integer" if self.whole else "number"}
+        return {"type": "string" if self._has_unit else ["number", "string"]}
+
 
 @dataclass(frozen=True)
 class Quantity(Kind):
@@ -160,12 +171,20 @@ class Word(Kind):
     def allowed(self) -> str:
         return ", ".join(self.choices)
 
+    @property
+    def schema(self) -> dict[str, Any]:
+        return {"enum": list(self.choices)}
+
 
 @dataclass(frozen=True)
 class Boolean(Kind):
     """True or false."""
 
     allowed = "true, false"
+
+    @property
+    def schema(self) -> dict[str, Any]:
+        return {"type": "boolean"}
 
     def checked(self, value: Any, *, typed: bool = False) -> bool:
         if not isinstance(value, bool):
@@ -245,6 +264,11 @@ class Numbers(Kind):
     def allowed(self) -> str:
         return f"list: {self.each.allowed}"
 
+    @property
+    def schema(self) -> dict[str, Any]:
+        items = self.each.schema
+        return {"anyOf": [items, {"type": "array", "items": items}]}
+
 
 class Column(NamedTuple):
     """One column of a table: its description, and its kind of setting."""
@@ -299,6 +323,10 @@ class Rows(Kind):
         if self.named:
             return as_typed({name: row_words(row) for name, row in value.items()})
         return as_typed([row_words(row) for row in value])
+
+    @property
+    def schema(self) -> dict[str, Any]:
+        return {"type": "object" if self.named else "array"}
 
     @property
     def _example(self) -> str:

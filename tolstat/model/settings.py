@@ -155,6 +155,8 @@ def make(model: Model, values: Mapping[str, Any] | None = None) -> Any:
             raise ModelError(f"setting {name} = {value!r}: {error}") from None
     try:
         return model.settings(**checked)
+    except ModelError:
+        raise
     except (TypeError, ValueError) as error:  # values that do not fit each other
         raise ModelError(f"{error}") from error
 

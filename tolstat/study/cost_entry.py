@@ -1,35 +1,45 @@
-"""Costs by tolerance: the key `cost` of an entry of [deviations], read.
+"""The key `cost` of an entry of [deviations]: choices of its tolerance and its shift.
 
 The price of one part follows a law of half the tolerance's width, T, or a list of
-tolerances, of which one is chosen.
+tolerances, of which one is chosen. The key `shift` permits shifts of the nominal.
 """
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from decimal import Decimal
-from functools import partial
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
-from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.spread import half_of, resized, unshifted, zone_of
+import numpy as np
+
+from tolstat.deviations.distributions import Distribution, Tolerance, Uniform
+from tolstat.deviations.spread import Shifted, half_of, resized, unshifted, zone_of
 from tolstat.errors import CostError, DistributionError, UnitError, allowed_names
-from tolstat.study.distribution_entry import read_distribution, written_unit
-from tolstat.study.entry_change import Change, with_tolerance
+from tolstat.study.distribution_entry import (
+    OUTERMOST,
+    Change,
+    NominalShift,
+    read_distribution,
+    with_tolerance,
+    written_unit,
+)
 from tolstat.study.nominal_size import DeviationReader
-from tolstat.study.study_schema import MOST_PRICE, Exponential, Reciprocal, read_entry
+from tolstat.study.study_schema import (
+    MOST_PRICE,
+    Exponential,
+    Reciprocal,
+    ShiftKeys,
+    read_entry,
+)
 from tolstat.units.scale import Scale, scale_of
 
 EXAMPLE = (
     '{ law = "reciprocal", at = "+-0.02 mm", price = 10 }, or a list of tolerances, '
     '{ "+-1.2 mm" = 10, "+-0.6 mm" = 25 }'
 )
-LAWS: dict[str, type[Reciprocal]] = {
-    "reciprocal": Reciprocal,
-    "exponential": Exponential,
-}
+LAWS = {"reciprocal": Reciprocal, "exponential": Exponential}
 SHIFT = "shift of "  # before the name of an entry: the shift of its nominal
 SPAN = 4.0, 2.0  # times tighter and looser than on the drawing, by default
 DIGITS, MOST_DIGITS = 3, 12  # of half the width of a tolerance that is written
@@ -78,8 +88,8 @@ class Priced:
     words: str  # the specified tolerance, as written
     specified: Mapping[str, Distribution]  # by contributor, as in the study, SI
     scale: Scale  # of the tolerance, as written
-    law: Law | None  # of the price
     sized: bool = True  # as of `tolstat.deviations.spread.fixed_point`
+    law: Law | None = None  # of the price
     offered: tuple[Offered, ...] = ()  # without a law: all choices, the loosest first
 
     @property
@@ -108,11 +118,9 @@ class Priced:
 
     def cost(self, choice: float) -> float:
         """Return the price of all parts of the entry."""
-        law = self.law
-        price = (
-            law.price_of(math.exp(choice)) if law else self.offered[round(choice)].price
-        )
-        return len(self.specified) * price
+        if self.law:
+            return len(self.specified) * self.law.price_of(math.exp(choice))
+        return len(self.specified) * self.offered[round(choice)].price
 
     def distributions(
         self, choice: float, chosen: Mapping[str, Distribution] = MappingProxyType({})
@@ -145,11 +153,7 @@ class Priced:
         zone = zone_of(unshifted(next(iter(self.distributions(choice).values()))))
         assert zone is not None
         factor = self.scale.factor
-        lower, upper, half = (
-            factor * zone.lower,
-            factor * zone.upper,
-            factor * zone.half,
-        )
+        lower, upper, half = (factor * x for x in (zone.lower, zone.upper, zone.half))
         slack = ROUNDING * half  # for the rounding of binary numbers
         tightest = self.law.tightest * (1 - ROUNDING) * factor
         for figures in range(DIGITS, MOST_DIGITS + 1):
@@ -165,53 +169,132 @@ class Priced:
         return f"{both} {self.scale.mark}".strip()
 
 
-def read_cost(
+@dataclass(frozen=True)
+class Shift(Priced):
+    """A shift of the nominal of all parts of an entry.
+
+    The choice is the shift, SI; NaN stands for parts all over the permitted shifts.
+    """
+
+    permitted: tuple[float, float] = (0.0, 0.0)  # both ends, the dearer first
+    rate: float = 0.0  # the price of one part, by SI unit of the shift
+
+    @property
+    def entry(self) -> str:
+        """The name of the entry whose nominal is shifted."""
+        return self.name.removeprefix(SHIFT)
+
+    @property
+    def specified_choice(self) -> float:
+        """The shift specified in the study."""
+        first = next(iter(self.specified.values()))
+        return first.by if isinstance(first, Shifted) else 0.0
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """No shift, and all over."""
+        return 0.0, math.nan
+
+    def cost(self, choice: float) -> float:
+        """Return the price of all parts of the entry."""
+        return len(self.specified) * self.rate * abs(choice)
+
+    def distributions(
+        self, choice: float, chosen: Mapping[str, Distribution] = MappingProxyType({})
+    ) -> Mapping[str, Distribution]:
+        """Return the distributions, as chosen before or specified, with the shift."""
+        parts = {n: unshifted(chosen.get(n, x)) for n, x in self.specified.items()}
+        if not math.isnan(choice):
+            return {name: Shifted(part, choice) for name, part in parts.items()}
+        ends = np.array([part.deviations(OUTERMOST) for part in parts.values()])
+        low, high = ends.min() + min(self.permitted), ends.max() + max(self.permitted)
+        return dict.fromkeys(parts, Uniform(Tolerance(low, high)))
+
+    def change(self, choice: float) -> Change:
+        """Return the change of the entry that a choice is."""
+        return NominalShift(self.text(choice))
+
+    def text(self, choice: float) -> str:
+        """Return a shift as text, with the digits of three figures of the tolerance."""
+        if math.isnan(choice) or self.is_specified(choice):
+            return self.words
+        size = math.log10(half_of(self.specified) * self.scale.factor)
+        place = math.floor(size) + 1 - DIGITS
+        shift = Decimal(round(choice * self.scale.factor / 10.0**place)).scaleb(place)
+        return f"{shift.normalize():f} {self.scale.mark}".strip()
+
+
+def distributions_of(
+    priced: Sequence[Priced], choice: Sequence[float]
+) -> dict[str, Distribution]:
+    """Return the distributions of chosen tolerances and shifts, by contributor, SI."""
+    chosen: dict[str, Distribution] = {}
+    for entry, x in zip(priced, choice, strict=True):
+        chosen.update(entry.distributions(x, chosen))
+    return chosen
+
+
+def read_costs(
     name: str,
-    cost: dict[str, Any],
+    cost: Any,
     keys: Mapping[str, Any],
     readers: Mapping[str, DeviationReader],
-    specified: Mapping[str, Distribution],
-) -> Priced:
-    """Return the costs of an entry by tolerance; `keys` are its other keys."""
+    distributions: Mapping[str, Distribution],
+) -> list[Priced]:
+    """Return the choices of an entry by its cost: a tolerance, a shift, or both.
+
+    `keys` are its other keys.
+    """
+    if not isinstance(cost, dict) or not cost:
+        raise CostError(f"cost: a table is expected, {EXAMPLE}")
+    specified = {member: distributions[member] for member in readers}
+    if None in map(zone_of, specified.values()):
+        raise CostError("cost needs a tolerance; add one to the entry")
     reader = next(iter(readers.values()))
-    graded = "iso1328" in keys
-    words = f"iso1328 = {keys['iso1328']}" if graded else str(keys["tolerance"])
-    priced = partial(
-        Priced, name, words, specified, scale_of_entry(keys, reader, specified),
-        sized=reader.is_sized(keys),
-    )  # fmt: skip
-    if not set(cost) & set(Exponential.model_fields):
-        offered = _offered(cost, keys, readers)
-        if specified not in [offer.distributions for offer in offered]:
-            allowed = ", ".join(offer.words for offer in offered)
-            raise CostError(
-                f"cost: the tolerance of the entry has no price; allowed: {allowed}"
-            )
-        return priced(None, offered=offered)
-    if len({zone_of(distribution) for distribution in specified.values()}) > 1:
-        raise CostError(
-            "cost: the parts have different tolerances; give each a separate entry, or "
-            "a table of grades"
+    written = written_unit(keys, reader)
+    scale = scale_of(reader.contributor.unit, written, half_of(specified))
+    prices = {k: v for k, v in cost.items() if k not in ShiftKeys.model_fields}
+    priced: list[Priced] = []
+    if prices:
+        graded = "iso1328" in keys
+        words = f"iso1328 = {keys['iso1328']}" if graded else str(keys["tolerance"])
+        entry = Priced(name, words, specified, scale, sized=reader.is_sized(keys))
+        priced.append(
+            _with_law(entry, prices, reader)
+            if prices.keys() & Exponential.model_fields
+            else _with_offers(entry, prices, keys, readers)
         )
-    return priced(_law(cost, half_of(specified), reader))
+    if len(prices) == len(cost):
+        return priced
+    shift = {k: v for k, v in cost.items() if k not in prices}
+    permitted = read_entry(ShiftKeys, shift, "cost has")
+    low, high = _read(reader.zone, "shift", permitted.shift or "")
+    price = permitted.shift_price
+    if not low <= 0 <= high or low == high or (price and low < 0 < high):
+        expected = 'a range around 0 is expected, such as "+-0.2 mm"'
+        if price:
+            expected = 'with a shift_price it goes to one side, such as "-0.2..0 mm"'
+        raise CostError(f'cost, shift = "{permitted.shift}": {expected}')
+    words = str(keys.get("nominal_shift", f"0 {scale.mark}".strip()))
+    ends = (low, high) if -low > high else (high, low)
+    shifted = Shift(
+        SHIFT + name,
+        words,
+        specified,
+        scale,
+        permitted=ends,
+        rate=price / max(-low, high),
+    )
+    return [*priced, shifted]
 
 
-def scale_of_entry(
-    keys: Mapping[str, Any],
-    reader: DeviationReader,
-    specified: Mapping[str, Distribution],
-) -> Scale:
-    """Return how the tolerance of an entry is written."""
-    unit = reader.contributor.unit
-    return scale_of(unit, written_unit(keys, reader), half_of(specified))
-
-
-def _offered(
+def _with_offers(
+    entry: Priced,
     prices: dict[str, Any],
     keys: Mapping[str, Any],
     readers: Mapping[str, DeviationReader],
-) -> tuple[Offered, ...]:
-    """Read tolerances on offer, the loosest first."""
+) -> Priced:
+    """Return an entry with tolerances on offer, the loosest first."""
     offered = []
     for tolerance, price in prices.items():
         number = isinstance(price, int | float) and not isinstance(price, bool)
@@ -238,11 +321,22 @@ def _offered(
                 f'"{tighter.words}" = {tighter.price:g}, and costs more; correct a '
                 "price, or leave it out"
             )
-    return tuple(offered)
+    if entry.specified not in [offer.distributions for offer in offered]:
+        allowed = ", ".join(offer.words for offer in offered)
+        raise CostError(
+            f"cost: the tolerance of the entry has no price; allowed: {allowed}"
+        )
+    return replace(entry, offered=tuple(offered))
 
 
-def _law(cost: dict[str, Any], half: float, reader: DeviationReader) -> Law:
-    """Read a law of the price, of an entry with half a tolerance, SI."""
+def _with_law(priced: Priced, cost: dict[str, Any], reader: DeviationReader) -> Priced:
+    """Return an entry with a law of its price."""
+    if len({zone_of(distribution) for distribution in priced.specified.values()}) > 1:
+        raise CostError(
+            "cost: the parts have different tolerances; give each a separate entry, or "
+            "a table of grades"
+        )
+    half = half_of(priced.specified)
     name = cost.get("law")
     if not isinstance(name, str) or name not in LAWS:
         wrong = "no law is given" if name is None else f"law = {name}"
@@ -252,10 +346,10 @@ def _law(cost: dict[str, Any], half: float, reader: DeviationReader) -> Law:
     halves = {"tightest": half / tighter, "loosest": half * looser}
     for key in ("at", *halves):
         if text := getattr(entry, key):
-            halves[key] = read(reader.zone, key, text).half
+            halves[key] = _read(reader.zone, key, text).half
     rate = 0.0
     if isinstance(entry, Exponential):
-        rate = read(reader.difference, "rate", entry.rate)
+        rate = _read(reader.difference, "rate", entry.rate)
         if not rate > 0:
             raise CostError(
                 "cost, rate: a quantity above zero is expected; the price is e times "
@@ -285,10 +379,10 @@ def _law(cost: dict[str, Any], half: float, reader: DeviationReader) -> Law:
                 f"cost, rate: the price at the {key} tolerance is too large; give a "
                 "larger rate"
             )
-    return law
+    return replace(priced, law=law)
 
 
-def read(grammar: Callable[[str], Value], key: str, text: str) -> Value:
+def _read(grammar: Callable[[str], Value], key: str, text: str) -> Value:
     """Read a tolerance or a quantity of a law."""
     try:
         return grammar(text)

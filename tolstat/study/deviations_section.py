@@ -17,13 +17,16 @@ from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.names import expand
 from tolstat.errors import DependenceError, ModelError
 from tolstat.model.description import Contributor
-from tolstat.study.cost_entry import Priced
-from tolstat.study.distribution_entry import DEFAULT, read_distribution, written_unit
-from tolstat.study.entry_change import keys_of
-from tolstat.study.measured_parts import read_parts
+from tolstat.study.cost_entry import Priced, read_costs
+from tolstat.study.csv_table import read_parts
+from tolstat.study.distribution_entry import (
+    DEFAULT,
+    keys_of,
+    read_distribution,
+    written_unit,
+)
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
-from tolstat.study.shift_entry import read_costs
 from tolstat.study.study_schema import CorrelationEntry, read_entry
 
 MOST_NOTED = 6  # pairs; the page has all
@@ -87,15 +90,12 @@ def read_deviations(
             for member, reader in readers.items():
                 if member in distributions:
                     raise ModelError(f"{member} is given twice")
-                fit = ""
                 if "data" in keys:
-                    measured = read_parts(keys, reader, folder)
-                    distributions[member] = measured.distribution
-                    notes.append(f"{member}: {measured.note}")
-                    unit, fit = measured.written, measured.fitted
+                    distribution, unit, fit = read_parts(keys, reader, folder)
                 else:
-                    distributions[member] = read_distribution(keys, reader)
+                    distribution, fit = read_distribution(keys, reader), ""
                     unit = written_unit(keys, reader)
+                distributions[member] = distribution
                 if unit:
                     units[member] = unit
                 if batch:
@@ -174,7 +174,7 @@ def _pairs(
     batches: Mapping[str, Batch],
     problems: Problems,
 ) -> dict[tuple[str, str], Typed]:
-    """Read the section [correlation]."""
+    """Read the section [correlation]: Pearson's depend on the distributions."""
     pairs: dict[tuple[str, str], Typed] = {}
     for name, partners in correlations.items():
         with problems.noting(f"[correlation] {name}", partners):
@@ -183,7 +183,17 @@ def _pairs(
                 seconds = expand(other, names)
                 for member in (*firsts, *seconds):
                     _check_deviates(member, distributions, batches)
-                _add_pairs(pairs, firsts, seconds, correlation, distributions)
+                typed, linear = _kind_of(correlation)
+                same = firsts == seconds and len(firsts) > 1
+                both = combinations(firsts, 2) if same else product(firsts, seconds)
+                for first, second in both:
+                    if first == second:
+                        raise DependenceError(f"{first} is correlated with itself")
+                    if (first, second) in pairs or (second, first) in pairs:
+                        raise DependenceError(f"{first} with {second} is given twice")
+                    of_pair = (distributions[first], distributions[second])
+                    rank = rank_of_pearson(typed, *of_pair) if linear else typed
+                    pairs[first, second] = Typed(rank, typed if linear else None)
     ranks = {pair: typed.rank for pair, typed in pairs.items()}
     for group in groups(ranks):
         with problems.noting("[correlation]", None):
@@ -191,48 +201,26 @@ def _pairs(
     return pairs
 
 
-def _add_pairs(
-    pairs: dict[tuple[str, str], Typed],
-    firsts: list[str],
-    seconds: list[str],
-    correlation: float | Mapping[str, float],
-    distributions: Mapping[str, Distribution],
-) -> None:
-    """Add the rank correlations of pairs; those of Pearson depend on distributions."""
-    typed, linear = _kind_of(correlation)
+def _kind_of(correlation: float | Mapping[str, float]) -> tuple[float, bool]:
+    """Return a correlation as typed, and whether it is Pearson's."""
+    typed: Any = correlation
+    linear = False
+    if isinstance(correlation, Mapping):
+        entry = read_entry(CorrelationEntry, correlation, "a correlation has")
+        if (entry.pearson is None) == (entry.spearman is None):
+            raise DependenceError(
+                "either { pearson = ... } or { spearman = ... } (of ranks) is "
+                "expected, one of both"
+            )
+        linear = entry.spearman is None
+        typed = entry.pearson if linear else entry.spearman
     if not -1 < typed < 1:
         kind = "Pearson" if linear else "rank"
         raise DependenceError(
             f"{kind} correlation {typed:g}: a number between -1 and 1 is expected, "
             "both excluded; for equal parts give common = true"
         )
-    of_one_name = firsts == seconds and len(firsts) > 1
-    for pair in combinations(firsts, 2) if of_one_name else product(firsts, seconds):
-        first, second = pair
-        if first == second:
-            raise DependenceError(f"{first} is correlated with itself")
-        if pair in pairs or (second, first) in pairs:
-            raise DependenceError(f"{first} with {second} is given twice")
-        of_pair = (distributions[first], distributions[second])
-        pairs[pair] = (
-            Typed(rank_of_pearson(typed, *of_pair), typed) if linear else Typed(typed)
-        )
-
-
-def _kind_of(correlation: float | Mapping[str, float]) -> tuple[float, bool]:
-    """Return a correlation as typed, and whether it is Pearson's."""
-    if not isinstance(correlation, Mapping):
-        return correlation, False
-    entry = read_entry(CorrelationEntry, correlation, "a correlation has")
-    if (entry.pearson is None) == (entry.spearman is None):
-        raise DependenceError(
-            "either { pearson = ... } or { spearman = ... } (of ranks) is expected, "
-            "one of both"
-        )
-    if entry.spearman is not None:
-        return entry.spearman, False
-    assert entry.pearson is not None
-    return entry.pearson, True
+    return typed, linear
 
 
 def _check_deviates(

@@ -4,7 +4,7 @@ Every answer, command and advice that changes a study does it here. A change of 
 contributor, or of all parts of a name, is one of these:
 
 - a text: another tolerance; the rest follows by the rule of
-  `tolstat.study.entry_change`;
+  `tolstat.study.distribution_entry`;
 - a table: the entry as a whole; a batch stays one;
 - a table with `nominal` alone: another size of a link, with the same deviation;
 - a `NominalShift`.
@@ -21,8 +21,9 @@ import tomli_w
 from tolstat.deviations.names import expand, general
 from tolstat.errors import CostError, DependenceError
 from tolstat.model.description import Contributor
-from tolstat.study.distribution_entry import KEYS
-from tolstat.study.entry_change import (
+from tolstat.study.cost_entry import read_costs
+from tolstat.study.distribution_entry import (
+    KEYS,
     Change,
     Entry,
     NominalShift,
@@ -31,9 +32,8 @@ from tolstat.study.entry_change import (
     shortest,
     with_tolerance,
 )
-from tolstat.study.links_section import NOMINAL, keys_of_link
 from tolstat.study.nominal_size import DeviationReader
-from tolstat.study.shift_entry import read_costs
+from tolstat.study.settings_section import NOMINAL, keys_of_link
 
 Entries = Mapping[str, Entry]
 

@@ -1,7 +1,7 @@
 """Trials of a grid or a table, given and not sampled; reference points."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -193,12 +193,8 @@ def _axis(
         raise ModelError(
             f"neither a contributor nor a setting; {allowed_names(name, names)}"
         ) from None
-    reader = DeviationReader(parts[members[0]])
-    if isinstance(values, dict):
-        deviations, first = _steps(values, reader.axis), _first(values)
-    else:
-        first = str(_listed(values)[0])
-        deviations = reader.axis([*map(str, values)]).tolist()
+    reader, (typed, points) = DeviationReader(parts[members[0]]), _typed(values)
+    deviations = _steps(reader.axis(typed).tolist(), points)
     if reader.warnings and len({parts[member].size for member in members}) > 1:
         raise ModelError(f"{', '.join(members)} have different sizes; give deviations")
     return Swept(
@@ -207,7 +203,7 @@ def _axis(
         deviations,
         words=None,
         unit=reader.contributor.unit,
-        shown=reader.shown_unit(unit_of(first)),
+        shown=reader.shown_unit(unit_of(typed[0])),
         warnings=tuple(reader.warnings),
     )
 
@@ -217,40 +213,40 @@ def _setting_axis(name: str, values: Any, model: Model, *, taken: bool) -> Swept
     kind = setting_of(model, name).kind
     unit = (kind.unit if isinstance(kind, Number) else "") or "1"
     swept = partial(Swept, TAKEN + name if taken else name, (), unit=unit)
-    if isinstance(values, dict):
-        if not isinstance(kind, Number):
-            raise ModelError(
-                f"this setting is no number; give a list of values, see {schema.AXIS}"
-            )
-        steps = _steps(values, lambda ends: [quantity(end, unit) for end in ends])
+    if isinstance(values, dict) and not isinstance(kind, Number):
+        raise ModelError(
+            f"this setting is no number; give a list of values, see {schema.AXIS}"
+        )
+    typed, points = _typed(values)
+    if points:
+        steps = _steps([quantity(end, unit) for end in typed], points)
         numbers = [kind.checked(step) for step in steps]
-        return swept(numbers, words=None, shown=unit_of(_first(values)))
-    read = [kind.read(value) for value in _listed(values)]
+        return swept(numbers, words=None, shown=unit_of(typed[0]))
+    read = [kind.read(value) for value in values]
     if isinstance(kind, Number) and not any(value in kind.presets for value in values):
-        typed = unit_of(values[0]) if isinstance(values[0], str) else ""
-        return swept(read, words=None, shown=typed)
+        shown = unit_of(values[0]) if isinstance(values[0], str) else ""
+        return swept(read, words=None, shown=shown)
     return swept(read, words=[as_typed(value) for value in values], shown="")
 
 
-def _listed(values: Any) -> list[Any]:
+def _typed(values: Any) -> tuple[list[str], int]:
+    """Return the values of an axis as typed; or its two ends, and how many points."""
+    if isinstance(values, dict):
+        entry = schema.read_entry(schema.AxisEntry, values, "there is")
+        return [str(entry.first), str(entry.last)], entry.points
     if not isinstance(values, list) or not values:
         raise ModelError(f"values are expected, such as {schema.AXIS}")
-    return values
+    return [*map(str, values)], 0
 
 
-def _first(axis: Mapping[str, Any]) -> str:
-    return str(axis["from"])
-
-
-def _steps(
-    axis: dict[str, Any], read: Callable[[Sequence[str]], Sequence[float] | Array]
-) -> list[float]:
-    """Return the steps of from, to and points; `read` reads both ends."""
-    entry = schema.read_entry(schema.AxisEntry, axis, "there is")
-    first, last = read([str(entry.first), str(entry.last)])
+def _steps(values: list[float], points: int) -> list[float]:
+    """Return values as they are, or points between two ends."""
+    if not points:
+        return values
+    first, last = values
     if first == last:
         raise ModelError("from and to are the same")
-    steps: list[float] = np.linspace(first, last, entry.points).tolist()
+    steps: list[float] = np.linspace(first, last, points).tolist()
     return steps
 
 
@@ -300,10 +296,7 @@ def read_table(
 def _part_of_head(head: str) -> tuple[str, Holds]:
     """Return the contributor of a column's head, and what it says that it holds."""
     name, _, last = head.rpartition(" ")
-    for holds in HOLDS:
-        if last == holds:
-            return name.strip(), holds
-    return head, ""
+    return (name.strip(), last) if last in HOLDS else (head, "")
 
 
 def read_reference(

@@ -37,9 +37,14 @@ HOLDS: tuple[Holds, ...] = ("sizes", "deviations")
 
 def are_sizes(values: Array, size: float) -> bool:
     """Return whether values can only be sizes of a part, and not its deviations."""
-    most = FARTHEST * abs(size) * (1 + ROUNDING)
+    most = _farthest(size)
     close = (np.abs(values - size) <= most).all()
     return bool(close and (np.abs(values) > most).any())
+
+
+def _farthest(size: float) -> float:
+    """Return the largest deviation of a size that is not doubted."""
+    return FARTHEST * abs(size) * (1 + ROUNDING)
 
 
 def _less_nominal(sizes: Array, nominal: float) -> Array:
@@ -56,6 +61,8 @@ class DeviationReader:
     ----------
     contributor : Contributor
         Its `size` is the nominal value, SI; None where it has none.
+    size : float
+        Its nominal value, SI; 0 where it has none.
     warnings, notes : list of str
         What is not read as it stands, or looks wrong; what is wide.
     """
@@ -64,13 +71,8 @@ class DeviationReader:
         self.contributor = contributor
         self.warnings: list[str] = []
         self.notes: list[str] = []
-        self._size = contributor.size or 0.0
+        self.size = contributor.size or 0.0
         self._nominal_typed = False
-
-    @property
-    def nominal(self) -> float:
-        """Its nominal size, SI; 0 where it has none."""
-        return self._size
 
     @property
     def is_relative(self) -> bool:
@@ -80,34 +82,34 @@ class DeviationReader:
 
     def is_sized(self, entry: Mapping[str, Any]) -> bool:
         """Whether the part has a nominal value, of the model or that of its grade."""
-        return bool(self._size) or "size" in entry
+        return bool(self.size) or "size" in entry
 
     def size_of_grade(self, text: str) -> float:
         """Return the size of a grade, SI; warn if the nominal is another."""
         size = grammar.quantity(text, "m")
-        if self._size and abs(size - abs(self._size)) > ROUNDING * size:
+        if self.size and abs(size - abs(self.size)) > ROUNDING * size:
             self.warnings.append(
                 f"{self.contributor.name}: the grade is that of {text}, the nominal "
-                f"size is {self._words(self._size)}"
+                f"size is {self._words(self.size)}"
             )
         return size
 
     def with_nominal(self, text: str) -> "DeviationReader":
         """Return a reader by a typed nominal size; that of the model stays the same."""
         nominal = grammar.quantity(text, self.contributor.unit)
-        if self._size and abs(nominal - self._size) > ROUNDING * abs(self._size):
+        if self.size and abs(nominal - self.size) > ROUNDING * abs(self.size):
             raise DistributionError(
                 f"nominal = '{text}', but {self.contributor.name} is nominally "
-                f"{self._words(self._size)}; leave nominal out, or change the model's"
+                f"{self._words(self.size)}; leave nominal out, or change the model's"
             )
         reader = DeviationReader(replace(self.contributor, size=nominal))
-        reader._nominal_typed = not self._size
+        reader._nominal_typed = not self.size
         return reader
 
     def needs_sign(self, deviations: Sequence[float]) -> bool:
         """Return whether deviations without a sign may be read as sizes."""
         farthest = max(map(abs, deviations))
-        large = bool(self._size) and farthest > FARTHEST * abs(self._size)
+        large = bool(self.size) and farthest > FARTHEST * abs(self.size)
         return large or (self.is_relative and min(deviations) > 0)
 
     def shown_unit(self, unit: str) -> str:
@@ -141,9 +143,9 @@ class DeviationReader:
     def difference(self, text: str) -> float:
         """Return a difference of two deviations, SI, which is no size; see `zone`."""
         value = float(self._read(grammar.quantity, text)[0])
-        if self._size and abs(value) > FARTHEST * abs(self._size):
+        if self.size and abs(value) > FARTHEST * abs(self.size):
             raise DistributionError(
-                f'"{text}" is more than half of the nominal {self._words(self._size)}; '
+                f'"{text}" is more than half of the nominal {self._words(self.size)}; '
                 "a distance is expected, not a size"
             )
         return value
@@ -178,12 +180,12 @@ class DeviationReader:
         written, factor = self._unit_and_factor(unit or "1")
         plain = "" if unit == "1" else unit
         values = np.array([to_si(x, plain, written) for x in numbers]) * factor
-        size = 1.0 if self.is_relative else self._size
+        size = 1.0 if self.is_relative else self.size
         if not size:
             self._warn_far(values)
             return values, False
         from_size, from_zero = np.abs(values - size), np.abs(values)
-        most = FARTHEST * abs(size) * (1 + ROUNDING)
+        most = _farthest(size)
         if holds:  # no part is nothing, or twice as large; of a typed nominal it may be
             most = abs(size) * (1 + (ROUNDING if self._nominal_typed else -ROUNDING))
         if self.is_relative and not holds:
@@ -195,10 +197,8 @@ class DeviationReader:
         )
         distance = from_size if sizes else from_zero
         if not self.is_relative and (distance > most).any():
-            row, kind = (
-                int(np.argmax(distance > most)),
-                "size" if sizes else "deviation",
-            )
+            row = int(np.argmax(distance > most))
+            kind = "size" if sizes else "deviation"
             raise DistributionError(
                 f"{places[row]}: {self._words(values[row])} is no {kind} of a part of "
                 f"nominally {self._words(size)}; correct or remove it, or say what "
@@ -225,11 +225,11 @@ class DeviationReader:
         values = np.atleast_1d(read(text, written))
         signed = _PLUS.search(text) or (values < 0).any()
         plain = self.contributor.unit == "1" and factor != 1.0 and not signed
-        if plain and (np.abs(values - self._size) <= FARTHEST * abs(self._size)).all():
+        if plain and (np.abs(values - self.size) <= FARTHEST * abs(self.size)).all():
             ends = "..".join(figures(end, KNOWN) for end in values.tolist())
             raise UnitError(
                 f'"{text}" may be the value {ends}, or per cent of the nominal '
-                f'{self._words(self._size)}; write "{ends}", or per cent with a sign'
+                f'{self._words(self.size)}; write "{ends}", or per cent with a sign'
             )
         return np.sort(factor * values)
 
@@ -245,23 +245,23 @@ class DeviationReader:
             return part.unit, 1.0
         if part.unit == "1" and part.shown in SHARES:  # a share itself, such as 20 %
             self.warnings.append(
-                f"{part.name} is nominally {self._words(self._size)}: its deviation "
+                f"{part.name} is nominally {self._words(self.size)}: its deviation "
                 "in % is taken as a difference, not as a share of that"
             )
             return part.unit, 1.0
-        if not self._size:
+        if not self.size:
             why = "its nominal value is 0" if part.size == 0 else "it has no nominal"
             mark = scale_of(part.unit, part.shown).mark
             raise UnitError(
                 f"per cent is of the nominal value of {part.name}, and {why}; write "
                 f"the deviation {f'in {mark}' if mark else 'as a plain number'}"
             )
-        return "1", self._size
+        return "1", self.size
 
     def _settled(self, values: Array, typed: str) -> Array:
         """Return deviations, of values that may be sizes: float64[value], SI."""
-        size = 1.0 if self.is_relative else self._size
-        most = FARTHEST * abs(size) * (1 + ROUNDING)
+        size = 1.0 if self.is_relative else self.size
+        most = _farthest(size)
         plus = bool(_PLUS.search(typed))
         turn = self.contributor.unit == "rad" and np.ptp(values) > TURN
         if turn:
@@ -305,9 +305,9 @@ class DeviationReader:
     def _warn_wide(self, values: Array, typed: str) -> None:
         """Remark typed deviations that are large, or tiny, for the nominal size."""
         most = max(float(np.abs(values).max()), float(np.ptp(values)))
-        share = most / abs(self._size) if self._size else 0.0
+        share = most / abs(self.size) if self.size else 0.0
         if self.contributor.unit == "1" and 0 < share < TINY and most < 1:
-            name, nominal = self.contributor.name, self._words(self._size)
+            name, nominal = self.contributor.name, self._words(self.size)
             self.warnings.append(
                 f'{name}: "{typed}" is {figures(100 * share, 2)} % of the nominal '
                 f"{nominal}; if it is meant as a share of that, write per cent"
@@ -315,7 +315,7 @@ class DeviationReader:
         if share > WIDE * (1 + ROUNDING) and "%" not in typed and "ppm" not in typed:
             wide = (
                 f'{self.contributor.name}: "{typed}" is {figures(100 * share, 2)} % of '
-                f"the nominal {self._words(self._size)}"
+                f"the nominal {self._words(self.size)}"
             )
             if share > VERY_WIDE:
                 self.warnings.append(f"{wide}; check its unit")

@@ -1,19 +1,31 @@
-"""Sampling of a study: how its trials are chosen, and the keys for each sampling."""
+"""Sampling of a study: how its trials are chosen, and how many; keys for each."""
 
-from collections.abc import Collection, Iterator
-from typing import Any
+import re
+from collections.abc import Collection, Mapping
+from typing import Any, NamedTuple
 
 from tolstat.deviations.distributions import Constant
 from tolstat.deviations.draw import SAMPLERS, factors
 from tolstat.deviations.names import expand
-from tolstat.errors import ModelError, StudyError, allowed_names
+from tolstat.errors import ModelError, StudyError, UnitError, allowed_names
+from tolstat.model.description import Description, Response
+from tolstat.statistics.precision import Precision, Statistic
 from tolstat.statistics.sensitivity.sobol_indices import LEAST_GROUPS
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import Points
 from tolstat.study.problems import Problems
-from tolstat.study.study_schema import MISSING, Document, RareEntry, read_entry
+from tolstat.study.study_schema import (
+    MISSING,
+    Document,
+    RareEntry,
+    UntilEntry,
+    read_entry,
+)
+from tolstat.units.grammar import bare_number, quantity, unit_of
+from tolstat.units.scale import PER_CENT, scale_of
 
 GIVEN = ("grid", "table")  # samplings whose trials are given
+KINDS = ("mean", "sigma", "median", "beyond")  # of a stopping rule
 EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
 
 
@@ -54,67 +66,74 @@ def aim_of(sampling: str, name: str, limited: Collection[str], names: list[str])
     return aims[0]
 
 
-def faults_of(
-    document: Document, sampling: str, deviating: Deviations, points: Points | None
-) -> Iterator[tuple[str, Any, str]]:
-    """Yield keys that are missing for a sampling, or have no meaning for it.
+def note_faults(
+    document: Document,
+    sampling: str,
+    deviating: Deviations,
+    points: Points | None,
+    problems: Problems,
+) -> None:
+    """Note keys that are missing for a sampling, or have no meaning for it.
 
-    Each with its value, None for a missing one, and the problem.
+    A wrong sampling is taken for random.
     """
+    if problems.noted("sampling") and (document.grid or document.table):
+        return
     for key, needed in (("grid", "grid"), ("table", "table"), ("[reference]", "grid")):
         if getattr(document, key.strip("[]")) and sampling != needed:
-            yield key, None, f'it needs sampling = "{needed}"'
-    if sampling == "grid" and not document.grid:
-        yield "[grid]", None, "missing; give contributors or settings, and their values"
-    if sampling == "table" and not document.table:
-        yield "table", None, 'missing; such as table = "machines.csv"'
+            problems.add(key, None, f'it needs sampling = "{needed}"')
+    typed = f'sampling = "{sampling}"'
     if sampling in GIVEN:
-        yield from _faults_of_given(document, sampling, deviating, points)
+        _note_faults_of_given(document, sampling, deviating, points, problems)
         return
-    sampler, varying = SAMPLERS[sampling], varying_in(deviating)
+    sampler = SAMPLERS[sampling]
+    varying = len(factors(deviating.distributions, deviating.dependence))
     usual = sampler.usual_trials(varying)
     if document.trials is None:
         missing = f"missing; such as trials = {usual}" if usual else MISSING["trials"]
-        yield "trials", None, missing
+        problems.add("trials", None, missing)
     if document.seed is None:
-        yield "seed", None, MISSING["seed"]
+        problems.add("seed", None, MISSING["seed"])
     if isinstance(document.trials, dict) and not sampler.extensible:
         number = f"give one, such as trials = {usual}," if usual else "give one"
-        yield (
+        problems.add(
             "trials",
             document.trials,
-            (
-                f'sampling = "{sampling}" needs a fixed number of trials; {number} or '
-                'sampling = "random" or "sobol" for a stopping rule'
-            ),
+            f"{typed} needs a fixed number of trials; {number} or "
+            'sampling = "random" or "sobol" for a stopping rule',
         )
     if sampler.group(varying) > 1 and document.correlation:
-        independent = "needs deviations that are independent"
-        yield "[correlation]", None, f'sampling = "{sampling}" {independent}'
+        wrong = f"{typed} needs deviations that are independent"
+        problems.add("[correlation]", None, wrong)
 
 
-def _faults_of_given(
-    document: Document, sampling: str, deviating: Deviations, points: Points | None
-) -> Iterator[tuple[str, Any, str]]:
-    """Yield keys that trials of a grid or a table cannot have."""
+def _note_faults_of_given(
+    document: Document,
+    sampling: str,
+    deviating: Deviations,
+    points: Points | None,
+    problems: Problems,
+) -> None:
+    """Note keys that trials of a grid or a table lack, or cannot have."""
+    if sampling == "grid" and not document.grid:
+        missing = "missing; give contributors or settings, and their values"
+        problems.add("[grid]", None, missing)
+    if sampling == "table" and not document.table:
+        problems.add("table", None, 'missing; such as table = "machines.csv"')
     none = f'sampling = "{sampling}" samples nothing'
     for key in ("trials", "seed"):
         if (value := getattr(document, key)) is not None:
-            yield key, value, f"{none}; leave it out"
+            problems.add(key, value, f"{none}; leave it out")
     if document.correlation:
-        yield "[correlation]", None, none
+        problems.add("[correlation]", None, none)
     taken = {m for axis in points.swept for m in axis.members} if points else set()
     for name, distribution in deviating.distributions.items():
         if not isinstance(distribution, Constant):
             only = f'{none}; only distribution = "constant" is allowed'
-            yield f"[deviations] {name}", None, only
+            problems.add(f"[deviations] {name}", None, only)
         elif name in taken:
-            yield f"[deviations] {name}", None, "is also in [grid]; give it once"
-
-
-def varying_in(deviating: Deviations) -> int:
-    """Return the number of independent factors."""
-    return len(factors(deviating.distributions, deviating.dependence))
+            wrong = "is also in [grid]; give it once"
+            problems.add(f"[deviations] {name}", None, wrong)
 
 
 def warnings_of(sampling: str, trials: int, varying: int) -> tuple[str, ...]:
@@ -133,3 +152,91 @@ def warnings_of(sampling: str, trials: int, varying: int) -> tuple[str, ...]:
             f"{trials // group} groups)",
         )
     return sampler.warnings(trials, varying)
+
+
+class Until(NamedTuple):
+    """A stopping rule: the precision at which a run ends."""
+
+    precisions: tuple[Precision, ...]  # all of them must be reached
+    at_most: int  # trials after which it ends in any case
+    rules: tuple[str, ...]  # as they are written
+    units: dict[str, str]  # of a rule's precision, by response
+
+
+def read_until(
+    keys: Mapping[str, Any], description: Description, limited: Mapping[str, Any]
+) -> Until:
+    """Return a stopping rule: `until`, one or a list of them, and `at_most`.
+
+    `limited` are the responses with a limit.
+    """
+    entry = read_entry(UntilEntry, keys, "there is")
+    rules = [entry.until] if isinstance(entry.until, str) else entry.until
+    responses = {response.name: response for response in description.responses}
+    read = [_precision(rule, responses, limited) for rule in rules]
+    units = {precision.statistic.response: unit for precision, unit in read if unit}
+    precisions = tuple(precision for precision, _ in read)
+    return Until(precisions, entry.at_most, tuple(rules), units)
+
+
+def _precision(
+    rule: str, responses: Mapping[str, Response], limited: Mapping[str, Any]
+) -> tuple[Precision, str]:
+    """Return one rule, and the unit of its precision."""
+    words = rule.replace("±", "+-").split(maxsplit=2)
+    if len(words) != 3 or not words[2].startswith("+-"):
+        raise StudyError(
+            f'"{rule}": a response, a statistic and a precision are expected, such as '
+            '"extra_loss p95 +-2 %"'
+        )
+    name, kind, precision = words
+    if name not in responses:
+        raise StudyError(f"response {name}: {allowed_names(name, responses)}")
+    statistic = _statistic(name, kind)
+    if kind == "beyond" and name not in limited:
+        raise StudyError(f"{name} beyond: the response has no limit")
+    within = precision.removeprefix("+-").strip()
+    value, relative = _within(within, kind, responses[name])
+    if not value > 0:
+        raise UnitError(f'"{precision}": a precision above zero is expected')
+    of_the_response = not relative and kind != "beyond" and not within.endswith("pp")
+    return Precision(statistic, value, relative), (
+        unit_of(within) if of_the_response else ""
+    )
+
+
+def _within(words: str, kind: str, response: Response) -> tuple[float, bool]:
+    """Return a precision; a per cent is relative to the number, in any unit."""
+    share, unit = kind == "beyond", response.unit
+    if words.endswith("pp") and (share or unit == "1"):
+        return bare_number(words.removesuffix("pp").strip()) / 100, False
+    if share and words.endswith("%"):
+        raise UnitError(
+            f'"+-{words}" of a share is ambiguous; write "+-0.1 pp" for '
+            'percentage points or "+-20 % of itself"'
+        )
+    words = words.removesuffix("of itself").strip()
+    if words.endswith("%"):
+        return bare_number(words.removesuffix("%").strip()) / 100, True
+    scale = PER_CENT if share else scale_of(unit, response.shown)
+    value = quantity(words, scale.unit)
+    if scale.unit == "1" and scale.factor != 1 and unit_of(words) == "1":
+        raise UnitError(
+            f'"+-{words}" of a number shown in {scale.mark} has no unit; write '
+            f'"+-{words} pp" for percentage points, or "+-{words} % of itself"'
+        )
+    return value, False
+
+
+def _statistic(name: str, kind: str) -> Statistic:
+    if percentile := re.fullmatch(r"p(\d+(?:\.\d+)?)", kind):
+        share = float(percentile[1]) / 100
+        if 0 < share < 1:
+            return Statistic(name, "quantile", share)
+    elif kind == "median":
+        return Statistic(name, "quantile", 0.5)
+    elif kind in KINDS:
+        return Statistic(name, kind)
+    raise StudyError(
+        f"statistic {kind}: {', '.join(KINDS)}, or a percentile such as p95 or p99.865"
+    )

@@ -5,7 +5,7 @@ together, "10 +-0.1 mm", "25 mm H7"; and problems that show without the model.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -18,17 +18,16 @@ from tolstat.model.contract import Model
 from tolstat.model.description import Contributor
 from tolstat.model.setting_kinds import Text
 from tolstat.model.settings import read, settings_of
-from tolstat.study.distribution_entry import read_distribution
-from tolstat.study.entry_change import keys_of
+from tolstat.study.distribution_entry import keys_of, read_distribution
 from tolstat.study.limits_section import read_limit
-from tolstat.study.links_section import (
+from tolstat.study.nominal_size import DeviationReader
+from tolstat.study.problems import Problems, toml_of
+from tolstat.study.settings_section import (
     NOMINAL,
     keys_of_link,
     link_columns,
     settings_with_links,
 )
-from tolstat.study.nominal_size import DeviationReader
-from tolstat.study.problems import Problems, toml_of
 from tolstat.study.study_schema import Document
 from tolstat.units.conversion import dimension, si_unit
 from tolstat.units.grammar import unit_of
@@ -138,37 +137,30 @@ def note_readable(document: Document, model: Model | None, problems: Problems) -
     For a study whose model or settings are wrong: an entry is read in the unit that it
     is written in. What needs the model is left for the next time.
     """
-    for section, name, keys in _tolerances(document, model):
-        key = f"[{section}] {name}"
-        if problems.noted(key):
-            continue
-        with problems.noting(key, keys):
-            written = str(keys.get("tolerance", keys.get("value", "")))
-            plain = Contributor(name, _unit(written), shown="1")
-            read_distribution(keys, DeviationReader(plain))
+    columns = {NOMINAL}
+    with suppress(TolstatError, AttributeError):
+        columns |= {*link_columns(model)} if model else set()
+    for section, read_keys in (("links", keys_of_link), ("deviations", keys_of)):
+        for name, entry in getattr(document, section).items():
+            keys = {
+                k: value
+                for k, value in read_keys(entry).items()
+                if k not in {*columns, *DEPENDENT}
+            }
+            zone, key = str(keys.get("tolerance", "")), f"[{section}] {name}"
+            shares = any("%" in str(value) for value in keys.values())
+            of_a_size = shares or (zone and iso286.looks_like_grade(zone))
+            if not keys or "data" in keys or of_a_size or problems.noted(key):
+                continue
+            with problems.noting(key, keys):
+                unit = _unit(str(keys.get("tolerance", keys.get("value", ""))))
+                reader = DeviationReader(Contributor(name, unit, shown="1"))
+                read_distribution(keys, reader)
     for name, entry in document.limits.items():
         text = entry if isinstance(entry, str) else str(entry.get("limit", ""))
         with problems.noting(f"[limits] {name}", entry):
             unit = _unit(text)
             read_limit(entry, unit, unit)  # in which it is shown, the model knows
-
-
-def _tolerances(
-    document: Document, model: Model | None
-) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Yield deviations that need no size: section, name, keys."""
-    columns = {NOMINAL}
-    with suppress(TolstatError, AttributeError):
-        columns |= {*link_columns(model)} if model else set()
-    for section in ("links", "deviations"):
-        for name, entry in getattr(document, section).items():
-            keys = keys_of_link(entry) if section == "links" else keys_of(entry)
-            keys = {k: x for k, x in keys.items() if k not in {*columns, *DEPENDENT}}
-            zone = str(keys.get("tolerance", ""))
-            shares = any("%" in str(value) for value in keys.values())
-            of_a_size = shares or (zone and iso286.looks_like_grade(zone))
-            if keys and "data" not in keys and not of_a_size:
-                yield section, name, keys
 
 
 def _unit(text: str) -> str:

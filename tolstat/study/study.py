@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -16,15 +17,15 @@ from tolstat import catalogue
 from tolstat.arrays import Array
 from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
 from tolstat.deviations.samplers import Sampler, Stage
-from tolstat.errors import ModelError, StudyError, TolstatError, UnitError
-from tolstat.model.checked import check_possible, described
+from tolstat.errors import StudyError, UnitError
+from tolstat.model.checked import check_possible
 from tolstat.model.contract import Model
-from tolstat.model.description import Contributor, Description
-from tolstat.model.setting_kinds import Number, as_typed
-from tolstat.model.settings import Setting, make, setting_of, settings_of
+from tolstat.model.description import Description
+from tolstat.model.setting_kinds import as_typed
 from tolstat.statistics.limits.limit import Limit
 from tolstat.study.deviations_section import NOTHING, Deviations, read_deviations
 from tolstat.study.editor import StudyEditor
+from tolstat.study.files import read_toml
 from tolstat.study.given_points import (
     Case,
     Points,
@@ -33,21 +34,25 @@ from tolstat.study.given_points import (
     read_table,
 )
 from tolstat.study.limits_section import read_limits
-from tolstat.study.links_section import (
-    NOMINAL,
-    SETTING,
-    check_units,
-    link_columns,
-    read_links,
-    read_sizes,
-)
 from tolstat.study.memory_needed import large, too_large
 from tolstat.study.nominal_size import SHARES
 from tolstat.study.problems import Problems
-from tolstat.study.sampling import aim_of, faults_of, read_sampling, warnings_of
+from tolstat.study.sampling import (
+    Until,
+    aim_of,
+    note_faults,
+    read_sampling,
+    read_until,
+    warnings_of,
+)
+from tolstat.study.settings_section import (
+    NOMINAL,
+    described_with_sizes,
+    link_columns,
+    read_settings,
+)
 from tolstat.study.slips import note_readable, section_of, without_mixed
-from tolstat.study.stopping_rule import Until, read_until
-from tolstat.study.study_schema import DECISIVE, Document, read
+from tolstat.study.study_schema import Document, checked
 from tolstat.units.conversion import dimension
 from tolstat.units.grammar import unit_of
 from tolstat.units.scale import KNOWN, SIZES, figures
@@ -232,26 +237,23 @@ def load(
     path = None if isinstance(source, Mapping) else Path(source)
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
-    text, document = read(
-        path or cast(Mapping[str, Any], source),
-        problems,
-        lambda name, value, table: section_of(name, value, table, model),
-        trials=trials,
-        seed=seed,
-    )
+    text, table = read_toml(path or cast(Mapping[str, Any], source))
+    typed = {"trials": trials, "seed": seed}
+    table |= {key: value for key, value in typed.items() if value is not None}
+    document = checked(table, problems, partial(section_of, model=model))
     document = without_mixed(document, problems)
-    typed = typed_units(document.model_dump())
+    shown = typed_units(document.model_dump())
     sampling, response = read_sampling(document.sampling, problems)
 
     chosen = None
     try:
         chosen = _model(document, model, problems)
-        settings, document = _settings(document, chosen, problems)
+        settings, document = read_settings(document, chosen, problems)
         description = problems.required(  # some settings may not fit each other
-            "[settings]", None, lambda: _described(chosen, settings)
+            "[settings]", None, lambda: described_with_sizes(chosen, settings)
         )
     except StudyError:  # without these the rest cannot be read
-        _note_faults(document, sampling, NOTHING, None, problems)
+        note_faults(document, sampling, NOTHING, None, problems)
         note_readable(document, chosen, problems)
         raise problems.refusal from None
 
@@ -265,7 +267,7 @@ def load(
     if sampling == "table" and document.table:
         with problems.noting("table", document.table):
             points = read_table(folder, document.table, settings, description)
-    _note_faults(document, sampling, deviating, points, problems)
+    note_faults(document, sampling, deviating, points, problems)
     reference = None
     if document.reference:
         with problems.noting("[reference]", document.reference):
@@ -283,7 +285,11 @@ def load(
         with problems.noting("trials", document.trials):
             until = read_until(document.trials, description, limits)
     problems.raise_if_any()
-    _check_nominal(chosen, settings, description, problems)
+    nominal, what = np.zeros((1, len(description.contributors))), "the nominal trial"
+    problems.required(
+        "[settings]", None, lambda: check_possible(chosen, nominal, settings, what)
+    )
+    number = len(points.deviations) if points else cast(int, document.trials)
     study = Study(
         path=path,
         text=text,
@@ -291,7 +297,7 @@ def load(
         model=chosen,
         settings=settings,
         description=description,
-        trials=_number_of_trials(document, until, points),
+        trials=until.at_most if until else number,
         until=until,
         seed=document.seed,
         sampling=sampling,
@@ -300,7 +306,7 @@ def load(
         reference=reference,
         limits=limits,
         shown={
-            **typed,
+            **shown,
             **(points.units if points else {}),
             **deviating.units,
             **(until.units if until else {}),
@@ -340,38 +346,6 @@ def texts_in(value: Any) -> Iterator[str]:
             yield from texts_in(item)
 
 
-def _note_faults(
-    document: Document,
-    sampling: str,
-    deviating: Deviations,
-    points: Points | None,
-    problems: Problems,
-) -> None:
-    """Note keys that do not fit the sampling; a wrong one is taken for random."""
-    if not problems.noted("sampling") or not (document.grid or document.table):
-        for key, value, wrong in faults_of(document, sampling, deviating, points):
-            problems.add(key, value, wrong)
-
-
-def _check_nominal(
-    model: Model, settings: Any, description: Description, problems: Problems
-) -> None:
-    """Refuse a study whose nominal trial cannot be built."""
-    nominal, what = np.zeros((1, len(description.contributors))), "the nominal trial"
-    problems.required(
-        "[settings]", None, lambda: check_possible(model, nominal, settings, what)
-    )
-
-
-def _number_of_trials(
-    document: Document, until: Until | None, points: Points | None
-) -> int:
-    """Return how many trials a study has, at most."""
-    if points:
-        return len(points.deviations)
-    return until.at_most if until else cast(int, document.trials)
-
-
 def _model(document: Document, model: Model | None, problems: Problems) -> Model:
     if problems.noted("model"):
         raise problems.refusal
@@ -382,52 +356,3 @@ def _model(document: Document, model: Model | None, problems: Problems) -> Model
         message = f"the model given is called '{chosen.name}'"
         problems.add("model", document.model, message)
     return chosen
-
-
-def _described(model: Model, settings: Any) -> Description:
-    """Return contributors and responses; a setting of the same name is the size."""
-    description, declared = described(model, settings), settings_of(model)
-    return description._replace(contributors=tuple(
-        replace(part, size=_size_of(part, declared.get(part.name), settings))
-        for part in description.contributors
-    ))  # fmt: skip
-
-
-def _size_of(
-    contributor: Contributor, setting: Setting | None, settings: Any
-) -> float | None:
-    """Return the nominal value of a contributor, SI; None where none is known."""
-    if contributor.size is not None or setting is None:
-        return contributor.size
-    unit = setting.kind.unit if isinstance(setting.kind, Number) else None
-    if contributor.unit == "1" and contributor.shown != "1":  # relative to the setting
-        return None
-    value = getattr(settings, contributor.name)
-    same = (unit or "1") == contributor.unit and isinstance(value, int | float)
-    return float(value) if same else None
-
-
-def _settings(
-    document: Document, model: Model, problems: Problems
-) -> tuple[Any, Document]:
-    """Return the settings, links among them, and the study with links as deviations."""
-    values: dict[str, Any] = {}
-    links, document = document.links, read_links(document, model, problems)
-    for name, value in document.settings.items():
-        if name == SETTING and links:  # all that can be read, and problems of the rest
-            values[name] = read_sizes(value, links, model, problems)
-            continue
-        with problems.noting(f"[settings] {name}", value):
-            setting = setting_of(model, name)
-            try:
-                values[name] = setting.kind.read(value)
-            except ModelError as error:
-                raise ModelError(f"{error} ({setting.sentence})") from None
-    try:
-        return make(model, values), document
-    except TolstatError as error:
-        if not problems.noted_in(*DECISIVE):  # else names left out may be missed
-            check_units(links, error, problems)
-        if not problems.noted_in(*DECISIVE):
-            problems.add("[settings]", None, str(error))
-        raise problems.refusal from None

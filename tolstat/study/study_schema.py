@@ -1,13 +1,12 @@
 """The keys of a study file and of its tables: types and expected values."""
 
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from tolstat.errors import StudyError, allowed_names
-from tolstat.study.files import check_bounds, read_toml
+from tolstat.study.files import check_bounds
 from tolstat.study.problems import Problems, toml_of
 
 MOST_SEED = 2**64 - 1
@@ -16,7 +15,6 @@ LEAST_PRICE, MOST_PRICE = 1e-30, 1e30
 TitleKey = Literal["project", "drawing", "revision", "author", "approval"]
 TITLE_KEYS = get_args(TitleKey)
 CSV_FILE = "the name of a CSV file, in quotes"
-NO_SUCH_KEY = "a study has no such key; "
 MISSING = {
     "model": 'missing; name a model, such as model = "stand"',
     "trials": "missing; give the number of trials, such as trials = 4096",
@@ -191,33 +189,22 @@ def read_entry(kind: type[Kind], keys: Mapping[str, Any], subject: str) -> Kind:
     raise StudyError(f"{key} = {toml_of(keys[key])}: {expected[key]}")
 
 
-def read(
-    source: Path | Mapping[str, Any],
-    problems: Problems,
-    section_of: Callable[[str, Any, Mapping[str, Any]], str],
-    **typed: int | None,
-) -> tuple[str, Document]:
-    """Return the text and the keys of a study, checked.
-
-    Trials and seed given by the caller replace those of the study. `section_of` says
-    where an unknown key, its value and the study belong; empty where that is unknown.
-    """
-    text, table = read_toml(source)
-    table |= {key: value for key, value in typed.items() if value is not None}
-    return text, _checked(table, problems, section_of)
-
-
 def check_section(section: str, entries: object, problems: Problems) -> None:
     """Refuse entries given in Python that no section of a study can have."""
-    _checked({"model": "", section: entries}, problems)
+    checked({"model": "", section: entries}, problems)
     problems.raise_if_any()
 
 
-def _checked(
+def checked(
     table: dict[str, Any],
     problems: Problems,
     section_of: Callable[[str, Any, Mapping[str, Any]], str] = lambda *_: "",
 ) -> Document:
+    """Return the keys of a study, checked; those that are wrong are left out.
+
+    `section_of` says where an unknown key, its value and the study belong; empty where
+    that is unknown.
+    """
     check_bounds(table, problems)
     problems.raise_if_any()
     try:
@@ -234,12 +221,10 @@ def _checked(
             problems.add(key, None, MISSING[section])
         elif kind == "extra_forbidden" and (right := section_of(key, value, table)):
             problems.add(key, value, f"it belongs in [{right}], as {right}.{key} = ...")
-        elif kind == "extra_forbidden":
-            allowed = allowed_names(section, Document.model_fields)
-            problems.add(key, None, NO_SUCH_KEY + allowed)
-        elif kind == "literal_error":
-            allowed = allowed_names(inner[0], TITLE_KEYS)
-            problems.add(key, None, NO_SUCH_KEY + allowed)
+        elif kind in ("extra_forbidden", "literal_error"):
+            allowed = TITLE_KEYS if inner else tuple(Document.model_fields)
+            hint = allowed_names([section, *inner][-1], allowed)
+            problems.add(key, None, f"a study has no such key; {hint}")
         else:
             expected = Document.model_fields[section].description
             problems.add(key, value, f"expected {expected}")

@@ -67,19 +67,19 @@ def bare_number(text: str) -> float:
 def quantity(text: str, unit: str) -> float:
     """Read one quantity, such as "7.5 rad/s", as SI; a bare number for "1"."""
     match _split(text):
-        case "", value, "", given if value:
-            return _si(value, given, unit)
+        case "", value, "", written if value:
+            return _si(value, written, unit)
     raise UnitError(_unreadable(text, f"a quantity such as {_example('7.5', unit)}"))
 
 
 def tolerance(text: str, unit: str) -> Range:
     """Read a tolerance, "+-1.2 mm" or "-0.1..+0.3 mm": the permitted zone, SI."""
     match _split(text):
-        case "+-" | "+/-" | "±", half, "", given if half[0] not in "+-":
-            most = _si(half, given, unit)
+        case "+-" | "+/-" | "±", half, "", written if half[0] not in "+-":
+            most = _si(half, written, unit)
             zone = Range(-most, most)
-        case "", lower, upper, given if upper:
-            zone = Range(_si(lower, given, unit), _si(upper, given, unit))
+        case "", lower, upper, written if upper:
+            zone = Range(_si(lower, written, unit), _si(upper, written, unit))
         case _:
             expected = f"{_example('+-1.2', unit)} or {_example('-0.1..+0.3', unit)}"
             raise UnitError(_unreadable(text, f"a tolerance such as {expected}"))
@@ -98,10 +98,10 @@ def limit(text: str, unit: str, shown: str = "") -> Range:
     """
     _check_share(text, unit, shown)
     match _split(text):
-        case "<=", most, "", given:
-            return Range(-math.inf, _si(most, given, unit))
-        case ">=", least, "", given:
-            return Range(_si(least, given, unit), math.inf)
+        case "<=", most, "", written:
+            return Range(-math.inf, _si(most, written, unit))
+        case ">=", least, "", written:
+            return Range(_si(least, written, unit), math.inf)
         case "", _, upper, _ if upper:
             return quantity_range(text, unit)
     expected = ", ".join(_example(form, unit) for form in ("<= 3", ">= 0", "1..2"))

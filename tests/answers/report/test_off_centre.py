@@ -33,7 +33,7 @@ from tolstat.document.inline import Typed
 from tolstat.errors import StudyError
 from tolstat.render.screen import as_text
 from tolstat.store.stored_run import NOT_ENDED
-from tolstat.study.entry_change import keys_of
+from tolstat.study.distribution_entry import keys_of
 
 NEVER, NOT_HALVED = Narrowing.NEVER, Narrowing.NOT_BY_HALF
 NONLINEAR, ONE_SIDED = MeanShift.NONLINEAR, MeanShift.ONE_SIDED

@@ -19,9 +19,8 @@ from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, joint_yield, yield_of
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
-from tolstat.study.cost_entry import Priced
+from tolstat.study.cost_entry import Priced, Shift
 from tolstat.study.given_points import Case
-from tolstat.study.shift_entry import Shift
 from tolstat.study.study import Study, load
 from tolstat.units.scale import KNOWN
 

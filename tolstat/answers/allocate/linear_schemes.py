@@ -20,7 +20,7 @@ from tolstat.execution.diagnostics.slopes_and_corners import (
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sensitivity.linear import Scatter, root_sum_square
-from tolstat.study.shift_entry import distributions_of
+from tolstat.study.cost_entry import distributions_of
 from tolstat.study.study import Study
 
 

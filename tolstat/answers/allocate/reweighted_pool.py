@@ -15,8 +15,7 @@ from tolstat.deviations.density_ratio import FARTHEST, DensityRatio
 from tolstat.deviations.dependence import Dependence, dependent_groups, equal_parts
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.statistics.intervals.shares import gamma_ends
-from tolstat.study.cost_entry import Priced
-from tolstat.study.shift_entry import distributions_of
+from tolstat.study.cost_entry import Priced, distributions_of
 from tolstat.study.study import Study
 
 MISS = 0.025  # chance that a fraction is above the upper end of its interval

@@ -23,7 +23,7 @@ from tolstat.arrays import Array
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.workers.block_scheduler import Interrupted
 from tolstat.statistics.intervals.shares import anytime_valid
-from tolstat.study.shift_entry import Shift
+from tolstat.study.cost_entry import Shift
 from tolstat.study.study_schema import MOST_SEED
 
 WIDE = 0.5, 0.25, 0.25  # of the wide run: loosest, halfway, tightest

@@ -30,7 +30,7 @@ from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.given_points import setting_name
-from tolstat.study.links_section import settings_with_links
+from tolstat.study.settings_section import settings_with_links
 from tolstat.study.study import Study, typed_units
 from tolstat.units.scale import Scale, scale_of
 

@@ -200,7 +200,9 @@ class Formula:
         stop = len(self.text.encode()[: node.end_col_offset].decode(errors="ignore"))
         excerpt = self.text[start:stop][:40]
         where = f"gap = {self._quoted}, character {start + 1}, {excerpt!r}"
-        return ModelError(f"{where}: {reason}")
+        error = ModelError(f"{where}: {reason}")
+        error.link = node.id if isinstance(node, ast.Name) else ""
+        return error
 
 
 def _exponent(node: ast.expr) -> float | None:
