@@ -11,8 +11,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tolstat.integrator.crossing import dry_friction
     from tolstat.integrator.examination import proposed_scale
-    from tolstat.integrator.friction import dry_friction
     from tolstat.integrator.integrate import integrate
     from tolstat.integrator.linear_motion import LinearMotion, solve
     from tolstat.integrator.problem import SIDES, Accuracy, Moment, Solution, System

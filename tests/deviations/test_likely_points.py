@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from tests.deviations.searched import led
-from tolstat.deviations.likely_points import (
+from tolstat.deviations.rare import (
     LEAST_DISTANCE,
     likely_points,
     separated,

@@ -6,8 +6,14 @@ from typing import TypeVar
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.deviations.many_directions import normal_of
-from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal, tempered
+from tolstat.deviations.mixture import (
+    Mixture,
+    centred,
+    fitted,
+    log_normal,
+    normal_of,
+    tempered,
+)
 from tolstat.deviations.rare_stage import RareStage, normal_scores, stage_of
 from tolstat.deviations.samplers import uniform
 from tolstat.deviations.subset_simulation import relaxed, slope

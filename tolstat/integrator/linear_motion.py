@@ -89,8 +89,7 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
         the parts: 5e-13 as the Taylor series ends, the rest by the search for a peak.
     """
     # the first call loads the compiler, and compiles
-    from tolstat.integrator.linear_pack import KEPT, SERIES, Pack
-    from tolstat.integrator.linear_peaks import MOST_STEPS
+    from tolstat.integrator.linear_peaks import KEPT, MOST_STEPS, SERIES, Pack
     from tolstat.integrator.propagator import follow
     from tolstat.lanes.vector import WIDTH
 

@@ -7,8 +7,7 @@ import numpy as np
 from scipy.special import bdtr, bdtrik
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import FAILED_THERE, NONE_DONE, Estimate
-from tolstat.statistics.reason import Lack, Reason
+from tolstat.statistics.estimate import FAILED_THERE, NONE_DONE, Estimate, Lack, Reason
 
 
 def quantiles(

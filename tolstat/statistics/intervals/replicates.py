@@ -12,10 +12,9 @@ import numpy as np
 from scipy.special import stdtrit
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.statistics.estimate import Estimate, enclosing
+from tolstat.statistics.estimate import Estimate, Lack, Reason, enclosing
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, few_leave
 from tolstat.statistics.intervals.quantiles import median_unbiased
-from tolstat.statistics.reason import Lack, Reason
 
 LEAST_IN_EACH = 16
 LEAST_OUTSIDE = 30  # expected trials outside a quantile

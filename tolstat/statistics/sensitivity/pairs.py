@@ -11,8 +11,12 @@ from scipy.special import chdtrc, ndtr, ndtri
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.sensitivity.normal_scores import dependent, own_parts, scores
-from tolstat.statistics.sensitivity.out_of_limit import CLEAR
+from tolstat.statistics.sensitivity.out_of_limit import (
+    CLEAR,
+    dependent,
+    own_parts,
+    scores,
+)
 
 SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both outer"
 MORE = "several"  # than two
