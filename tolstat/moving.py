@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "integrator.examination": ("proposed_scale",),
-    "integrator.friction": ("dry_friction",),
+    "integrator.crossing": ("dry_friction",),
     "integrator.integrate": ("integrate",),
     "integrator.linear_motion": ("LinearMotion", "solve"),
     "integrator.problem": ("SIDES", "Accuracy", "Moment", "Solution", "System"),

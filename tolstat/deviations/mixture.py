@@ -88,13 +88,10 @@ def centred(spreads: Array, directions: int) -> Mixture:
     return Mixture(np.full(n, 1 / n), np.zeros((n, directions)), roots)
 
 
-def log_normal(squares: Array, spread: float, directions: int) -> Array:
-    """Return the logarithm of the density of an isotropic normal distribution.
-
-    Given squared distances from its mean, and its standard deviation.
-    """
-    logs = -0.5 * squares / spread**2 - directions * np.log(spread)
-    return np.asarray(logs - 0.5 * directions * np.log(2 * np.pi), np.float64)
+def log_study(points: Array) -> Array:
+    """Return float64[point], the logarithm of the density of the study: normal."""
+    squares = np.einsum("ni,ni->n", points, points)
+    return np.asarray(-0.5 * squares - 0.5 * points.shape[1] * np.log(2 * np.pi))
 
 
 def fitted(points: Array, logs: Array, start: Mixture) -> Mixture:

@@ -10,7 +10,7 @@ from tolstat.deviations.mixture import (
     Mixture,
     centred,
     fitted,
-    log_normal,
+    log_study,
     normal_of,
     tempered,
 )
@@ -129,10 +129,8 @@ class Search:
         elif single:
             survived = False
         elif survived and not reached:
-            distant, nearer = (
-                float((x**2).sum(axis=1).mean()) for x in (led, survivors)
-            )
-            if distant - nearer > FARTHER:
+            distant, near = (np.mean(np.sum(x**2, axis=1)) for x in (led, survivors))
+            if distant - near > FARTHER:
                 led = led[:0]
         if not len(led) and not survived:
             return centres
@@ -206,8 +204,7 @@ class Search:
         counts = np.array(self.counts[first:])
         part = [mixture.log_density(points) for mixture in self.mixtures[first:]]
         sampled = np.array(part) + np.log(counts / counts.sum())[:, None]
-        study = log_normal(np.einsum("ni,ni->n", points, points), 1.0, points.shape[1])
-        return points, study - np.logaddexp.reduce(sampled)
+        return points, log_study(points) - np.logaddexp.reduce(sampled)
 
 
 def in_equal_numbers(points: Array, number: int) -> Array:
@@ -222,8 +219,7 @@ def _beside_study(mixture: Mixture) -> Mixture:
 
 def _excess(points: Array, mixture: Mixture) -> Array:
     """Return the logarithms of the densities in the study over those in a mixture."""
-    squares = np.einsum("ni,ni->n", points, points)
-    return log_normal(squares, 1.0, points.shape[1]) - mixture.log_density(points)
+    return log_study(points) - mixture.log_density(points)
 
 
 def _effective(logs: Array) -> float:
@@ -239,8 +235,7 @@ def _extended(mixture: Mixture, points: Array, logs: Array) -> Mixture:
     They stand for kinds of trials that the fit lost; after A. E. Raftery, L. Bao,
     Biometrics 66 (2010) 1162-1173.
     """
-    squares = np.einsum("ni,ni->n", points, points)
-    aimed = logs + log_normal(squares, 1.0, points.shape[1])
+    aimed = logs + log_study(points)
     sampled = mixture.log_density(points)
     for _ in range(ADDED):
         heaviest = (aimed - sampled).argmax()
