@@ -123,12 +123,8 @@ class DensityRatio:
             scores[name] = after
         for joint in dependent_groups(names, self.dependence):
             before = np.array([self._sampled_density(name)[1] for name in joint])
-            after = np.array(
-                [
-                    scores[name] if name in names else as_it_is
-                    for name, as_it_is in zip(joint, before, strict=True)
-                ]
-            )
+            pairs = zip(joint, before, strict=True)
+            after = np.array([scores.get(name, score) for name, score in pairs])
             after[np.isinf(after)] = 0.0  # outside: weight 0
             inverse = np.linalg.inv(correlations(joint, self.dependence))
             # sums over pairs, not by BLAS: the same for any number of rows

@@ -209,12 +209,10 @@ class AuditedResponse:
         once = np.isnan(before) != np.isnan(self.most_precise)
         error = np.fmax(self.errors[self.third], self.median)
         moved_again = change > np.fmax(SETTLED * self.spread, HALVED * error)
-        sides = within(before, self.permitted) != within(
-            self.most_precise, self.permitted
-        )
-        return np.asarray(
-            once | moved_again | (sides & (change > SAME_SIDE * self.spread))
-        )
+        evaluations = before, self.most_precise
+        inside, still_inside = (within(x, self.permitted) for x in evaluations)
+        crosses = (inside != still_inside) & (change > SAME_SIDE * self.spread)
+        return np.asarray(once | moved_again | crosses)
 
     @property
     def dominant(self) -> bool:

@@ -125,10 +125,8 @@ def as_sampled(values: Array, sample: Sample, confidence: float = 0.95) -> Momen
         none = Estimate(math.nan, reason=RANDOM_ONLY)
         return Moments(none, none)
     replicate = sample.replicate[sample.done] if sample.replicates else None
-    return Moments(
-        mean_as_sampled(done, confidence, replicate),
-        sigma_as_sampled(done, confidence, replicate),
-    )
+    arguments = done, confidence, replicate
+    return Moments(mean_as_sampled(*arguments), sigma_as_sampled(*arguments))
 
 
 def for_any(

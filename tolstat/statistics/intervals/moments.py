@@ -56,11 +56,7 @@ class Reach(NamedTuple):
 
     def times(self, factor: float) -> Reach:
         """Return the reach in another unit."""
-        declared, limit = (
-            None if ends is None else (factor * ends[0], factor * ends[1])
-            for ends in self
-        )
-        return Reach(declared, limit)
+        return Reach(*(ends and (factor * ends[0], factor * ends[1]) for ends in self))
 
     @property
     def known(self) -> bool:

@@ -101,10 +101,9 @@ def sigma_of_replicates(
     if reason := missing(values, replicate) or few_leave(values, reach):
         return Estimate(value, reason=reason)
     centre, (lower, upper) = float(values.mean()), reach.ends(values)
-    squares = Reach((0.0, max(upper - centre, centre - lower) ** 2))
-    mean_square = mean_of_replicates(
-        (values - centre) ** 2, replicate, squares, confidence
-    )
+    squares = (values - centre) ** 2
+    between = Reach((0.0, max(upper - centre, centre - lower) ** 2))
+    mean_square = mean_of_replicates(squares, replicate, between, confidence)
     if mean_square.reason:
         return Estimate(value, reason=mean_square.reason)
     low, high = math.sqrt(max(mean_square.lower, 0.0)), math.sqrt(mean_square.upper)

@@ -234,10 +234,8 @@ def joint_yield(
     responses: Mapping[str, Array], sample: Sample, limits: Mapping[str, Ends]
 ) -> Estimate:
     """Estimate the yield, all limits, of at least one limit by response, SI."""
-    good = np.all(
-        [within(responses[name], limit) for name, limit in limits.items()], axis=0
-    )
-    return _most(good & sample.done, sample)
+    inside = [within(responses[name], limit) for name, limit in limits.items()]
+    return _most(np.all(inside, axis=0) & sample.done, sample)
 
 
 def worded(verdict: str, reason: str) -> str:

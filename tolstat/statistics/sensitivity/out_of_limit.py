@@ -62,9 +62,8 @@ def own_parts(deviations: Mapping[str, Array], linked: Truths) -> dict[str, Arra
         others = np.column_stack(
             [z[n] for n, yes in zip(names, row, strict=True) if yes and n != name]
         )
-        remainders[name] = (
-            z[name] - others @ np.linalg.lstsq(others, z[name], rcond=None)[0]
-        )
+        slopes = np.linalg.lstsq(others, z[name], rcond=None)[0]
+        remainders[name] = z[name] - others @ slopes
         if remainders[name].var() < LEAST_OWN:
             del remainders[name]
     return remainders

@@ -199,9 +199,8 @@ class _Scores:
         """Return the share of units in which one contributor is in its outer part."""
         high = float(np.mean(z > 0))
         way = int(high >= ONE_WAY) - int(high <= 1 - ONE_WAY)
-        return float(
-            np.mean(way * z > self.one_end if way else np.abs(z) > self.two_ends)
-        )
+        outer = way * z > self.one_end if way else np.abs(z) > self.two_ends
+        return float(np.mean(outer))
 
 
 def _explains(combination: Together) -> bool:

@@ -78,9 +78,8 @@ def nearest(X: Array) -> Integers:
     places = tree.indices
     _, neighbours = tree.query(tree.data[places], k=2)
     nearest_trial = np.empty(len(X), dtype=np.int64)
-    nearest_trial[places] = np.where(
-        neighbours[:, 0] == places, neighbours[:, 1], neighbours[:, 0]
-    )
+    first, second = neighbours.T
+    nearest_trial[places] = np.where(first == places, second, first)
     return nearest_trial
 
 
