@@ -21,13 +21,13 @@ from tolstat.deviations.rare_search import (
     in_equal_numbers,
 )
 from tolstat.deviations.rare_stage import (
-    RareStage,
+    RandomNumbers,
+    Stages,
     better_shares,
     chosen,
-    normal_scores,
     stage_of,
 )
-from tolstat.deviations.samplers import Sampler, uniform
+from tolstat.deviations.samplers import Sampler
 from tolstat.deviations.subset_simulation import approach
 
 ROUNDS, IDLE = 40, 6  # at most; without any move
@@ -42,8 +42,8 @@ MOST_GAIN = 5.0  # of a round, in the logarithm of the squared distance
 
 
 def likely_points(
-    seed: int, streams: Mapping[str, int], points: Array, trials: int
-) -> Generator[RareStage, Array, tuple[Array, int]]:
+    numbers: RandomNumbers, points: Array, trials: int
+) -> Stages[tuple[Array, int]]:
     """Yield stages that move out-of-limit trials towards the median trial.
 
     A trial moves if its new place is nearer to the median, hence more probable, and out
@@ -53,8 +53,8 @@ def likely_points(
 
     Parameters
     ----------
-    seed, streams
-        As of `Sampler.stages`.
+    numbers : RandomNumbers
+        Those of the run.
     points : float64[trial, direction]
         Out-of-limit trials to begin with, in normal scores.
     trials : int
@@ -71,10 +71,9 @@ def likely_points(
             break
         used += len(points)
         name = f"likely {step}"
-        which = uniform(seed, "ways", len(points), f"of {name}")
-        way = chosen(shares, which)
-        choice = uniform(seed, "factors", len(points), f"of {name}")
-        chance = ndtr(normal_scores(seed, streams, len(points), name))
+        way = chosen(shares, numbers.unit("ways", len(points), name))
+        choice = numbers.unit("factors", len(points), name)
+        chance = ndtr(numbers.scores(len(points), name))
         tried = _nearer(points, way, choice, chance)
         margins = yield stage_of(tried)
         before, after = (np.einsum("ni,ni->n", x, x) for x in (points, tried))
@@ -222,11 +221,12 @@ class Rare(Sampler):
         self, seed: int, streams: Mapping[str, int], trials: int
     ) -> Generator[rare_stage.RareStage, Array, None]:
         """Yield stages; the arguments are as of `Sampler.stages`."""
-        search, directions = Search(seed, streams, trials), len(streams)
+        numbers, directions = RandomNumbers(seed, streams), len(streams)
+        search = Search(numbers, trials)
         is_large = directions >= MANY
         yield from search.stage(centred(SPREADS, directions), FIRST_SHARE)
         step = max(round((STEP_OF_MANY if is_large else STEP) * trials), LEAST_OF_STEP)
-        halves = yield from search.counted(approach(seed, streams, step))
+        halves = yield from search.counted(approach(numbers, step))
         survivors, failures = np.concatenate(halves), search.out_of_limit
         number = round((STARTS_OF_MANY if is_large else STARTS) * trials)
         nearer = min(round(SURVIVORS * number), len(survivors))
@@ -238,7 +238,7 @@ class Rare(Sampler):
         after = round((LAST_SHARE + (FOR_MOVES if is_large else FOR_STAGES)) * trials)
         led = min(round(LED * trials), search.left - after)
         points = yield from search.counted(
-            likely_points(seed, streams, np.concatenate(starts), led)
+            likely_points(numbers, np.concatenate(starts), led)
         )
         mixture = centred(np.ones(1), directions)  # if no response leads out of limit
         if len(points):
