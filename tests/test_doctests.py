@@ -10,8 +10,7 @@ import pytest
 
 import tolstat
 from tests.conftest import ROOT
-from tolstat.statistics.intervals.quantiles import quantiles
-from tolstat.statistics.intervals.shares import proportion
+from tolstat.statistics.intervals.shares import proportion, quantiles
 
 PUBLIC = {name: getattr(tolstat, name) for name in tolstat.__all__}
 PUBLIC |= {each.__name__: each for each in (quantiles, proportion)}

@@ -11,8 +11,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tolstat.integrator.crossing import dry_friction
     from tolstat.integrator.examination import proposed_scale
-    from tolstat.integrator.friction import dry_friction
     from tolstat.integrator.integrate import integrate
     from tolstat.integrator.linear_motion import LinearMotion, solve
     from tolstat.integrator.problem import SIDES, Accuracy, Moment, Solution, System
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "integrator.examination": ("proposed_scale",),
-    "integrator.friction": ("dry_friction",),
+    "integrator.crossing": ("dry_friction",),
     "integrator.integrate": ("integrate",),
     "integrator.linear_motion": ("LinearMotion", "solve"),
     "integrator.problem": ("SIDES", "Accuracy", "Moment", "Solution", "System"),

@@ -9,9 +9,7 @@ from scipy.stats import norm
 
 from tests.coverage.problems import SIZES
 from tolstat.statistics.intervals.moments import mean_of
-from tolstat.statistics.intervals.quantiles import quantiles
-from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.limits.capability import by_share
+from tolstat.statistics.intervals.shares import proportion, quantiles
 from tolstat.statistics.limits.difference import (
     correlation_of_quantiles,
     correlation_of_shares,
@@ -20,6 +18,7 @@ from tolstat.statistics.limits.difference import (
     exchange,
 )
 from tolstat.statistics.limits.limit import Limit, ppk_of
+from tolstat.statistics.summary import by_share
 
 # response of the first and of the second design over the quality, and the limit
 DESIGNS = {

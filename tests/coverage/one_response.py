@@ -12,9 +12,8 @@ from tolstat.deviations.samplers import REPLICATES, Latin, Sobol
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.replicates import share_from_replicates
 from tolstat.statistics.intervals.shares import anytime_valid, proportion
-from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_share
 from tolstat.statistics.limits.limit import Limit, ppk_of
-from tolstat.statistics.limits.sample_size import trials_that_decide
+from tolstat.statistics.limits.yields import trials_that_decide
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.precision import (
     FIRST_STAGE,
@@ -29,7 +28,13 @@ from tolstat.statistics.sample import (
     for_any,
     quantiles_at,
 )
-from tolstat.statistics.summary import QUANTILES, summarize
+from tolstat.statistics.summary import (
+    QUANTILES,
+    by_moments,
+    by_percentiles,
+    by_share,
+    summarize,
+)
 from tolstat.status import Status
 
 SIMULATED = (

@@ -9,16 +9,15 @@ import numpy as np
 from scipy.stats import lognorm, norm
 
 from tests.coverage.halving_problems import of_scores
-from tolstat.deviations.density_ratio import DensityRatio
+from tolstat.deviations.density_ratio import DensityRatio, check_overlap, overlap_of
 from tolstat.deviations.dependence import Batch, Dependence, joined
 from tolstat.deviations.distributions import Normal, Tolerance
-from tolstat.deviations.overlap import check_overlap, overlap_of
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.weights import Weights
-from tolstat.statistics.limits.capability import by_moments, by_percentiles
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import yield_of
 from tolstat.statistics.sample import Sample, for_any, quantiles_at
+from tolstat.statistics.summary import by_moments, by_percentiles
 from tolstat.status import Status
 
 

@@ -7,20 +7,21 @@ import pytest
 from scipy.stats import norm
 
 from tests.deviations.searched import led
-from tolstat.deviations.likely_points import (
+from tolstat.deviations.rare import (
     LEAST_DISTANCE,
     likely_points,
     separated,
     study_around,
 )
+from tolstat.deviations.rare_stage import RandomNumbers
 
 RNG = np.random.default_rng(1)
 
 
 def found(margin, parts, starts, trials=4000):
     """Return likely points, and all trials of the search."""
-    streams = {f"x{i}": i for i in range(parts)}
-    drawn, (points, used) = led(likely_points(1, streams, starts, trials), margin)
+    numbers = RandomNumbers(1, {f"x{i}": i for i in range(parts)})
+    drawn, (points, used) = led(likely_points(numbers, starts, trials), margin)
     assert used == sum(map(len, drawn)) <= trials
     return points
 
@@ -93,6 +94,6 @@ def test_points_are_apart_and_the_likeliest_comes_first():
 
 def test_without_a_start_nothing_is_tried():
     with pytest.raises(StopIteration) as end:
-        next(likely_points(1, {"x": 0}, np.empty((0, 1)), 100))
+        next(likely_points(RandomNumbers(1, {"x": 0}), np.empty((0, 1)), 100))
     points, used = end.value.value
     assert points.shape == (0, 1) and used == 0

@@ -7,7 +7,7 @@ import pytest
 
 from tests.coverage.rare_problems import RARE_PROBLEMS, sought
 from tests.deviations.searched import led
-from tolstat.deviations.many_directions import normal_of
+from tolstat.deviations.mixture import normal_of
 from tolstat.deviations.rare import LAST_SHARE, Rare
 from tolstat.statistics.intervals.weighted_estimates import rare_share
 

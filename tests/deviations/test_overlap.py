@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.deviations.density_ratio import DensityRatio
+from tolstat.deviations.density_ratio import DensityRatio, check_overlap, overlap_of
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions import Normal, Tolerance, Triangular, Uniform
-from tolstat.deviations.overlap import check_overlap, overlap_of
 from tolstat.errors import DistributionError
 
 

@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import chi2, norm
 
 from tests.deviations.searched import led
+from tolstat.deviations.rare_stage import RandomNumbers
 from tolstat.deviations.subset_simulation import (
     MOVE_KINDS,
     approach,
@@ -20,13 +21,13 @@ PARTS = 40
 EACH = 400
 
 
-def streams(parts):
-    return {f"x{i}": i for i in range(parts)}
+def numbers(parts):
+    return RandomNumbers(1, {f"x{i}": i for i in range(parts)})
 
 
 def approached(margin, parts=PARTS, trials=EACH):
     """Return both halves out of limit, the number of trials, and all of them."""
-    drawn, (halves, used) = led(approach(1, streams(parts), trials), margin)
+    drawn, (halves, used) = led(approach(numbers(parts), trials), margin)
     assert used == sum(map(len, drawn))
     return halves, drawn
 
@@ -111,7 +112,7 @@ def test_the_slope_is_that_of_a_linear_response_though_trials_fail():
 def relaxed_points(margin, points, axis, sweeps=8):
     known = points, margin(points)
     axes = np.tile(axis / np.linalg.norm(axis), (len(points), 1))
-    course = relaxed(1, streams(points.shape[1]), points, sweeps, known, axes)
+    course = relaxed(numbers(points.shape[1]), points, sweeps, known, axes)
     return led(course, margin)[1]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.integrator.phases import END, by_phases, event, same
-from tolstat.integrator.friction import dry_friction
+from tolstat.integrator.crossing import dry_friction
 from tolstat.integrator.integrate import integrate
 from tolstat.integrator.problem import SIDES, Accuracy, System
 from tolstat.integrator.signatures import rates_signature

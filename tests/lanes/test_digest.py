@@ -126,7 +126,7 @@ OF_STAND = {"stand", "machines/stand/compiled.py"}
 # file, before, after: nothing that is computed changes
 WORDS = [
     pytest.param("tolstat/integrator/step.py", "\nfrom ", "\n# a word\n\nfrom ", id="comment"),
-    pytest.param("tolstat/lanes/trigonometry.py", "Return the sine;", "The sine;", id="docstring"),
+    pytest.param("tolstat/lanes/elementary.py", "Return the sine;", "The sine;", id="docstring"),
     pytest.param("tolstat/integrator/march.py", '"""Integrate every', '"""March every', id="docstring of compiled code"),
     pytest.param(f"{STAND}/declarations.py", '"""Settings, contrib', '"""The settings, contrib', id="docstring of a file"),
     pytest.param(f"{STAND}/views.py", " = ", "  =  ", id="space"),
@@ -134,7 +134,7 @@ WORDS = [
     pytest.param("own/own.py", '"""A sum."""', '"""Sum."""', id="own docstring"),
     pytest.param("own/unused.py", "5.0", "6.0", id="own file, not imported"),
     pytest.param("tests/coverage/problems.py", "rods of +-0.9 mm, of", "rods, of", id="docstring of a problem"),
-    pytest.param("tolstat/statistics/intervals/betting.py", '"""Return bounds of', '"""Return ends of', id="docstring of an interval"),
+    pytest.param("tolstat/statistics/intervals/weights.py", '"""Return bounds of', '"""Return ends of', id="docstring of an interval"),
 ]  # fmt: skip
 
 # file, before, after, and whose digest changes
@@ -149,12 +149,12 @@ CODE = [
     pytest.param("tolstat/machines/dimension_chain/formula.py", 'ast.Sub: "-"', 'ast.Sub: "+"', {"dimension_chain"}, id="operator of a formula"),
     pytest.param("tolstat/integrator/tableau.py", "19372", "19373", MOVING | COMPILED, id="constant of the integrator"),
     pytest.param("tolstat/integrator/march.py", "h * factor", "h / factor", MOVING | COMPILED, id="operator of the integrator"),
-    pytest.param("tolstat/integrator/control.py", "SAFETY = ", "SAFETY = -", MOVING | COMPILED, id="sign in the step control"),
-    pytest.param("tolstat/lanes/trigonometry.py", "-0.5, 1.0", "-0.5, 1.1", MOVING | COMPILED, id="constant of a lane function"),
-    pytest.param("tolstat/lanes/trigonometry.py", "r * r", "r + r", MOVING | COMPILED, id="operator of a lane function"),
+    pytest.param("tolstat/integrator/step.py", "SAFETY = ", "SAFETY = -", MOVING | COMPILED, id="sign in the step control"),
+    pytest.param("tolstat/lanes/elementary.py", "-0.5, 1.0", "-0.5, 1.1", MOVING | COMPILED, id="constant of a lane function"),
+    pytest.param("tolstat/lanes/elementary.py", "r * r", "r + r", MOVING | COMPILED, id="operator of a lane function"),
     pytest.param("tolstat/lanes/vector.py", "ir.IRBuilder.fsub", "ir.IRBuilder.fadd", MOVING | COMPILED, id="what is taught to Numba"),
     pytest.param("tolstat/lanes/vector.py", "fabs", "ceil", MOVING | COMPILED, id="what a function for Numba calls"),
-    pytest.param("tolstat/lanes/exponentials.py", "np.log)", "np.exp)", MOVING | COMPILED, id="a decorated function"),
+    pytest.param("tolstat/lanes/elementary.py", "np.log)", "np.exp)", MOVING | COMPILED, id="a decorated function"),
     pytest.param("tolstat/lanes/compiled.py", '"contract", ', "", MOVING | COMPILED, id="option of the compiler"),
     pytest.param("tolstat/model/checked.py", "status == 0)", "status >= 0)", set(MODELS), id="what evaluates"),
     pytest.param("own/own.py", "np.sin", "np.cos", {"own"}, id="function of a model of one's own"),
@@ -168,7 +168,7 @@ CODE = [
     pytest.param("own/own.py", "from far import shift", "from far import other as shift", {"own"}, id="import"),
     pytest.param("tolstat/deviations/samplers.py", "* 2.0**BITS", "* 2.5**BITS", {"one_response"}, id="sampler"),
     pytest.param("tolstat/deviations/distributions.py", "-np.log", "np.log", {"halving_problems", *MODELS, *OF_STAND}, id="distribution"),
-    pytest.param("tolstat/statistics/intervals/betting.py", "MOST_STAKED = 0.75", "MOST_STAKED = 0.76", {"one_response", "halving_problems"}, id="interval"),
+    pytest.param("tolstat/statistics/intervals/weights.py", "MOST_STAKED = 0.75", "MOST_STAKED = 0.76", {"one_response", "halving_problems"}, id="interval"),
     pytest.param("tests/coverage/problems.py", "SIZES = (50,", "SIZES = (51,", {"one_response", "halving_problems"}, id="problem"),
 ]  # fmt: skip
 

@@ -11,7 +11,7 @@ import pytest
 SAID = (
     "from pathlib import Path\n"
     "from tolstat.lanes import cache\n"
-    "from tolstat.lanes.target import machine_code\n"
+    "from tolstat.lanes.cache import machine_code\n"
     "print(machine_code())\n"
     "print(cache.cache_folder(Path(cache.__file__), 'cache'))\n"
 )

@@ -126,9 +126,7 @@ def test_the_digest_is_of_the_source_of_this_model_only(tmp_path):
     assert stand[0] != before[0] and stand[1] == before[1]
     stack = changed(tmp_path / "stack.py", "gap < 0", "gap <= 0")
     assert stack[0] == stand[0] and stack[1] != stand[1]
-    integrator = changed(
-        package / "integrator" / "control.py", "SAFETY = ", "SAFETY = -"
-    )
+    integrator = changed(package / "integrator" / "step.py", "SAFETY = ", "SAFETY = -")
     assert integrator[0] != stack[0] and integrator[1] == stack[1]  # it does not move
     engine = changed(package / "model" / "checked.py", "status == 0)", "status < 1)")
     assert engine[0] != integrator[0] and engine[1] != integrator[1]

@@ -12,7 +12,7 @@ from tolstat.statistics.intervals.shares import (
     evidence_against,
     proportion,
 )
-from tolstat.statistics.limits.sample_size import trials_that_decide
+from tolstat.statistics.limits.yields import trials_that_decide
 
 BAR = 0.0027
 

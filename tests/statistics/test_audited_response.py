@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import beta
 
-from tolstat.statistics.limits.audited_response import AuditedResponse
+from tolstat.statistics.integration_error import AuditedResponse
 
 N = 4000
 RANDOM = np.arange(0, N, 100)

@@ -7,8 +7,8 @@ import pytest
 from scipy import stats
 
 from tolstat.statistics.sensitivity.contributions import contributions
-from tolstat.statistics.sensitivity.neighbours import nearest
 from tolstat.statistics.sensitivity.regression import ascending
+from tolstat.statistics.sensitivity.sobol_indices import nearest
 
 
 def stack(n, seed=0):

@@ -13,7 +13,7 @@ from tests.coverage.halving_problems import intervals as of_halving
 from tests.coverage.index_problems import intervals as of_indices
 from tests.coverage.measure import FAMILIES, TABLE, digest, measure
 from tests.coverage.one_response import failing, intervals, until_quantile
-from tolstat.statistics.intervals.quantiles import quantiles
+from tolstat.statistics.intervals.shares import quantiles
 from tolstat.statistics.precision import FIRST_STAGE
 
 SURE = 3.5  # standard errors

@@ -8,21 +8,19 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.statistics.intervals.as_sampled import skewness
-from tolstat.statistics.intervals.betting import least_mean, mean_between
-from tolstat.statistics.intervals.jackknife import spreads
+from tolstat.statistics.intervals.as_sampled import skewness, spreads
 from tolstat.statistics.intervals.moments import (
     Reach,
     mean_of,
     sigma_of,
     unseen,
 )
-from tolstat.statistics.intervals.quantiles import quantiles
-from tolstat.statistics.intervals.shares import anytime_valid
-from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_share
+from tolstat.statistics.intervals.shares import anytime_valid, quantiles
+from tolstat.statistics.intervals.weights import least_mean, mean_between
 from tolstat.statistics.limits.limit import Limit, ppk_of, yield_of_ppk
 from tolstat.statistics.limits.yields import joint_yield, yield_of
 from tolstat.statistics.sample import Sample, quantiles_at
+from tolstat.statistics.summary import by_moments, by_percentiles, by_share
 from tolstat.status import Status
 
 INF = math.inf

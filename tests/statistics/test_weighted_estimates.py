@@ -7,13 +7,12 @@ import pytest
 from scipy.stats import norm
 
 from tolstat.statistics.intervals import weighted_estimates
-from tolstat.statistics.intervals.betting import log_gain, mean_between
 from tolstat.statistics.intervals.moments import order_of
 from tolstat.statistics.intervals.weighted_estimates import (
     weighted_quantiles,
     weighted_share,
 )
-from tolstat.statistics.intervals.weights import Weights
+from tolstat.statistics.intervals.weights import Weights, log_gain, mean_between
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import summarize

@@ -25,7 +25,7 @@ from tolstat.integrator.integrate import observed
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, simulate
 from tolstat.model.contract import Answers, Model
-from tolstat.statistics.limits.audited_response import AuditedResponse
+from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import words_of
 from tolstat.study.given_points import Case

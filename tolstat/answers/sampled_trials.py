@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.samplers import OWN
 from tolstat.errors import Advice, QuestionError, Remedy
-from tolstat.statistics.integration_error import response_ends
-from tolstat.statistics.limits.audited_response import AuditedResponse
+from tolstat.statistics.integration_error import AuditedResponse, response_ends
 from tolstat.statistics.limits.limit import NO_LIMIT, within
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,10 +14,7 @@ from tolstat.deviations.rare_stage import chosen
 ROUNDS = 15  # iterations of a fit, at most
 EVEN = 0.8  # of the shares, split equally: small parts are sampled, too
 POWERS = np.array([1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.05])  # tried
-EFFECTIVE, OF_PART = (
-    150,
-    15,
-)  # effective sample sizes that suffice: in all, of a part
+EFFECTIVE, OF_PART = 150, 15  # effective sample sizes that suffice: in all, of a part
 FEWEST, LEAST_OF_PART = 6, 2  # points that are fitted; of a part, or it is dropped
 PRIOR = 4  # weight of the mean variance in each variance, in points
 WIDER = 0.15  # least share of the study's variance in each: tails need room
@@ -89,13 +88,10 @@ def centred(spreads: Array, directions: int) -> Mixture:
     return Mixture(np.full(n, 1 / n), np.zeros((n, directions)), roots)
 
 
-def log_normal(squares: Array, spread: float, directions: int) -> Array:
-    """Return the logarithm of the density of an isotropic normal distribution.
-
-    Given squared distances from its mean, and its standard deviation.
-    """
-    logs = -0.5 * squares / spread**2 - directions * np.log(spread)
-    return np.asarray(logs - 0.5 * directions * np.log(2 * np.pi), np.float64)
+def log_study(points: Array) -> Array:
+    """Return float64[point], the logarithm of the density of the study: normal."""
+    squares = np.einsum("ni,ni->n", points, points)
+    return np.asarray(-0.5 * squares - 0.5 * points.shape[1] * np.log(2 * np.pi))
 
 
 def fitted(points: Array, logs: Array, start: Mixture) -> Mixture:
@@ -219,3 +215,40 @@ def _root(correlations: Array, worth: float) -> Array:
     values = (1 - WIDER) * values + WIDER
     covariance = np.einsum("ik,jk->ij", vectors * values, vectors)
     return np.asarray(np.linalg.cholesky(covariance), np.float64)
+
+
+AXES, SPECIAL = 15, 1.5  # principal axes tried at either end; ratio of variances
+NARROWEST = 0.1  # common variance
+
+
+def normal_of(halves: Sequence[Array]) -> Mixture:
+    """Return a normal distribution, and a wider one about the same mean.
+
+    They are fitted to two independent float64[trial, direction]. Coordinates of the
+    mean shrink by twice their variance (L. Breiman, Technometrics 37 (1995) 373-384),
+    which the distance of the two means tells. All directions share one variance. A
+    principal axis of the first half has its own if its variance in the second half
+    differs by more than the factor `SPECIAL`.
+    """
+    mean_1, mean_2 = (half.mean(axis=0) for half in halves)
+    first, second = (half - half.mean(axis=0) for half in halves)
+    n, d = len(first) + len(second), first.shape[1]
+    chance = float(((mean_1 - mean_2) ** 2).sum()) / (4 * d)
+    mean = (mean_1 + mean_2) / 2
+    mean = mean * np.maximum(1 - 2 * chance / np.maximum(mean**2, 1e-300), 0.0)
+    total = float((first**2).sum() + (second**2).sum()) / n + d * chance
+    vectors = np.linalg.eigh(np.einsum("ni,nj->ij", first, first))[1].T
+    axes = np.concatenate([vectors[:AXES], vectors[max(AXES, d - AXES) :]])
+    variances = (np.einsum("ni,ai->na", second, axes) ** 2).mean(axis=0)
+    ratio = variances * d / max(total, NARROWEST)
+    axes = axes[(ratio > SPECIAL) | (ratio < 1 / SPECIAL)]
+    away = np.concatenate([first, second])
+    along = (np.einsum("ni,ai->na", away, axes) ** 2).mean(axis=0)
+    common = np.array(max((total - along.sum()) / max(d - len(axes), 1), NARROWEST))
+    more = roomy(along) - roomy(common)
+    covariance = roomy(common) * np.eye(d) + np.einsum("a,ai,aj->ij", more, axes, axes)
+    root = np.linalg.cholesky(covariance)
+    wider = math.sqrt(1 + 1.5 / math.sqrt(d))
+    return Mixture(
+        np.array([0.6, 0.4]), np.array([mean, mean]), np.array([root, wider * root])
+    )

@@ -1,15 +1,19 @@
 """The search of a rare run: trials with known densities, and mixtures from them."""
 
-from collections.abc import Generator, Mapping, Sequence
-from typing import TypeVar
+from collections.abc import Sequence
 
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.deviations.many_directions import normal_of
-from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal, tempered
-from tolstat.deviations.rare_stage import RareStage, normal_scores, stage_of
-from tolstat.deviations.samplers import uniform
+from tolstat.deviations.mixture import (
+    Mixture,
+    centred,
+    fitted,
+    log_study,
+    normal_of,
+    tempered,
+)
+from tolstat.deviations.rare_stage import Found, RandomNumbers, Stages, stage_of
 from tolstat.deviations.subset_simulation import relaxed, slope
 
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
@@ -28,18 +32,15 @@ AS_STUDY, WIDE = 0.1, 0.05  # shares of a stage: as the study, twice as wide
 OF_POINTS, OF_POINTS_LAST = 0.5, 0.2  # about likely points: in a stage, the last
 LEAST_SHARE = 0.1  # of either of two fits
 
-Found = TypeVar("Found")
-Stages = Generator[RareStage, Array, Found]
-
 
 class Search:
     """Stages of a rare run, and the mixtures that they lead to."""
 
-    def __init__(self, seed: int, streams: Mapping[str, int], trials: int) -> None:
-        self.seed, self.streams, self.trials = seed, streams, trials
+    def __init__(self, numbers: RandomNumbers, trials: int) -> None:
+        self.numbers, self.trials = numbers, trials
         self.left = trials
         # of the stages with known densities
-        self.points = np.empty((0, len(streams)))
+        self.points = np.empty((0, len(numbers.streams)))
         self.margins = np.empty(0)
         self.counts: list[int] = []
         self.mixtures: list[Mixture] = []
@@ -77,9 +78,8 @@ class Search:
     def _sampled(
         self, mixture: Mixture, trials: int, purpose: str
     ) -> tuple[Array, Array]:
-        which = uniform(self.seed, "parts", trials, f"of {purpose}")
-        scores = normal_scores(self.seed, self.streams, trials, purpose)
-        return mixture.points(which, scores), which
+        which = self.numbers.unit("parts", trials, purpose)
+        return mixture.points(which, self.numbers.scores(trials, purpose)), which
 
     def in_stages(self, centres: Mixture, halves: Sequence[Array]) -> Stages[Mixture]:
         """Yield stages about likely points, and from fits to what they found.
@@ -123,10 +123,8 @@ class Search:
         elif single:
             survived = False
         elif survived and not reached:
-            distant, nearer = (
-                float((x**2).sum(axis=1).mean()) for x in (led, survivors)
-            )
-            if distant - nearer > FARTHER:
+            distant, closer = (np.mean(np.sum(x**2, axis=1)) for x in (led, survivors))
+            if distant - closer > FARTHER:
                 led = led[:0]
         if not len(led) and not survived:
             return centres
@@ -158,7 +156,7 @@ class Search:
         axes = axes / np.maximum(length, 1e-9)
         axes = axes[centres.log_parts(points).argmax(axis=0)]
         points = yield from relaxed(
-            self.seed, self.streams, points, sweeps, (tried, margins), axes
+            self.numbers, points, sweeps, (tried, margins), axes
         )
         self.left -= sweeps * len(points)
         return np.split(points, len(groups))
@@ -200,8 +198,7 @@ class Search:
         counts = np.array(self.counts[first:])
         part = [mixture.log_density(points) for mixture in self.mixtures[first:]]
         sampled = np.array(part) + np.log(counts / counts.sum())[:, None]
-        study = log_normal(np.einsum("ni,ni->n", points, points), 1.0, points.shape[1])
-        return points, study - np.logaddexp.reduce(sampled)
+        return points, log_study(points) - np.logaddexp.reduce(sampled)
 
 
 def in_equal_numbers(points: Array, number: int) -> Array:
@@ -216,8 +213,7 @@ def _beside_study(mixture: Mixture) -> Mixture:
 
 def _excess(points: Array, mixture: Mixture) -> Array:
     """Return the logarithms of the densities in the study over those in a mixture."""
-    squares = np.einsum("ni,ni->n", points, points)
-    return log_normal(squares, 1.0, points.shape[1]) - mixture.log_density(points)
+    return log_study(points) - mixture.log_density(points)
 
 
 def _effective(logs: Array) -> float:
@@ -233,8 +229,7 @@ def _extended(mixture: Mixture, points: Array, logs: Array) -> Mixture:
     They stand for kinds of trials that the fit lost; after A. E. Raftery, L. Bao,
     Biometrics 66 (2010) 1162-1173.
     """
-    squares = np.einsum("ni,ni->n", points, points)
-    aimed = logs + log_normal(squares, 1.0, points.shape[1])
+    aimed = logs + log_study(points)
     sampled = mixture.log_density(points)
     for _ in range(ADDED):
         heaviest = (aimed - sampled).argmax()

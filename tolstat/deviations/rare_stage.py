@@ -1,7 +1,8 @@
 """Trials of a rare run that are sampled at once, in the space of normal scores."""
 
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from scipy.special import ndtr, ndtri
@@ -46,6 +47,10 @@ class RareStage(Stage):
         }
 
 
+Found = TypeVar("Found")
+Stages = Generator[RareStage, Array, Found]  # stages for margins; returns what is found
+
+
 def stage_of(
     points: Array, spread: Array | float = 1.0, log_ratio: Array | float = np.nan
 ) -> RareStage:
@@ -77,11 +82,19 @@ def better_shares(kind: Integers, gains: Array, number: int, least: float) -> Ar
     return np.asarray(least + (1 - number * least) * mean)
 
 
-def normal_scores(
-    seed: int, streams: Mapping[str, int], trials: int, purpose: str
-) -> Array:
-    """Return float64[trial, stream], independent and standard normal."""
-    scores = np.empty((trials, len(streams)))
-    for column, name in enumerate(streams):
-        scores[:, column] = ndtri(uniform(seed, name, trials, purpose))
-    return scores
+class RandomNumbers(NamedTuple):
+    """Random numbers of a rare run; seed and streams are as of `Sampler.stages`."""
+
+    seed: int
+    streams: Mapping[str, int]
+
+    def unit(self, kind: str, count: int, purpose: str) -> Array:
+        """Return float64[count] unit samples that choose a kind of thing."""
+        return uniform(self.seed, kind, count, f"of {purpose}")
+
+    def scores(self, trials: int, purpose: str) -> Array:
+        """Return float64[trial, stream], independent and standard normal."""
+        scores = np.empty((trials, len(self.streams)))
+        for column, name in enumerate(self.streams):
+            scores[:, column] = ndtri(uniform(self.seed, name, trials, purpose))
+        return scores

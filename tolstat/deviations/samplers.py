@@ -183,9 +183,8 @@ class Sobol(Sampler):
         from scipy.stats import qmc  # slow to import
 
         samples = np.empty((trials, len(streams)))
-        engine = qmc.Sobol(
-            max(streams.values(), default=0) + 1, scramble=False, bits=BITS
-        )
+        dimensions = max(streams.values(), default=0) + 1
+        engine = qmc.Sobol(dimensions, scramble=False, bits=BITS)
         most = math.ceil(trials / REPLICATES)
         points = engine.random_base2(math.ceil(math.log2(most)))
         for column, (name, dimension) in enumerate(streams.items()):
@@ -202,9 +201,8 @@ def _scrambled(
 ) -> NDArray[np.uint64]:
     """Return 64 bits: each mixed with the higher ones, the lower ones filled."""
     masks = random_bits(seed, name, 64, f"sobol {replicate}: matrix")
-    scrambled = np.full_like(
-        points, random_bits(seed, name, 1, f"sobol {replicate}: shift")[0]
-    )
+    shift = random_bits(seed, name, 1, f"sobol {replicate}: shift")
+    scrambled = np.full_like(points, shift[0])
     for i in range(64):
         position = max(BITS - 1 - i, 0)
         mask = masks[i] & np.uint64(2**BITS - 2**position)

@@ -1,17 +1,16 @@
 """Subset simulation: trials approach a limit in steps; moves that keep the study."""
 
 import math
-from collections.abc import Generator, Mapping
 
 import numpy as np
 from scipy.special import ndtr
 
 from tolstat.arrays import Array, Integers
 from tolstat.deviations.rare_stage import (
-    RareStage,
+    RandomNumbers,
+    Stages,
     better_shares,
     chosen,
-    normal_scores,
     stage_of,
 )
 from tolstat.deviations.samplers import uniform
@@ -32,9 +31,7 @@ OUTER = 0.05  # of the responses at either end: they do not tilt the slope
 OUT = -float(np.nextafter(0, 1))  # the largest margin out of limit
 
 
-def approach(
-    seed: int, streams: Mapping[str, int], trials: int
-) -> Generator[RareStage, Array, tuple[list[Array], int]]:
+def approach(numbers: RandomNumbers, trials: int) -> Stages[tuple[list[Array], int]]:
     """Yield stages that approach the limit step by step.
 
     The first trials are those of the study. Each step keeps the quarter nearest to the
@@ -55,9 +52,9 @@ def approach(
     by subset simulation, Prob. Eng. Mech. 16 (2001) 263-277.
     """
     half = trials // 2
-    points = normal_scores(seed, streams, 2 * half, "near 0")
+    points = numbers.scores(2 * half, "near 0")
     margins = yield stage_of(points)
-    moves, used = Moves(seed, streams, points, margins), 2 * half
+    moves, used = Moves(numbers, points, margins), 2 * half
     before = float(margins.max())
     for step in range(1, STEPS):
         level = max(float(np.sort(margins)[int(NEAREST * len(margins))]), OUT)
@@ -66,7 +63,7 @@ def approach(
             if margins.min() >= before:
                 break  # the response is flat
         name = f"near {step}"
-        parents = _parents(seed, margins, level, name)
+        parents = _parents(numbers, margins, level, name)
         points, margins = yield from moves.stage(
             points[parents], margins[parents], level, name
         )
@@ -78,19 +75,18 @@ def approach(
 
 
 def relaxed(
-    seed: int,
-    streams: Mapping[str, int],
+    numbers: RandomNumbers,
     points: Array,
     sweeps: int,
     evaluated: tuple[Array, Array],
     axes: Array,
-) -> Generator[RareStage, Array, Array]:
+) -> Stages[Array]:
     """Yield moves of out-of-limit trials; return them distributed as in the study.
 
     Parameters
     ----------
-    seed, streams
-        As of `Sampler.stages`.
+    numbers : RandomNumbers
+        Those of the run.
     points : float64[point, direction]
         Out-of-limit trials in normal scores.
     sweeps : int
@@ -100,7 +96,7 @@ def relaxed(
     axes : float64[point, direction]
         Of length 1; every second sweep moves along and across these.
     """
-    moves, margins = Moves(seed, streams, *evaluated), np.full(len(points), OUT)
+    moves, margins = Moves(numbers, *evaluated), np.full(len(points), OUT)
     for sweep in range(sweeps):
         points, margins = yield from moves.stage(
             points, margins, OUT, f"relax {sweep}", axes if sweep % 2 else None
@@ -122,10 +118,8 @@ class Moves:
     subset simulation, Prob. Eng. Mech. 41 (2015) 89-103.
     """
 
-    def __init__(
-        self, seed: int, streams: Mapping[str, int], tried: Array, margins: Array
-    ) -> None:
-        self.seed, self.streams = seed, streams
+    def __init__(self, numbers: RandomNumbers, tried: Array, margins: Array) -> None:
+        self.numbers = numbers
         self.tried, self.answers = tried, margins  # of the latest moves
         self.shares = np.full(len(MOVE_KINDS), 1 / len(MOVE_KINDS))
 
@@ -136,15 +130,14 @@ class Moves:
         level: float,
         name: str,
         axes: Array | None = None,
-    ) -> Generator[RareStage, Array, tuple[Array, Array]]:
+    ) -> Stages[tuple[Array, Array]]:
         """Yield a stage of moves; return points and margins, moved within a level.
 
         Without axes, moves go along and across the slope of the response.
         """
-        which = uniform(self.seed, "moves", len(points), f"of {name}")
-        move = chosen(self.shares, which)
-        scores = normal_scores(self.seed, self.streams, len(points), name)
-        other = normal_scores(self.seed, self.streams, len(points), f"some {name}")
+        move = chosen(self.shares, self.numbers.unit("moves", len(points), name))
+        scores = self.numbers.scores(len(points), name)
+        other = self.numbers.scores(len(points), f"some {name}")
         if axes is None:
             axes = np.tile(slope(self.tried, self.answers), (len(points), 1))
         self.tried = moved(points, scores, axes, MOVE_KINDS[move], ndtr(other))
@@ -156,14 +149,16 @@ class Moves:
         return points, np.where(accepted, self.answers, margins)
 
 
-def _parents(seed: int, margins: Array, level: float, name: str) -> Integers:
+def _parents(
+    numbers: RandomNumbers, margins: Array, level: float, name: str
+) -> Integers:
     """Return as many trials of each half within a level, each as often as another."""
     half, chosen = len(margins) // 2, []
     for first in (0, half):
         inside = np.flatnonzero(margins[first : first + half] <= level) + first
         if not len(inside):  # this half does not get there
             inside = np.flatnonzero(margins <= level)
-        offset = uniform(seed, "parents", 1, f"{first} of {name}")[0]
+        offset = uniform(numbers.seed, "parents", 1, f"{first} of {name}")[0]
         # not in a fixed place: the expected numbers are equal
         position = (np.arange(half) + offset) * (len(inside) / half)
         chosen.append(inside[np.minimum(position.astype(np.int64), len(inside) - 1)])

@@ -15,24 +15,15 @@ both sides lead back to it: the quantity slides, or bounces lower and lower. The
 side is 0 until its value differs from zero: the rates say what holds it. The side is
 also 0, at once, where the rates of a quantity at zero jump and those of side 0 hold it:
 a part that stops sticks if friction at rest can hold it.
+
+Dry friction of a part that slips or sticks: Coulomb's law.
 """
 
 import numpy as np
 
+from tolstat.arrays import Array
+from tolstat.integrator import problem
 from tolstat.integrator.peaks import look, vertex_of
-from tolstat.integrator.problem import (
-    AFTER,
-    EVENT,
-    JUMP,
-    MARK_REACHED,
-    NOTHING,
-    PHASE,
-    SIDES,
-    SMALLEST,
-    STEP,
-    TARGET,
-    TIME,
-)
 from tolstat.lanes.compiled import compiled
 
 ROUNDING = 1e-12  # of the largest size in the trial: smaller values are zero
@@ -52,8 +43,8 @@ RETURNED = 2.0  # then it got its former side back
 @compiled(within=True)
 def aim_at_crossing(h, t_new, clock):
     """Return the step and the time after it: to the crossing, if one was found."""
-    t, step, target = clock[TIME], clock[STEP], clock[TARGET]
-    short = (clock[AFTER] > 0.0) & (step < target - t)
+    t, step, target = clock[problem.TIME], clock[problem.STEP], clock[problem.TARGET]
+    short = (clock[problem.AFTER] > 0.0) & (step < target - t)
     return np.where(short, step, h), np.where(short, t + step, t_new)
 
 
@@ -140,9 +131,8 @@ def _first_of(watch, t, h, permitted, i, lanes, step):
         if not np.any(looking):
             break
         width, middle = upper - lower, 0.5 * (lower + upper)
-        falsi = np.where(
-            crosses, (lower * f_upper - upper * f_lower) / (f_upper - f_lower), middle
-        )
+        falsi = (lower * f_upper - upper * f_lower) / (f_upper - f_lower)
+        falsi = np.where(crosses, falsi, middle)
         step_back = np.minimum(truncation * width * width, np.abs(middle - falsi))
         trial = falsi + np.copysign(step_back, middle - falsi)
         most = np.maximum(radius - 0.5 * width, 0.0)
@@ -164,7 +154,7 @@ def first_crossing(watch, t, h, permitted, lanes, step):
 
     That of each quantity is stored in `step.theta`. Other arguments as of `_first_of`.
     """
-    smallest = lanes.clock[SMALLEST]
+    smallest = lanes.clock[problem.SMALLEST]
     # a step of the least length ends at the crossing
     looked_at = permitted & (h > 2.0 * smallest)
     first = 2.0 + 0.0 * h
@@ -181,10 +171,10 @@ def first_crossing(watch, t, h, permitted, lanes, step):
 def choose_sides(watch, lanes, step):
     """Choose the sides where a trial or a phase begins; copy all to the moment."""
     sides, sizes, returned = lanes.side, lanes.size, lanes.returned
-    begins = lanes.clock[EVENT] == MARK_REACHED
+    begins = lanes.clock[problem.EVENT] == problem.MARK_REACHED
     for _ in range(2):  # a quantity may depend on the side of another
         for i in range(len(step.crossings)):
-            step.moment[SIDES + i] = sides[i]
+            step.moment[problem.SIDES + i] = sides[i]
         watch(step.moment, lanes.y, lanes.p, step.filled_middle)
         for i in range(len(step.crossings)):
             value = step.watched_middle[step.crossings[i]]
@@ -194,7 +184,7 @@ def choose_sides(watch, lanes, step):
             sides[i] = np.where(chosen, np.copysign(1.0, value), sides[i])
             returned[i] = np.where(chosen, np.where(clear, LEFT, AT_ZERO), returned[i])
     for i in range(len(step.crossings)):
-        step.moment[SIDES + i] = sides[i]
+        step.moment[problem.SIDES + i] = sides[i]
 
 
 @compiled(within=True)
@@ -208,16 +198,16 @@ def _hold(held, value, i, lanes):
 def _change_from_zero(rates, watch, side, i, lanes, step):
     """Return the change of a quantity in a short time with a side, and its value."""
     moment, number = step.moment, step.crossings[i]
-    t, d = lanes.clock[TIME], PROBE * lanes.clock[STEP]
-    moment[TIME], moment[SIDES + i] = t, side
+    t, d = lanes.clock[problem.TIME], PROBE * lanes.clock[problem.STEP]
+    moment[problem.TIME], moment[problem.SIDES + i] = t, side
     watch(moment, lanes.y, lanes.p, step.filled_middle)
     value = step.watched_middle[number]
     rates(moment, lanes.y, lanes.p, step.k[1])
     for n in range(len(lanes.y)):
         step.middle[n] = lanes.y[n] + d * step.k[1][n]
-    moment[TIME] = t + d
+    moment[problem.TIME] = t + d
     watch(moment, step.middle, lanes.p, step.filled_middle)
-    moment[TIME] = t
+    moment[problem.TIME] = t
     return step.watched_middle[number] - value, value
 
 
@@ -229,11 +219,12 @@ def hold_at_zero(rates, watch, lanes, step):
     """
     clock = lanes.clock
     K1, K2 = step.k[0], step.k[1]
-    jump = clock[EVENT] == MARK_REACHED
+    jump = clock[problem.EVENT] == problem.MARK_REACHED
     for n in range(len(lanes.y)):
         least = JUMPED * (np.abs(K1[n]) + np.abs(K2[n]))
         jump = jump | (np.abs(K2[n] - K1[n]) > least)
-    jump = jump & (clock[EVENT] != NOTHING) & (clock[PHASE] >= 0.0)
+    runs = clock[problem.PHASE] >= 0.0
+    jump = jump & (clock[problem.EVENT] != problem.NOTHING) & runs
     used = False
     for i in range(len(step.crossings)):
         side = lanes.side[i]
@@ -245,7 +236,7 @@ def hold_at_zero(rates, watch, lanes, step):
         at_rest, value = _change_from_zero(rates, watch, 0.0 * side, i, lanes, step)
         held = may & (np.abs(at_rest) < HELD * np.abs(moving))
         _hold(held, value, i, lanes)
-        lanes.side[i] = step.moment[SIDES + i] = np.where(held, 0.0, side)
+        lanes.side[i] = step.moment[problem.SIDES + i] = np.where(held, 0.0, side)
     return used
 
 
@@ -253,7 +244,7 @@ def hold_at_zero(rates, watch, lanes, step):
 def take_jump(lanes, step):
     """Take over states and sides in `step.jumped`, where the state jumps."""
     clock, y, n = lanes.clock, lanes.y, len(lanes.y)
-    jumps = clock[JUMP] > 0.0
+    jumps = clock[problem.JUMP] > 0.0
     for i in range(n):
         y[i] = np.where(jumps, step.jumped[i], y[i])
     sides, returned = lanes.side, lanes.returned
@@ -262,8 +253,8 @@ def take_jump(lanes, step):
         returned[i] = np.where(side != sides[i], RETURNED, returned[i])
         value = step.watched_middle[step.crossings[i]]
         _hold(jumps & (side == 0.0), value, i, lanes)
-        sides[i] = step.moment[SIDES + i] = side
-    clock[JUMP] = 0.0
+        sides[i] = step.moment[problem.SIDES + i] = side
+    clock[problem.JUMP] = 0.0
 
 
 @compiled()
@@ -328,10 +319,33 @@ def go_on(h, first, accepted, max_step, clock):
     clock : rows
         With the step of the controller; changed in place.
     """
-    again, crosses, after = first == 0.0, first < 1.0, clock[AFTER]
-    resumed = np.minimum(np.maximum(clock[STEP], after), max_step)
-    next_step = np.where(accepted, resumed, clock[STEP])
-    short = np.maximum(h * first, 2.0 * clock[SMALLEST])
-    clock[STEP] = np.where(again, h, np.where(crosses, short, next_step))
+    again, crosses, after = first == 0.0, first < 1.0, clock[problem.AFTER]
+    resumed = np.minimum(np.maximum(clock[problem.STEP], after), max_step)
+    next_step = np.where(accepted, resumed, clock[problem.STEP])
+    short = np.maximum(h * first, 2.0 * clock[problem.SMALLEST])
+    clock[problem.STEP] = np.where(again, h, np.where(crosses, short, next_step))
     aimed = np.where(crosses, np.maximum(after, h), 0.0)
-    clock[AFTER] = np.where(again, after, aimed)
+    clock[problem.AFTER] = np.where(again, after, aimed)
+
+
+@compiled(within=True)
+def dry_friction(slips: Array, grips: Array, load: Array, sliding: Array) -> Array:
+    """Return the force of dry friction on a part, N.
+
+    The part sticks while its sliding speed stays at zero and the friction at rest
+    exceeds the load. Otherwise it slips, or begins to: the way that the load pulls.
+
+    Parameters
+    ----------
+    slips : vector
+        Side of the crossing of the sliding speed: 1, -1, or 0 at rest.
+    grips : vector
+        Side of the crossing of the greatest friction at rest, less the size of `load`.
+    load : vector
+        Force that would move the part if there were no friction, N. While the part
+        sticks, its friction is minus this force.
+    sliding : vector
+        Size of the friction while it slips, N.
+    """
+    way = np.where(slips == 0.0, np.copysign(1.0, load), slips)
+    return np.where((slips == 0.0) & (grips > 0.0), -load, -sliding * way)

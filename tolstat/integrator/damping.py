@@ -91,8 +91,7 @@ def damped_part(i, h, step):
                     lag = lag + B[stage] * (K[undamped + j] - K[step.damped[j]])
                 lambda_h = step.lambda_h[j]
                 slope = step.slope[j * n_sloped + s]
-                per_lambda = np.where(lambda_h > 0.0, h, 0.0) / np.where(
-                    lambda_h > 0.0, lambda_h, 1.0
-                )
+                damps = lambda_h > 0.0
+                per_lambda = np.where(damps, h, 0.0) / np.where(damps, lambda_h, 1.0)
                 total = total + h * slope * per_lambda * lag
     return total

@@ -112,11 +112,7 @@ def examine(integration: Integration) -> Examination:
 
 
 def proposed_scale(
-    system: System,
-    start: Array,
-    parameters: Array,
-    marks: Array,
-    accuracy: Accuracy,
+    system: System, start: Array, parameters: Array, marks: Array, accuracy: Accuracy
 ) -> Array:
     """Return a scale for each state: its largest size in these trials.
 

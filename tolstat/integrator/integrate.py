@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -118,7 +118,8 @@ def integrate(
     )
     check_block(system, block)
     check_equations(system, block)
-    results, lanes = _unsolved(system, block), _idle_lanes(system, block)
+    results, solution = _unsolved(system, block)
+    lanes = _idle_lanes(system, block)
     march(
         system.rates,
         system.watch or system.rates,
@@ -129,7 +130,6 @@ def integrate(
         block,
         results,
     )
-    solution = _solution(system, block, results)
     if (seen := _seen.get()) is not None:
         seen.append(Integration(system, block, solution))
     return solution
@@ -140,37 +140,30 @@ def _writeable(numbers: ArrayLike) -> Array:
     return np.require(numbers, float, ["C", "W"])
 
 
-def _unsolved(system: System, block: Block) -> Results:
-    n, n_states = block.start.shape
+def _unsolved(system: System, block: Block) -> tuple[Results, Solution]:
+    """Return the results of a block to be filled, and the solution: views of them."""
+    (n, n_states), n_extremes = block.start.shape, system.n_extremes
 
     def room(*shape: int) -> Array:
         return np.full((n, *shape), np.nan)
 
-    return Results(
-        arrived=room(block.marks.shape[1], n_states + system.n_quadratures),
-        watched=room(2 * system.n_extremes + system.n_above),
-        history=room(len(block.samples), n_states),
-        status=np.full(n, Status.NOT_RUN.value),
-        steps=np.zeros(n, np.int64),
-        ended=room(2),
+    arrived = room(block.marks.shape[1], n_states + system.n_quadratures)
+    watched = room(2 * n_extremes + system.n_above)
+    both: dict[str, Any] = {
+        "history": room(len(block.samples), n_states),
+        "status": np.full(n, Status.NOT_RUN.value),
+        "steps": np.zeros(n, np.int64),
+        "ended": room(2),
+    }
+    solution = Solution(
+        states=arrived[:, :, :n_states],
+        quadratures=arrived[:, :, n_states:],
+        greatest=watched[:, :n_extremes],
+        least=watched[:, n_extremes : 2 * n_extremes],
+        above=watched[:, 2 * n_extremes :],
+        **both,
     )
-
-
-def _solution(system: System, block: Block, results: Results) -> Solution:
-    n_states, n = block.start.shape[1], system.n_extremes
-    states, quadratures = np.split(results.arrived, [n_states], axis=2)
-    greatest, least, above = np.split(results.watched, [n, 2 * n], axis=1)
-    return Solution(
-        states=states,
-        quadratures=quadratures,
-        greatest=greatest,
-        least=least,
-        above=above,
-        history=results.history,
-        status=results.status,
-        steps=results.steps,
-        ended=results.ended,
-    )
+    return Results(arrived=arrived, watched=watched, **both), solution
 
 
 def _idle_lanes(system: System, block: Block) -> Lanes:

@@ -89,8 +89,7 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
         the parts: 5e-13 as the Taylor series ends, the rest by the search for a peak.
     """
     # the first call loads the compiler, and compiles
-    from tolstat.integrator.linear_pack import KEPT, SERIES, Pack
-    from tolstat.integrator.linear_peaks import MOST_STEPS
+    from tolstat.integrator.linear_peaks import KEPT, MOST_STEPS, SERIES, Pack
     from tolstat.integrator.propagator import follow
     from tolstat.lanes.vector import WIDTH
 
@@ -105,9 +104,8 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
     # the last pack is filled up with its last trial
     filled = np.minimum(np.arange(packs * WIDTH), n - 1)
     numbers = [motion.G, motion.marks, motion.change, motion.weight, motion.rest]
-    finite = np.all(
-        [np.isfinite(x.reshape(n, -1)).all(axis=1) for x in numbers], axis=0
-    )
+    by_trial = (np.isfinite(x).reshape(n, -1) for x in numbers)
+    finite = np.all([x.all(axis=1) for x in by_trial], axis=0)
 
     def room(*shape: int) -> Array:
         # a vector of lanes in one line of the cache

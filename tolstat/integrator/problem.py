@@ -15,7 +15,7 @@ TIME = 0  # s
 PHASE = 1  # number of the last mark passed; -1 without a trial
 
 STEP = 2  # s, to be tried next
-ROOT = 3  # of the last accepted step, for `control.step_factor`
+ROOT = 3  # of the last accepted step, for `step.step_factor`
 TARGET = 4  # s, the next mark
 SMALLEST = 5  # s, a trial that needs shorter steps fails
 COUNT = 6  # of steps tried

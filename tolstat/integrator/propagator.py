@@ -7,24 +7,22 @@ steps.
 import numpy as np
 from numba import types
 
-from tolstat.integrator.linear_pack import (
+from tolstat.integrator.linear_peaks import (
     BOUND,
     KEPT,
     LOOK_EVERY,
-    greater,
-    pack_type,
-    read,
-    times,
-)
-from tolstat.integrator.linear_peaks import (
     MOST_STEPS,
     climb,
+    greater,
     is_over,
     keep,
+    pack_type,
+    read,
     settle,
     sizes,
     take_peaks,
     take_samples,
+    times,
 )
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows

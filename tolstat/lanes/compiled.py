@@ -9,9 +9,8 @@ from typing import Any, TypeVar
 from numba import njit
 from numba.core.errors import NumbaError
 
-from tolstat.lanes.cache import cache_folder, intact
+from tolstat.lanes.cache import cache_folder, intact, settings_of_numba
 from tolstat.lanes.digest import PACKAGE
-from tolstat.lanes.target import settings_of_numba
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

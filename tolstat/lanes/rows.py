@@ -18,7 +18,7 @@ from numba.extending import intrinsic, lower_cast, models, overload, register_mo
 from numba.np.arrayobj import populate_array
 from numpy.typing import NDArray
 
-from tolstat.lanes import exponentials, trigonometry  # noqa: F401  NumPy's on them
+from tolstat.lanes import elementary  # noqa: F401  NumPy's functions on vectors
 from tolstat.lanes.vector import DOUBLES, WIDTH, Taught, teach, vector
 
 Names = TypeVar("Names")

@@ -13,13 +13,7 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import (
-    intrinsic,
-    lower_builtin,
-    lower_cast,
-    models,
-    register_model,
-)
+from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 
 WIDTH = 8
 

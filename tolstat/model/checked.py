@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike
 
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import ModelError, UnitError, told
-from tolstat.model.contract import Answers, Model, Outcome, Spreads
+from tolstat.model.contract import Answers, Model, Outcome, Spreads, guarded
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
-from tolstat.model.guard import guarded
 from tolstat.model.view import Offer
 from tolstat.status import Status, words_of
 from tolstat.units.conversion import check_si, to_si

@@ -8,8 +8,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.model.checked import check_possible, complete, impossible, simulate
-from tolstat.model.contract import STEP, Answers, Model
-from tolstat.model.guard import guarded
+from tolstat.model.contract import STEP, Answers, Model, guarded
 from tolstat.model.view import Chart, Listing, Offer, View
 
 

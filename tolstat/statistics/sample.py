@@ -10,27 +10,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.statistics.estimate import NONE_DONE, RANDOM_ONLY, Estimate
+from tolstat.statistics.estimate import NONE_DONE, RANDOM_ONLY, Estimate, Lack, Reason
 from tolstat.statistics.intervals.as_sampled import mean_as_sampled, sigma_as_sampled
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, mean_of, sigma_of
-from tolstat.statistics.intervals.quantiles import (
-    median_unbiased,
-    quantiles,
-    worst_side,
-)
 from tolstat.statistics.intervals.replicates import (
     mean_of_replicates,
     quantile_of_replicates,
     share_from_replicates,
     sigma_of_replicates,
 )
-from tolstat.statistics.intervals.shares import anytime_valid, proportion
+from tolstat.statistics.intervals.shares import (
+    anytime_valid,
+    median_unbiased,
+    proportion,
+    quantiles,
+    worst_side,
+)
 from tolstat.statistics.intervals.weighted_estimates import (
     weighted_quantiles,
     weighted_share,
 )
 from tolstat.statistics.intervals.weights import Weights
-from tolstat.statistics.reason import Lack, Reason
 from tolstat.status import Status
 
 SQUARED = 1e-100, 1e100  # sizes between which squares are finite and not 0
@@ -125,17 +125,12 @@ def as_sampled(values: Array, sample: Sample, confidence: float = 0.95) -> Momen
         none = Estimate(math.nan, reason=RANDOM_ONLY)
         return Moments(none, none)
     replicate = sample.replicate[sample.done] if sample.replicates else None
-    return Moments(
-        mean_as_sampled(done, confidence, replicate),
-        sigma_as_sampled(done, confidence, replicate),
-    )
+    arguments = done, confidence, replicate
+    return Moments(mean_as_sampled(*arguments), sigma_as_sampled(*arguments))
 
 
 def for_any(
-    values: Array,
-    sample: Sample,
-    reach: Reach = ANYWHERE,
-    confidence: float = 0.95,
+    values: Array, sample: Sample, reach: Reach = ANYWHERE, confidence: float = 0.95
 ) -> Moments:
     """Estimate mean and sigma for any distribution between two ends: see `Reach`."""
     done = values[sample.done]
@@ -182,16 +177,10 @@ def quantiles_at(
 
     if worst or not sample.failed:
         return with_failed_at(math.inf * (worst or 1))
-    estimates, ordered, lows, highs = (
-        {},
-        np.sort(done),
-        with_failed_at(-math.inf),
-        with_failed_at(math.inf),
-    )
-    weights_done = sample.weights_of(sample.done)
-    of_done = weights_done and weighted_quantiles(
-        done, weights_done, shares, confidence
-    )
+    estimates, ordered = {}, np.sort(done)
+    lows, highs = with_failed_at(-math.inf), with_failed_at(math.inf)
+    mixed = sample.weights_of(sample.done)
+    of_done = mixed and weighted_quantiles(done, mixed, shares, confidence)
     for share in shares:
         low, high = lows[share], highs[share]
         value = of_done[share].value if of_done else median_unbiased(ordered, share)

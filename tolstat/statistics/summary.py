@@ -1,22 +1,172 @@
-"""The statistics of a response."""
+"""The statistics of a response, and its performance against a limit: Pp and Ppk.
+
+Simulated units do not prove a stable process: by ISO 22514-1 the indices are those of
+performance (Pp, Ppk), not of capability (Cp, Cpk).
+"""
 
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.estimate import CONFIDENCE, NONE_DONE, Estimate, Lack, Reason
+from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.intervals.moments import Ends, Reach
-from tolstat.statistics.limits.audited_response import AuditedResponse
-from tolstat.statistics.limits.capability import (
-    Performance,
-    by_moments,
-    by_percentiles,
-    by_share,
-)
-from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.limit import Limit, ppk_of
 from tolstat.statistics.limits.yields import Yield, yield_of
 from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
+
+LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
+LEAST_OF_MOMENTS = 200  # trials from which Ppk by moments has an interval
+MOST_PPK = 100.0  # Ppk above which the spread is too small to be a measure
+ONE_END = Estimate(math.nan, reason=Reason(Lack.SECOND_END))
+NO_SPREAD = Estimate(math.nan, reason=Reason(Lack.SPREAD))
+
+
+class Performance(NamedTuple):
+    """Pp (NaN for a limit with one end) and Ppk."""
+
+    pp: Estimate
+    ppk: Estimate
+
+
+def by_percentiles(values: Array, sample: Sample, limit: Limit) -> Performance:
+    """Estimate Pp and Ppk from percentiles: for responses of any distribution.
+
+    Pp = (U - L)/(X99.865 - X0.135), Ppk the lesser of (U - X50)/(X99.865 - X50) and
+    (X50 - L)/(X50 - X0.135). The intervals follow from those of the percentiles, each
+    with its share of the error: conservative. Independent trials need 3544.
+
+    References
+    ----------
+    ISO 22514-2:2017, method M4 (percentiles).
+    """
+    if not sample.done.any():
+        return Performance(NONE_DONE, NONE_DONE)
+    if np.ptp(values[sample.done]) == 0:  # more trials would not change it
+        return Performance(NO_SPREAD, NO_SPREAD)
+    # up to three percentiles determine one number: share the error among them
+    shared = 1 - (1 - CONFIDENCE) / 3
+    shares = (LOW, MIDDLE, HIGH)
+    percentiles = quantiles_at(values, sample, shares, limit.permitted, shared)
+    low, middle, high = percentiles.values()
+    sides = [
+        _side(end, middle, outer, sign)
+        for end, outer, sign in ((limit.upper, high, 1), (limit.lower, low, -1))
+        if math.isfinite(end)
+    ]
+    spread = Estimate(
+        high.value - low.value, high.lower - low.upper, high.upper - low.lower
+    )
+    reason = next((side.reason for side in sides if side.reason), "")
+    return _performance(limit, sides, 1, spread, reason)
+
+
+def by_moments(
+    values: Array, sample: Sample, limit: Limit, declared: Ends | None = None
+) -> Performance:
+    """Estimate Pp and Ppk from mean and sigma, as for normal responses.
+
+    Pp = (U - L)/6s, Ppk the lesser of (U - mean)/3s and (mean - L)/3s. The intervals
+    follow from those of mean and sigma as sampled, each with half the error: none if
+    few trials dominate, or below 200 trials. Those of weighted trials and replicates
+    are for any distribution. They describe the share out of limit for normal responses
+    only.
+    """
+    if not sample.done.any():
+        return Performance(NONE_DONE, NONE_DONE)
+    half = 1 - (1 - CONFIDENCE) / 2
+    reach = Reach(declared, limit.permitted)
+    if dependent := bool(sample.weights or sample.replicates):
+        middle, spread = for_any(values, sample, reach, half)
+    else:
+        middle, spread = as_sampled(values, sample, half)
+    if not spread.value > 0:
+        return Performance(NO_SPREAD, NO_SPREAD)
+    reason = middle.reason or spread.reason
+    if not dependent and sample.done.sum() < LEAST_OF_MOMENTS:
+        reason = Reason(Lack.TRIALS, needed=LEAST_OF_MOMENTS)
+    if spread.sure and spread.lower <= 0:
+        reason = Reason(Lack.LEAST_SIGMA)
+    sides = []
+    for end in reversed(limit.finite):
+        sign = 1 if end == limit.upper else -1
+        ratios = [
+            _ratio(sign * (end - m), 3 * s) for m in middle[:3] for s in spread[:3]
+        ]
+        sides.append(Estimate(ratios[0], min(ratios), max(ratios)))
+    return _performance(limit, sides, 6, spread, reason)
+
+
+def by_share(share: Estimate, limit: Limit) -> Estimate:
+    """Estimate the Ppk of a normal response with a share of the units out of limit.
+
+    With two ends the response is centred: half of these units are outside each end.
+    """
+    ppk, upper, lower = (ppk_of(number, limit.ends) for number in share[:3])
+    if not share.sure:
+        return Estimate(ppk, reason=share.reason)
+    return Estimate(ppk, lower, upper)
+
+
+def _performance(
+    limit: Limit, sides: list[Estimate], widths: int, spread: Estimate, reason: str
+) -> Performance:
+    """Return Ppk from its sides, and Pp as the limit over `widths` times the spread."""
+    values = [side.value for side in sides]
+    ppk = Estimate(
+        math.nan if np.isnan(values).any() else min(values),
+        min(side.lower for side in sides),
+        min(side.upper for side in sides),
+        reason,
+    )
+    pp = ONE_END
+    if limit.ends == 2:
+        width = (limit.upper - limit.lower) / widths
+        value, most, least = (_ratio(width, number) for number in spread[:3])
+        pp = Estimate(value, least, most, reason)
+    return Performance(_worth_printing(pp), _worth_printing(ppk))
+
+
+def _side(end: float, middle: Estimate, outer: Estimate, sign: int) -> Estimate:
+    """Estimate one side of Ppk: the end's distance over the far percentile's."""
+
+    def ratio(m: float, f: float) -> float:
+        return _ratio(sign * (end - m), sign * (f - m))
+
+    value = ratio(middle.value, outer.value)
+    if not (middle.sure and outer.sure):
+        return Estimate(value, reason=outer.reason or middle.reason)
+    if middle.lower == outer.lower or middle.upper == outer.upper:
+        return Estimate(math.nan, reason=Reason(Lack.UNEQUAL_HALVES))
+    if outer.lower == outer.upper:
+        return Estimate(math.nan, reason=Reason(Lack.UNEQUAL_OUTERMOST))
+    # monotonic in either percentile: the extremes lie at the corners
+    corners = [
+        ratio(m, f)
+        for m in (middle.lower, middle.upper)
+        for f in (outer.lower, outer.upper)
+    ]
+    return Estimate(value, min(corners), max(corners))
+
+
+def _ratio(distance: float, spread: float) -> float:
+    """Return distance over spread; without spread, infinity of the sign of distance."""
+    if spread == 0 and distance != 0:
+        return math.inf if distance > 0 else -math.inf
+    return distance / spread if spread != 0 else math.nan
+
+
+def _worth_printing(index: Estimate) -> Estimate:
+    """Return the estimate, or the reason why its interval or number is not printed."""
+    if index.value > MOST_PPK or (index.sure and index.lower > MOST_PPK):
+        return Estimate(math.nan, reason=Reason(Lack.MORE_SPREAD, most=MOST_PPK))
+    if index.reason or not index.sure:
+        return Estimate(index.value, reason=index.reason)
+    return index
+
 
 QUANTILES = (0.00135, 0.05, 0.5, 0.95, 0.99, 0.99865)
 

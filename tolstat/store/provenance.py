@@ -8,7 +8,7 @@ from importlib.metadata import version
 
 import h5py
 
-from tolstat.lanes.target import machine_code
+from tolstat.lanes.cache import machine_code
 
 DECISIVE = ("numba", "llvmlite", "numpy", "scipy")  # other versions, other bits
 PACKAGES = ("tolstat", *DECISIVE, "pandas", "h5py")

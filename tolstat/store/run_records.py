@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.audited_response import AuditedResponse
+from tolstat.statistics.integration_error import AuditedResponse
 
 SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies outside
 Members = tuple[str, ...]  # contributors, taken together

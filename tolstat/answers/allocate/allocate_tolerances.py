@@ -31,7 +31,7 @@ from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.shares import anytime_valid
-from tolstat.statistics.limits.sample_size import grown
+from tolstat.statistics.limits.yields import grown
 from tolstat.study.cost_entry import EXAMPLE
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Source, Study, load

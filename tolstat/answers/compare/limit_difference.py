@@ -7,7 +7,6 @@ from tolstat.statistics.estimate import Estimate, without_interval
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.replicates import mean_of_replicates
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.limits.capability import by_share
 from tolstat.statistics.limits.difference import (
     correlation_of_shares,
     difference,
@@ -15,6 +14,7 @@ from tolstat.statistics.limits.difference import (
     exchange,
 )
 from tolstat.statistics.limits.limit import within
+from tolstat.statistics.summary import by_share
 
 
 class LimitDifference(NamedTuple):

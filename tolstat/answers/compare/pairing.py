@@ -10,7 +10,7 @@ from tolstat.arrays import Array
 from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.sensitivity.normal_scores import CHANCE
+from tolstat.statistics.sensitivity.out_of_limit import CHANCE
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
 

@@ -34,7 +34,6 @@ from tolstat.statistics.intervals.weighted_estimates import (
     unmet,
 )
 from tolstat.statistics.intervals.weights import effective_number
-from tolstat.statistics.limits.capability import by_share
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import (
     INTEGRATION_ERROR,
@@ -46,6 +45,7 @@ from tolstat.statistics.limits.yields import (
     judged_with,
     worded,
 )
+from tolstat.statistics.summary import by_share
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PPM, Scale

@@ -39,7 +39,7 @@ from tolstat.document.inline import (
     text,
 )
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.audited_response import Movement
+from tolstat.statistics.integration_error import Movement
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 

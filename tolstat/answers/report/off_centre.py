@@ -22,10 +22,9 @@ from tolstat.arrays import Array
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import general
 from tolstat.model.description import Contributor
-from tolstat.statistics.limits.capability import HIGH, LOW, Performance
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, yield_of
-from tolstat.statistics.summary import Summary
+from tolstat.statistics.summary import HIGH, LOW, Performance, Summary
 from tolstat.store.stored_run import Run
 
 BENT = 0.25  # of sigma: a mean farther from that by slopes is not linear

@@ -13,7 +13,7 @@ from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array, Integers
 from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.audited_response import Movement
+from tolstat.statistics.integration_error import Movement
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 

@@ -9,8 +9,8 @@ from tolstat.answers.sampled_trials import Drawn
 from tolstat.execution.diagnostics.halved_tolerances import effects_of
 from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import Estimate, without_interval
-from tolstat.statistics.intervals.jackknife import HEAVY
-from tolstat.statistics.sensitivity.clipping import clipped
+from tolstat.statistics.intervals.as_sampled import HEAVY
+from tolstat.statistics.point_mass import clipped
 from tolstat.statistics.sensitivity.contributions import Contributions, contributions
 from tolstat.statistics.sensitivity.named_causes import equal_parts
 from tolstat.statistics.sensitivity.sobol_indices import sobol_indices

@@ -20,8 +20,7 @@ from tolstat.model.contract import Model
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.statistics.limits.limit import within
-from tolstat.statistics.limits.sample_size import trials_that_decide
-from tolstat.statistics.limits.yields import UNDECIDED, verdict
+from tolstat.statistics.limits.yields import UNDECIDED, trials_that_decide, verdict
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run

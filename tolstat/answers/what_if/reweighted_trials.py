@@ -13,9 +13,8 @@ from tolstat.answers.what_if.what_if_answer import (
     ResponseWhatIf,
     WhatIf,
 )
-from tolstat.deviations.density_ratio import DensityRatio
+from tolstat.deviations.density_ratio import DensityRatio, check_overlap, overlap_of
 from tolstat.deviations.names import expand
-from tolstat.deviations.overlap import check_overlap, overlap_of
 from tolstat.errors import (
     Advice,
     DependenceError,

@@ -17,10 +17,8 @@ import numpy as np
 from scipy.special import betaincinv
 
 from tolstat.arrays import Array, Integers
-from tolstat.statistics.estimate import Estimate, enclosing
-from tolstat.statistics.intervals.betting import mean_between
-from tolstat.statistics.intervals.weights import Weights
-from tolstat.statistics.reason import Lack, Reason
+from tolstat.statistics.estimate import Estimate, Lack, Reason, enclosing
+from tolstat.statistics.intervals.weights import Weights, mean_between
 
 Ends = tuple[float, float]
 OPEN: Ends = (-math.inf, math.inf)
@@ -58,11 +56,7 @@ class Reach(NamedTuple):
 
     def times(self, factor: float) -> Reach:
         """Return the reach in another unit."""
-        declared, limit = (
-            None if ends is None else (factor * ends[0], factor * ends[1])
-            for ends in self
-        )
-        return Reach(declared, limit)
+        return Reach(*(ends and (factor * ends[0], factor * ends[1]) for ends in self))
 
     @property
     def known(self) -> bool:

@@ -12,10 +12,9 @@ import numpy as np
 from scipy.special import stdtrit
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.statistics.estimate import Estimate, enclosing
+from tolstat.statistics.estimate import Estimate, Lack, Reason, enclosing
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, few_leave
-from tolstat.statistics.intervals.quantiles import median_unbiased
-from tolstat.statistics.reason import Lack, Reason
+from tolstat.statistics.intervals.shares import median_unbiased
 
 LEAST_IN_EACH = 16
 LEAST_OUTSIDE = 30  # expected trials outside a quantile
@@ -102,10 +101,9 @@ def sigma_of_replicates(
     if reason := missing(values, replicate) or few_leave(values, reach):
         return Estimate(value, reason=reason)
     centre, (lower, upper) = float(values.mean()), reach.ends(values)
-    squares = Reach((0.0, max(upper - centre, centre - lower) ** 2))
-    mean_square = mean_of_replicates(
-        (values - centre) ** 2, replicate, squares, confidence
-    )
+    squares = (values - centre) ** 2
+    between = Reach((0.0, max(upper - centre, centre - lower) ** 2))
+    mean_square = mean_of_replicates(squares, replicate, between, confidence)
     if mean_square.reason:
         return Estimate(value, reason=mean_square.reason)
     low, high = math.sqrt(max(mean_square.lower, 0.0)), math.sqrt(mean_square.upper)

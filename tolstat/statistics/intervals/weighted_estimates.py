@@ -8,12 +8,17 @@ import numpy as np
 from scipy.special import ndtri
 
 from tolstat.arrays import Array, Truths
-from tolstat.statistics.estimate import CONFIDENCE, NONE_DONE, Estimate, enclosing
-from tolstat.statistics.intervals.betting import log_gain
+from tolstat.statistics.estimate import (
+    CONFIDENCE,
+    NONE_DONE,
+    Estimate,
+    Lack,
+    Reason,
+    enclosing,
+)
 from tolstat.statistics.intervals.moments import order_of
 from tolstat.statistics.intervals.shares import gamma_ends
-from tolstat.statistics.intervals.weights import Weights, effective_number
-from tolstat.statistics.reason import Lack, Reason
+from tolstat.statistics.intervals.weights import Weights, effective_number, log_gain
 
 ENOUGH = 100  # effective sample size of the trials out of limit
 FEW = 10  # up to here the largest weight of all trials counts, too

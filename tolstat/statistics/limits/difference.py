@@ -6,14 +6,18 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.statistics.estimate import CONFIDENCE, Estimate
-from tolstat.statistics.intervals.as_sampled import few_dominate
-from tolstat.statistics.intervals.jackknife import HEAVY, PARTS, jackknifed, spreads
+from tolstat.statistics.estimate import CONFIDENCE, Estimate, Lack, Reason
+from tolstat.statistics.intervals.as_sampled import (
+    HEAVY,
+    PARTS,
+    few_dominate,
+    jackknifed,
+    spreads,
+)
 from tolstat.statistics.intervals.replicates import WIDER
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.limits.capability import MOST_PPK, NO_SPREAD
 from tolstat.statistics.limits.limit import Limit
-from tolstat.statistics.reason import Lack, Reason
+from tolstat.statistics.summary import MOST_PPK, NO_SPREAD
 
 LEAST_OF_MOMENTS = 1000  # trials from which Ppk by moments is compared
 MOST_CORRELATED = 0.9  # above, the ends of both are too ragged to be subtracted
@@ -124,9 +128,7 @@ def correlation_of_quantiles(
 
 
 def difference_of_ppk(
-    first: Array,
-    second: Array,
-    limits: tuple[Limit, Limit],
+    first: Array, second: Array, limits: tuple[Limit, Limit]
 ) -> Estimate:
     """Return the difference of Ppk by moments, from mean and sigma.
 

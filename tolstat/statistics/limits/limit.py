@@ -80,10 +80,7 @@ def margins(values: Array, permitted: tuple[float, float]) -> Array:
 
 
 def worst_trials(
-    values: Array,
-    status: NDArray[np.uint8],
-    limit: Limit,
-    count: int = WORST,
+    values: Array, status: NDArray[np.uint8], limit: Limit, count: int = WORST
 ) -> Integers:
     """Return the trials nearest to a limit, or farthest out of it; the worst first."""
     margin = margins(values, limit.permitted)

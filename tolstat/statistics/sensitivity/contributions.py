@@ -16,25 +16,20 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.jackknife import jackknifed
-from tolstat.statistics.reason import Lack, Reason
-from tolstat.statistics.sensitivity.clipping import (
-    Clipped,
-    clipped,
-    few_leave_a_point_mass,
+from tolstat.statistics.estimate import Estimate, Lack, Reason
+from tolstat.statistics.intervals.as_sampled import jackknifed
+from tolstat.statistics.point_mass import Clipped, clipped, few_leave_a_point_mass
+from tolstat.statistics.sensitivity.regression import (
+    Regressed,
+    ascending,
+    rank_regressions,
 )
-from tolstat.statistics.sensitivity.neighbours import (
+from tolstat.statistics.sensitivity.sobol_indices import (
     Row,
     first_orders,
     first_orders_left_out,
     joint,
     nearest,
-)
-from tolstat.statistics.sensitivity.regression import (
-    Regressed,
-    ascending,
-    rank_regressions,
 )
 
 LEAST_TRIALS = 200  # trials from which the indices are given

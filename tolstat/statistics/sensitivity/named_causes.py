@@ -7,17 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.statistics.sensitivity.normal_scores import (
-    dependent,
-    larger,
-    own_parts,
-    scores,
-)
 from tolstat.statistics.sensitivity.out_of_limit import (
     CLEAR,
     Difference,
+    dependent,
     differences,
     holm,
+    larger,
+    own_parts,
+    scores,
 )
 from tolstat.statistics.sensitivity.pairs import Together, pairs
 

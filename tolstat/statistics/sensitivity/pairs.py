@@ -11,8 +11,12 @@ from scipy.special import chdtrc, ndtr, ndtri
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.sensitivity.normal_scores import dependent, own_parts, scores
-from tolstat.statistics.sensitivity.out_of_limit import CLEAR
+from tolstat.statistics.sensitivity.out_of_limit import (
+    CLEAR,
+    dependent,
+    own_parts,
+    scores,
+)
 
 SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both outer"
 MORE = "several"  # than two
@@ -195,9 +199,8 @@ class _Scores:
         """Return the share of units in which one contributor is in its outer part."""
         high = float(np.mean(z > 0))
         way = int(high >= ONE_WAY) - int(high <= 1 - ONE_WAY)
-        return float(
-            np.mean(way * z > self.one_end if way else np.abs(z) > self.two_ends)
-        )
+        outer = way * z > self.one_end if way else np.abs(z) > self.two_ends
+        return float(np.mean(outer))
 
 
 def _explains(combination: Together) -> bool:

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.as_sampled import skewness
-from tolstat.statistics.intervals.jackknife import PARTS, jackknifed
+from tolstat.statistics.intervals.as_sampled import PARTS, jackknifed, skewness
 
 NEARLY_ALL = 0.99  # explained share of the variance of a linear response
 MOST_TAILED = 0.3  # skewness of its squares over the root of the trials
@@ -21,9 +20,7 @@ class Regressed:
     """
 
     def __init__(
-        self,
-        deviations: Sequence[Array],
-        responses: Mapping[str, Array],
+        self, deviations: Sequence[Array], responses: Mapping[str, Array]
     ) -> None:
         k, n = len(deviations), len(deviations[0])
         columns = [*deviations, *responses.values()]
@@ -97,9 +94,7 @@ def ascending(x: Array) -> Integers:
 
 
 def rank_regressions(
-    deviations: Sequence[Array],
-    orders: Sequence[Integers],
-    responses: Sequence[Array],
+    deviations: Sequence[Array], orders: Sequence[Integers], responses: Sequence[Array]
 ) -> list[Array]:
     """Regress ranks on ranks: standardised coefficients and the share explained.
 
