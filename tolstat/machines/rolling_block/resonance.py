@@ -4,7 +4,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RPM, Settings
-from tolstat.machines.rolling_block.parameters import drives
+from tolstat.machines.rolling_block.modes import drives
 from tolstat.machines.rolling_block.structure import STANDS
 from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
 from tolstat.statistics.intervals.shares import proportion
