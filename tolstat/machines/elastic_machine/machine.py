@@ -1,7 +1,5 @@
 """The elastic machine as a model: deviations of its parts in, responses out."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from tolstat.arrays import Array, Truths
@@ -28,7 +26,7 @@ class ElasticMachine(Model):
         deflected = parameters.deflected_at_start_up(settings)
         return declarations.description_of(settings, deflected)
 
-    def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
+    def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
         buildable = parameters.exist(parameters.build(deviations, settings))
         return {declarations.IMPOSSIBLE: ~buildable}
 

@@ -1,6 +1,5 @@
 """A planetary gear as a model: deviations of its parts in, responses out."""
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +27,7 @@ class Planetary(Model):
     def describe(self, settings: Settings) -> Description:
         return declarations.description_of(settings, design_of(settings))
 
-    def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
+    def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
         return faults(deviations, design_of(settings), settings)
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:

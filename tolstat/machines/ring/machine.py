@@ -39,7 +39,7 @@ class Ring(Model):
     def describe(self, settings: Asked) -> Description:
         return declarations.description_of(settings)
 
-    def impossible(self, deviations: Array, settings: Asked) -> Mapping[str, Truths]:
+    def impossible(self, deviations: Array, settings: Asked) -> dict[str, Truths]:
         return {declarations.IMPOSSIBLE: ~parameters.exist(deviations, settings)}
 
     def evaluate(self, deviations: Array, settings: Asked) -> Outcome:

@@ -1,7 +1,5 @@
 """The rolling block as a model: deviations of its parts in, responses out."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from tolstat.arrays import Array, Truths
@@ -31,7 +29,7 @@ class RollingBlock(Model):
     def describe(self, settings: Settings) -> Description:
         return declarations.DESCRIPTION
 
-    def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
+    def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
         return {declarations.CANNOT_EXIST: ~modes.exist(deviations)}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:

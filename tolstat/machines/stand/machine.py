@@ -1,7 +1,5 @@
 """The stand as a model: deviations of its parts in, responses of its trials out."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from tolstat.arrays import Array, Truths
@@ -36,7 +34,7 @@ class Stand(Model):
     def describe(self, settings: Settings) -> Description:
         return declarations.description_of(settings)
 
-    def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
+    def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
         return parameters.faults(deviations, settings)
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
