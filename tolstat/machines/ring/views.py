@@ -74,33 +74,18 @@ def chart_of(time: Array, rings: Rings, states: Array, settings: Asked) -> Chart
     )
 
 
-def own_and_others(
-    deviations: Array, settings: Asked, speeds: Array, solve: Quantities
-) -> tuple[Array, Array]:
-    """Return float64[speed, quantity] of the first, [machine, ...] of the others."""
-    first, *others = (
-        solve(
-            parameters.build(np.repeat(row[None], len(speeds), axis=0), settings),
-            speeds,
-        )
-        for row in deviations
-    )
-    return first, np.array(others).reshape(-1, *first.shape)
+def varied(settings: Asked) -> tuple[dict[str, Asked], str]:
+    """Return the settings with each value of `varied`, by the value as text.
 
-
-def varied(
-    deviations: Array, settings: Asked, speeds: Array, solve: Quantities
-) -> tuple[dict[str, Array], str]:
-    """Return the quantities of the first trial for each value of `varied`.
-
-    By the value as text; and a title, which names impossible values.
+    And a title, which names impossible values.
     """
     name, nominal = settings.varied, settings
     if name == "radius":
         nominal = replace(settings, inner_radius=None)
     [kind] = [f.metadata["kind"] for f in fields(settings) if f.name == name]
     unit = {"rad": "deg", "1": ""}.get(kind.unit, kind.unit)
-    others, cannot = {}, []
+    others: dict[str, Asked] = {}
+    cannot = []
     for times in settings.varied_by:
         value = settings.nominal(name) * times
         size = np.degrees(value) if unit == "deg" else value
@@ -110,11 +95,7 @@ def varied(
             others[f"{name.replace('_', ' ')} {words}"] = replace(nominal, **changed)
         except ModelError:
             cannot.append(words)
-    values = {
-        words: own_and_others(deviations[:1], other, speeds, solve)[0]
-        for words, other in others.items()
-    }
-    return values, f"{', '.join(cannot)} impossible" if cannot else "varied"
+    return others, f"{', '.join(cannot)} impossible" if cannot else "varied"
 
 
 def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
@@ -147,8 +128,15 @@ def over_speed(
     *rows: Pictured,
 ) -> Chart:
     """Return pictures of the first trial, then of each value of `varied`."""
-    first_values, others = own_and_others(deviations, settings, speeds, solve)
-    values, which = varied(deviations, settings, speeds, solve)
+
+    def solved(row: Array, settings: Asked) -> Array:
+        repeated = np.repeat(row[None], len(speeds), axis=0)
+        return solve(parameters.build(repeated, settings), speeds)
+
+    first_values, *scattered = (solved(row, settings) for row in deviations)
+    others = np.array(scattered).reshape(-1, *first_values.shape)
+    by_value, which = varied(settings)
+    values = {w: solved(deviations[0], other) for w, other in by_value.items()}
     shaded = flutter(deviations, settings)
     pictures: list[Picture] = []
     start = 0
