@@ -168,9 +168,10 @@ def _frequency_panels(
     for curve in excitations:
         least, most = NEAR * curve.values.min(), curve.values.max() / NEAR
         met = {m.name: m for m in modes if least <= m.values[0] <= most}
-        items = (*met.values(), *(band for band in spreads if band.of in met))
+        opened = [band for band in spreads if band.of in met]
         if met:
-            panels.append(Panel.of(f"Modes near {curve.name}", curve, *items))
+            words = f"Modes near {curve.name}"
+            panels.append(Panel.of(words, curve, *met.values(), *opened))
     separate = Panel.of("Excitations and modes without resonance", *excitations, *modes)
     return panels or [separate]
 
