@@ -27,15 +27,20 @@ from tests.benchmarks.engines import REPEATS, seconds
 from tests.conftest import ROOT
 from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.modes import (
+    Drive,
     Modes,
     contributions,
+    drives,
     modes_of,
     moments,
 )
-from tolstat.machines.rolling_block.motion import Loading, equations
-from tolstat.machines.rolling_block.parameters import Drive, drives
+from tolstat.machines.rolling_block.motion import (
+    Loading,
+    equations,
+    followed,
+    load_steps,
+)
 from tolstat.machines.rolling_block.structure import LINKS, STANDS
-from tolstat.machines.rolling_block.trials import followed, load_steps
 from tolstat.study.study import load
 
 Array = NDArray[np.float64]

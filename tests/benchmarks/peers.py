@@ -23,9 +23,9 @@ from scipy.integrate import solve_ivp
 from tests.benchmarks.accuracy import ENERGIES, Responses
 from tolstat.machines.stand import motion as equations
 from tolstat.machines.stand.declarations import END, WINDOW
+from tolstat.machines.stand.machine import marks_of, start_of
 from tolstat.machines.stand.motion import SCALE, State
 from tolstat.machines.stand.parameters import Parameters, build
-from tolstat.machines.stand.trials import marks_of, start_of
 from tolstat.moving import Moment
 from tolstat.study.study import Study
 

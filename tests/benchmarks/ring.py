@@ -26,8 +26,7 @@ from scipy.integrate import solve_ivp
 from tests.benchmarks.accuracy import machines as drawn
 from tolstat.machines.ring.harmonics import harmonics
 from tolstat.machines.ring.linear import _solved, ring_matrix
-from tolstat.machines.ring.parameters import build
-from tolstat.machines.ring.trials import scale_of
+from tolstat.machines.ring.parameters import build, scale_of
 from tolstat.study.study import Study, load
 
 Array = NDArray[np.float64]

@@ -11,9 +11,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigvals, null_space
 
-from tolstat.machines.ring.declarations import description_of
-from tolstat.machines.ring.machine import Ring
-from tolstat.machines.ring.trials import simulated
+from tolstat.machines.ring.machine import Ring, simulated
+from tolstat.machines.ring.parameters import nominal
 from tolstat.model.settings import make
 
 DEG = np.pi / 180.0
@@ -149,6 +148,5 @@ def settings_of(**given):
 
 def states_of(settings, times):
     """States at the times, and the rings, of the nominal machine."""
-    nominal = np.zeros((1, len(description_of(settings).contributors)))
-    trials = simulated(nominal, settings, np.asarray(times, float))
-    return trials.solution.history[0], trials.rings
+    rings = nominal(settings)
+    return simulated(rings, settings, np.asarray(times, float)).history[0], rings

@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.machines import rolling_block_reference as known
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.parameters import drives, exist, nominal
+from tolstat.machines.rolling_block.modes import drives, exist, nominal
 
 RPM = np.pi / 30
 

@@ -122,7 +122,7 @@ def test_a_step_ends_at_every_jump():
     settings = settings_of({"start_up_law": "trapezoidal", "load_torque": load})
     shift = np.zeros((2, 15))
     shift[1, 12] = 0.4
-    marks = simulated(shift, settings).events.marks
+    marks = simulated(shift, settings).programme.marks
     knots = np.array([1, 2, 3, 6, 7, 8, 9]) / 9
     for found, t0 in zip(marks, (0.5, 0.9), strict=True):
         known = np.sort([0.0, 0.0, 0.3, *(t0 * knots), 2.0])

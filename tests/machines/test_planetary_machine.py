@@ -15,9 +15,8 @@ from tolstat.errors import ModelError
 from tolstat.machines.planetary import designs
 from tolstat.machines.planetary.declarations import Settings
 from tolstat.machines.planetary.design import design_of
-from tolstat.machines.planetary.machine import Planetary
+from tolstat.machines.planetary.machine import Planetary, felt_in_mesh, shared
 from tolstat.machines.planetary.scheme import EXAMPLES
-from tolstat.machines.planetary.trials import felt_in_mesh, shared
 
 F, C = 3e4, 4e8
 UM = 1e-6

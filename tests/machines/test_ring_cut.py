@@ -22,7 +22,7 @@ from tolstat.errors import ModelError
 from tolstat.lanes.vector import WIDTH
 from tolstat.machines.ring.declarations import RELATIVE, Settings, description_of
 from tolstat.machines.ring.machine import Ring
-from tolstat.machines.ring.trials import depth_of_cut
+from tolstat.machines.ring.parameters import depth_of_cut
 from tolstat.model.checked import simulate
 
 TIGHT = {"rtol": 1e-10}

@@ -16,7 +16,7 @@ from tests.machines.ring_reference import (
 )
 from tolstat.machines.ring import spectrum
 from tolstat.machines.ring.motion import HEAD, Tool, cutting_forces, reactions
-from tolstat.machines.ring.trials import rows_of
+from tolstat.machines.ring.parameters import rows_of
 
 A = {**CASES["A"], "rtol": 1e-12}
 FIG = {

@@ -22,7 +22,7 @@ from tolstat.machines.rolling_block.channels import (
     transfer,
 )
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.parameters import nominal
+from tolstat.machines.rolling_block.modes import nominal
 from tolstat.machines.rolling_block.resonance import rolling_speeds
 
 PLAIN = Settings()

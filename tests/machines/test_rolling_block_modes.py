@@ -14,19 +14,25 @@ from tests.machines import rolling_block_reference as known
 from tests.machines.rolling_blocks import FREE, RPM, B, scattered, solved
 from tolstat.errors import ModelError
 from tolstat.machines.rolling_block import structure as gearbox
-from tolstat.machines.rolling_block.channels import Input, loads, output_of, transfer
+from tolstat.machines.rolling_block.channels import (
+    Input,
+    loads,
+    output_of,
+    poles_and_zeros,
+    transfer,
+)
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.frequency_response import poles_and_zeros
 from tolstat.machines.rolling_block.modes import (
     antiphase,
     contributions,
+    drives,
     mac,
     modes_of,
+    nominal,
     tracked,
     unit_shapes,
 )
 from tolstat.machines.rolling_block.motion import damping_matrix
-from tolstat.machines.rolling_block.parameters import drives, nominal
 from tolstat.machines.rolling_block.resonance import (
     forbidden,
     free_gaps,

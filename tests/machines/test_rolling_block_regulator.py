@@ -10,7 +10,7 @@ import pytest
 import tolstat
 from tests.machines.rolling_blocks import scattered
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.parameters import nominal
+from tolstat.machines.rolling_block.modes import nominal
 from tolstat.machines.rolling_block.regulator import closed_loop
 
 PLAIN = Settings()

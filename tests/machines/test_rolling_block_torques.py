@@ -12,8 +12,7 @@ import tolstat
 from tests.machines.rolling_blocks import B
 from tolstat.errors import ModelError
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.modes import contributions
-from tolstat.machines.rolling_block.parameters import nominal
+from tolstat.machines.rolling_block.modes import contributions, nominal
 from tolstat.machines.rolling_block.resonance import rolling_speeds
 from tolstat.machines.rolling_block.torques import (
     deviations_of,

@@ -11,10 +11,19 @@ import tolstat
 from tests.machines import rolling_block_reference as known
 from tests.machines.rolling_blocks import B, scattered, solved
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.modes import contributions, modes_of, moments
-from tolstat.machines.rolling_block.motion import damping_matrix
-from tolstat.machines.rolling_block.parameters import drives, nominal
-from tolstat.machines.rolling_block.trials import followed, load_steps, pulse
+from tolstat.machines.rolling_block.modes import (
+    contributions,
+    drives,
+    modes_of,
+    moments,
+    nominal,
+)
+from tolstat.machines.rolling_block.motion import (
+    damping_matrix,
+    followed,
+    load_steps,
+    pulse,
+)
 
 STATIC = np.array([1, 1, 0.5, 0.5, 0.25, 0.25, 0.25, 0.25])
 STANDS = (31, 32, 33, 34)

@@ -8,7 +8,7 @@ import pytest
 import tolstat
 from tests.machines.reference import D58, MORE
 from tolstat.machines.stand.declarations import END, WINDOW, Settings
-from tolstat.machines.stand.trials import marks_of
+from tolstat.machines.stand.machine import marks_of
 
 TIGHT = {"rtol": 1e-8, "max_step": 2e-4}
 

@@ -18,10 +18,15 @@ from tolstat.machines.stand.declarations import (
     Settings,
     description_of,
 )
-from tolstat.machines.stand.machine import Stand
+from tolstat.machines.stand.machine import (
+    Stand,
+    marks_of,
+    moved,
+    responses_of,
+    simulated,
+)
 from tolstat.machines.stand.motion import Loads, Powers, State, motion
 from tolstat.machines.stand.parameters import Parts, friction_arm, gear_deformations
-from tolstat.machines.stand.trials import marks_of, moved, responses_of, simulated
 from tolstat.model.checked import simulate
 from tolstat.moving import Moment
 from tolstat.status import words_of

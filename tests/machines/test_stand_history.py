@@ -8,7 +8,7 @@ import pytest
 import tolstat
 from tolstat.errors import ModelError
 from tolstat.machines.stand.declarations import WINDOW, Settings
-from tolstat.machines.stand.trials import marks_of
+from tolstat.machines.stand.machine import marks_of
 
 CRANKS = {"crank_difference": 1e-3}
 FIG4 = {"contact_yaw": 5.8e-4}

@@ -8,7 +8,7 @@ import pytest
 import tolstat
 from tolstat.machines.stand.declarations import Settings
 from tolstat.machines.stand.machine import Stand
-from tolstat.machines.stand.statics import loads, loops, self_stress
+from tolstat.machines.stand.views import loads, loops, self_stress
 
 UP = np.pi / 2
 EQUALIZED, BALANCED = {"variant": "equalized"}, {"drive": "balanced"}

@@ -83,7 +83,8 @@ class Model(ABC):
     A custom model inherits from this class and has a name, `describe` and `evaluate`;
     the rest is optional. One that integrates has a setting `rtol`, its tolerance: steps
     are stored, and some trials are audited with a thousandth of it. An audit also takes
-    a quarter of a setting `max_step`, the longest step in s, at most.
+    a quarter of a setting `max_step`, the longest step in s, at most, and sets
+    `runge_kutta`, the setting of a second method, which shares no step with the first.
     """
 
     name: ClassVar[str]  # how it is called in study files
@@ -123,10 +124,14 @@ class Model(ABC):
         longest: Any = getattr(settings, "max_step", None)
         limited = isinstance(longest, float)
         finer = Accuracy(settings.rtol, longest if limited else np.inf).tightened()
-        tight = replace(settings, rtol=finer.rtol)
+        changes: dict[str, Any] = {"rtol": finer.rtol}
         if limited:
-            tight = replace(tight, max_step=finer.max_step)
-        return None if tight == settings else tight
+            changes["max_step"] = finer.max_step
+        if all(getattr(settings, name) == value for name, value in changes.items()):
+            return None
+        if hasattr(settings, "runge_kutta"):
+            changes["runge_kutta"] = True
+        return replace(settings, **changes)
 
     def numbers(
         self, settings: Any, spreads: Spreads, *, independent: bool = True
@@ -177,7 +182,7 @@ class Model(ABC):
         """Whether an audit shortens its longest step, or takes another method."""
         overridden = type(self).tightened is not Model.tightened
         fields = getattr(self.settings, "__dataclass_fields__", {})
-        return overridden or "max_step" in fields
+        return overridden or "max_step" in fields or "runge_kutta" in fields
 
     @property
     def moves(self) -> bool:

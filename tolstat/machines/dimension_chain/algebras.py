@@ -104,14 +104,13 @@ class Derived(Values):
         other = right if sign == "**" else right.value
         value = super().operation(sign, left.value, other)
         with np.errstate(all="ignore"):
-            if sign == "*":
-                return self.carried(sign, value, [(other, left), (left.value, right)])
-            if sign == "/":
-                return self.carried(sign, value, [(1.0, left), (-value, right)], other)
             if sign == "**":
                 power = 0.0 if right == 0 else right * left.value ** (right - 1)
                 return self.carried(sign, value, [(power, left)])
-            return self.carried_by_sum(sign, value, left, right)
+            outer = {"*": (other, left.value), "/": (1.0, -value), "-": (1.0, -1.0)}
+            first, second = outer.get(sign, (1.0, 1.0))
+            divisor = other if sign == "/" else 1.0
+            return self.carried(sign, value, [(first, left), (second, right)], divisor)
 
     def function(self, name: str, arguments: Sequence[Any]) -> Any:
         values = [argument.value for argument in arguments]
@@ -127,10 +126,6 @@ class Derived(Values):
 
         A quotient's derivatives are still to be divided by its divisor.
         """
-        raise NotImplementedError
-
-    def carried_by_sum(self, sign: str, value: Any, left: Any, right: Any) -> Any:
-        """Return the value of a sum or difference with what its terms carry."""
         raise NotImplementedError
 
 
@@ -151,9 +146,6 @@ class Slopes(Derived):
         self, name: str, value: Any, parts: Sequence[Part], divisor: Any = 1.0
     ) -> Slope:
         return Slope(value, sum(outer * x.by_link for outer, x in parts) / divisor)
-
-    def carried_by_sum(self, sign: str, value: Any, left: Any, right: Any) -> Slope:
-        return Slope(value, OPERATIONS[sign](left.by_link, right.by_link))
 
 
 def derivatives(name: str, arguments: Sequence[Any], value: Any) -> list[Any]:
@@ -203,8 +195,10 @@ class Roundings(Derived):
     def carried(
         self, name: str, value: Any, parts: Sequence[Part], divisor: Any = 1.0
     ) -> Rounded:
-        error = reduce(operator.add, [np.abs(outer) * x.error for outer, x in parts])
+        error = sum(np.abs(outer) * x.error for outer, x in parts)
         sizes, under = [x.size for _, x in parts], np.abs(divisor)
+        if name in ("+", "-"):
+            return _without_rounding(value, error, np.maximum(*sizes))
         if name in WITH_ZEROS:  # of a size of one where they rise and fall
             return _without_rounding(value, error, np.maximum(np.abs(value), 1.0))
         if name == "*":
@@ -212,10 +206,6 @@ class Roundings(Derived):
         if name == "/":
             return Rounded(value, error / under, sizes[0] / under)
         return Rounded(value, error, np.abs(value))
-
-    def carried_by_sum(self, sign: str, value: Any, left: Any, right: Any) -> Rounded:
-        size = np.maximum(left.size, right.size)
-        return _without_rounding(value, left.error + right.error, size)
 
 
 def _without_rounding(value: Any, error: Any, size: Any) -> Rounded:

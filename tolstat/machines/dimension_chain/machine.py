@@ -8,8 +8,7 @@ from tolstat.arrays import Array, Truths
 from tolstat.machines.dimension_chain.algebras import Roundings
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
-from tolstat.machines.dimension_chain.jumps import jumps
-from tolstat.machines.dimension_chain.slips import slips
+from tolstat.machines.dimension_chain.formula_warnings import jumps, slips
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.units.scale import scale_of

@@ -1,14 +1,15 @@
 """The elastic machine as a model: deviations of its parts in, responses out."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.elastic_machine import declarations, parameters, views
 from tolstat.machines.elastic_machine.declarations import Settings
-from tolstat.machines.elastic_machine.trials import outcome_of, simulated
+from tolstat.machines.elastic_machine.modes import natural_frequencies
+from tolstat.machines.elastic_machine.trials import Trials, simulated
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
+from tolstat.status import Status
 
 
 class ElasticMachine(Model):
@@ -25,20 +26,33 @@ class ElasticMachine(Model):
         deflected = parameters.deflected_at_start_up(settings)
         return declarations.description_of(settings, deflected)
 
-    def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
+    def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
         buildable = parameters.exist(parameters.build(deviations, settings))
         return {declarations.IMPOSSIBLE: ~buildable}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         return outcome_of(simulated(deviations, settings), settings)
 
-    def tightened(self, settings: Settings) -> Settings | None:
-        """Return settings of the second method, which shares no step with the first."""
-        tight: Settings | None = super().tightened(settings)
-        return tight and replace(tight, runge_kutta=True)
-
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
         time = sample_times(settings.horizon, step)
         trials = simulated(deviations[None, :], settings, time)
         chart = views.chart_of(time, trials, settings)
         return History(chart, outcome_of(trials, settings))
+
+
+def outcome_of(trials: Trials, settings: Settings) -> Outcome:
+    """Return the responses in the order of `description_of`, and the failures."""
+    chains, solution = trials.chains, trials.solution
+    peak = solution.peak  # error, residual, torque
+    deflected = [s - 1 for s in parameters.deflected_at_start_up(settings)]
+    at_start_up = parameters.deflection_at_start_up(chains, settings)
+    reference = np.abs(at_start_up[:, deflected])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factor = peak[:, deflected] / reference
+    frequency = natural_frequencies(chains.J, chains.c) / (2.0 * np.pi)
+    responses = np.hstack([peak, factor, frequency])
+    done = solution.status == Status.DONE
+    no_reference = done & (reference == 0.0).any(axis=1)
+    late = parameters.ends_late(chains, settings)
+    failed = {declarations.NO_REFERENCE: no_reference, declarations.TOO_LONG: late}
+    return Outcome(responses, solution.status, solution.steps, failed)

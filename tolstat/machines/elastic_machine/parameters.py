@@ -24,21 +24,17 @@ class Chains(NamedTuple):
 
 
 class Programme(NamedTuple):
-    """The programmed motion, piece by piece: start-up, then braking."""
+    """The programmed motion, piece by piece: start-up, then braking; and load steps."""
 
     begin: Array  # [trial, piece], s
     end: Array  # [trial, piece], s
     f: Array  # [trial, piece, 4], phi0'' at the begin, and three derivatives
     turn: Array  # [trial, piece], rad/s, see `start_up.Law`
-
-
-class Events(NamedTuple):
-    """When each trial's phases begin: numbers of the last mark passed."""
-
+    # a trial's phases are numbers of the last mark passed
     marks: Array  # [trial, mark], s: start, events in order of time, horizon
-    on: Array  # [trial, piece of the programmed motion], from which it holds
+    on: Array  # [trial, piece], phase from which it holds
     until: Array  # [trial, piece], and from which no more
-    begun: Array  # [trial, step of the load], from which it acts
+    begun: Array  # [trial, step of the load], phase from which it acts
 
 
 def exist(chains: Chains) -> Truths:
@@ -73,7 +69,11 @@ def ends_late(chains: Chains, settings: Settings) -> Truths:
 
 
 def programme_of(chains: Chains, settings: Settings) -> Programme:
-    """Return phi0'' = speed/t0 f(t/t0), and from t_B on -speed/t_b f((t - t_B)/t_b)."""
+    """Return phi0'' = speed/t0 f(t/t0), and from t_B on -speed/t_b f((t - t_B)/t_b).
+
+    A longer start-up may pass the time of a load step. So each trial stores the phase
+    that each of its events begins, in order of time.
+    """
     law = settings.law
     s = np.array((0.0, *law.knots, 1.0))
     table = np.zeros((len(law.pieces), 4))
@@ -83,13 +83,31 @@ def programme_of(chains: Chains, settings: Settings) -> Programme:
     if settings.braking_time:
         parts.append((settings.braking_start, chains.t_b, -settings.speed))
     pieces = []
-    for begin, T, speed in parts:
-        t = begin + T[:, None] * s
+    for start, T, speed in parts:
+        t = start + T[:, None] * s
         power = T[:, None] ** -np.arange(1.0, 5.0)
         f = speed * table * power[:, None, :]
         turn = np.broadcast_to(law.turn / T[:, None], f.shape[:2])
         pieces.append((t[:, :-1], t[:, 1:], f, turn))
-    return Programme(*(np.hstack(values) for values in zip(*pieces, strict=True)))
+    begin, end, f, turn = (np.hstack(values) for values in zip(*pieces, strict=True))
+    n = len(law.pieces)
+    # the ends of start-up and braking, then what begins behind t = 0
+    of_pieces = np.hstack([end[:, n - 1 :: n], begin[:, 1:]])
+    steps = [step["time"] for step in settings.load_torque]
+    of_steps = np.broadcast_to(np.array(steps, float), (len(of_pieces), len(steps)))
+    # what does not end has no answer; its marks end with the horizon
+    times = np.hstack([np.minimum(of_pieces, settings.horizon), of_steps])
+    order = np.argsort(times, axis=1, kind="stable")
+    phase = np.empty_like(times)
+    np.put_along_axis(phase, order, 1.0 + np.arange(times.shape[1])[None], axis=1)
+    ordered = np.take_along_axis(times, order, axis=1)
+    edge = np.zeros((len(of_pieces), 1))
+    marks = np.hstack([edge, ordered, edge + settings.horizon])
+    on = np.hstack([edge, phase[:, len(parts) : of_pieces.shape[1]]])
+    until = np.hstack([on[:, 1:], edge])
+    until[:, n - 1 :: n] = phase[:, : len(parts)]
+    begun = phase[:, of_pieces.shape[1] :]
+    return Programme(begin, end, f, turn, marks, on, until, begun)
 
 
 def static_deflection(c: Array, M: Array) -> Array:
@@ -132,35 +150,7 @@ def deflected_at_start_up(settings: Settings) -> tuple[int, ...]:
     return tuple((1 + np.flatnonzero(deflected)).tolist())
 
 
-def events_of(chains: Chains, programme: Programme, settings: Settings) -> Events:
-    """Return the pieces of the programmed motion and the load steps, in order of time.
-
-    A longer start-up may pass the time of a step. So each trial stores the phase that
-    each of its events begins.
-    """
-    n = programme.begin.shape[1] // (2 if settings.braking_time else 1)
-    # the ends of start-up and braking, then what begins behind t = 0
-    of_pieces = np.hstack([programme.end[:, n - 1 :: n], programme.begin[:, 1:]])
-    steps = [step["time"] for step in settings.load_torque]
-    of_steps = np.broadcast_to(np.array(steps, float), (len(of_pieces), len(steps)))
-    # what does not end has no answer; its marks end with the horizon
-    times = np.hstack([np.minimum(of_pieces, settings.horizon), of_steps])
-    order = np.argsort(times, axis=1, kind="stable")
-    phase = np.empty_like(times)
-    np.put_along_axis(phase, order, 1.0 + np.arange(times.shape[1])[None], axis=1)
-    ordered = np.take_along_axis(times, order, axis=1)
-    edge = np.zeros((len(of_pieces), 1))
-    marks = np.hstack([edge, ordered, edge + settings.horizon])
-    parts = programme.end[:, n - 1 :: n].shape[1]
-    on = np.hstack([edge, phase[:, parts : of_pieces.shape[1]]])
-    until = np.hstack([on[:, 1:], edge])
-    until[:, n - 1 :: n] = phase[:, :parts]
-    return Events(marks, on, until, phase[:, of_pieces.shape[1] :])
-
-
-def rows_of(
-    chains: Chains, programme: Programme, events: Events, settings: Settings
-) -> Array:
+def rows_of(chains: Chains, programme: Programme, settings: Settings) -> Array:
     """Return float64[trial, parameter], as the equations of motion read them.
 
     First the phase from which the programmed motion is over and the number of its
@@ -169,14 +159,14 @@ def rows_of(
     """
     # a start-up after the horizon ends as "not finite", without motion
     ones = np.where(ends_late(chains, settings), np.nan, 1.0)[:, None]
-    on, until, (begin, _, f, turn) = events.on, events.until, programme
+    begin, _, f, turn, _, on, until, begun = programme
     pieces = np.concatenate([np.stack([on, until, begin], 2), f, turn[:, :, None]], 2)
     number = np.full_like(ones, on.shape[1])
     rows = [until[:, -1:], number, 1.0 / chains.J, chains.c, ones * chains.b]
     rows.append(pieces.reshape(len(ones), PIECE * on.shape[1]))
     for i, step in enumerate(settings.load_torque):
         deflection = chains.M[:, i : i + 1] * of_unit_torque(chains.c, step["mass"])
-        rows += [events.begun[:, i : i + 1], deflection]
+        rows += [begun[:, i : i + 1], deflection]
     return np.hstack(rows)
 
 

@@ -1,13 +1,12 @@
 """Views of a chain: its histories, spectrum, residual vibration and modes."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
-from tolstat.machines.elastic_machine import motion
+from tolstat.machines.elastic_machine import motion, parameters
 from tolstat.machines.elastic_machine.declarations import Settings, description_of
 from tolstat.machines.elastic_machine.frequency_functions import first_mode, response
 from tolstat.machines.elastic_machine.modes import (
@@ -17,27 +16,10 @@ from tolstat.machines.elastic_machine.modes import (
     modes_of,
 )
 from tolstat.machines.elastic_machine.motion import HEAD, PIECE, Chain
-from tolstat.machines.elastic_machine.parameters import (
-    build,
-    deflected_at_start_up,
-    programme_of,
-    rows_of,
-)
 from tolstat.machines.elastic_machine.start_up import LAWS, Law
 from tolstat.machines.elastic_machine.trials import Trials, simulated
-from tolstat.model.view import (
-    Axis,
-    Chart,
-    Curve,
-    Listing,
-    Mark,
-    Offer,
-    Panel,
-    Picture,
-    Span,
-    bands_of,
-    peaks_of,
-)
+from tolstat.model import view
+from tolstat.model.view import Axis, Chart, Curve, Listing, Offer, Picture, Span
 
 MOST_SHOWN = 4  # masses in one picture of a history; all are in the data
 MANY = 100  # trials with deviations, for bands
@@ -49,8 +31,8 @@ POINTS = 40  # start-ups integrated, beside the closed form
 
 def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
     """Return the motion of the first trial; the residual starts after a gap."""
-    theta, marks = trials.solution.history[0].T, trials.events.marks[0]
-    machine = rows_of(trials.chains, trials.programme, trials.events, settings)[0]
+    theta, marks = trials.solution.history[0].T, trials.programme.marks[0]
+    machine = parameters.rows_of(trials.chains, trials.programme, settings)[0]
     n = len(settings.inertia)
     end_time = float(marks[int(machine[0])])
     first = HEAD + 3 * n
@@ -64,7 +46,8 @@ def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
     load_values[n : 2 * n, ~ended] = np.nan
     phi0__ = motion.acceleration(time, phase, machine[first:steps])
 
-    responses = description_of(settings, deflected_at_start_up(settings)).responses
+    deflected = parameters.deflected_at_start_up(settings)
+    responses = description_of(settings, deflected).responses
     watched = tuple(map(Curve.of, responses, load_values))
     programmed = Curve(
         "acceleration", "rad/s^2", "phi0''", "of the programmed shaft", phi0__
@@ -73,17 +56,17 @@ def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
     selected = np.unique(np.linspace(0, n - 1, min(n, MOST_SHOWN)).round().astype(int))
     error, residual, torque = ([watched[i * n + s] for s in selected] for i in range(3))
     panels = (
-        Panel.of("Dynamic errors", *error),
-        Panel.of("Residual after start-up", *residual),
-        Panel.of("Spring torques", *torque),
-        Panel.of("Programmed motion", programmed),
+        view.Panel.of("Dynamic errors", *error),
+        view.Panel.of("Residual after start-up", *residual),
+        view.Panel.of("Spring torques", *torque),
+        view.Panel.of("Programmed motion", programmed),
     )
     words = "programmed motion" if settings.braking_time else "start-up"
     return Chart(
         Axis("time", "s", "s"),
         time,
         (*watched, programmed),
-        marks=peaks_of(watched, time, words=""),
+        marks=view.peaks_of(watched, time, words=""),
         spans=(Span(0.0, end_time, words),),
         panels=panels,
     )
@@ -104,28 +87,28 @@ def off_zeros(longest: float) -> Array:
 
 def spectrum(deviations: Array, settings: Settings) -> Chart:
     """Return lambda(rho), rho the periods in the start-up, with the modes on it."""
-    chains, n = build(deviations, settings), len(settings.inertia)
+    chains = parameters.build(deviations, settings)
     law, printed = settings.law, LAWS["constant"]
     periods = modes_of(*chains[:3]).k[0] * chains.t0[0] / (2.0 * np.pi)
     longest = min(max(RULE[1], 1.1 * periods[-1]), LONGEST)
     inside = periods[periods <= longest]
-    beyond = (
-        f"; {len(periods) - len(inside)} have more periods" if len(inside) < n else ""
-    )
+    n_beyond = len(periods) - len(inside)
+    beyond = f"; {n_beyond} have more periods" if n_beyond else ""
     rho, zeros = off_zeros(longest), zeros_of(law, longest)
-    curve = partial(Curve, unit="1", symbol="lambda", shown="1")
-    points = partial(curve, points=True)
-    words = f"share of the final speed: {law.sentence}"
-    curves = [curve("lambda", sentence=words, values=law.spectrum(rho))]
+
+    def curve(name: str, words: str, values: Array, x: Array | None = None) -> Curve:
+        return Curve(name, "1", "lambda", words, values, x, "1", x is not None)
+
+    share = law.spectrum(rho)
+    curves = [curve("lambda", f"share of the final speed: {law.sentence}", share)]
     if law is not printed:
         words = "the same: constant acceleration"
-        curves.append(curve("constant", sentence=words, values=printed.spectrum(rho)))
-    words, share = f"of this trial{beyond}", law.spectrum(inside)
-    curves.append(points("modes", sentence=words, values=share, at=inside))
+        curves.append(curve("constant", words, printed.spectrum(rho)))
+    share = law.spectrum(inside)
+    curves.append(curve("modes", f"of this trial{beyond}", share, inside))
     above_zero = tuple(curves)
     if len(zeros):
-        words = "zeros of lambda"
-        curves.append(points("zeros", sentence=words, values=0.0 * zeros, at=zeros))
+        curves.append(curve("zeros", "zeros of lambda", 0.0 * zeros, zeros))
     return Chart.of(
         Axis("periods in the start-up", "1", "1"),
         rho,
@@ -142,7 +125,7 @@ def residual(deviations: Array, settings: Settings) -> Chart:
     """
     if settings.final_speed == 0:
         raise ModelError("final_speed = 0: there is no start-up to leave a vibration")
-    chains = build(deviations, settings)
+    chains = parameters.build(deviations, settings)
     law, omega0 = settings.law, settings.final_speed
     modes = modes_of(chains.J, chains.c, chains.b)
     T_1 = 2.0 * np.pi / modes.k[0, 0]
@@ -152,21 +135,20 @@ def residual(deviations: Array, settings: Settings) -> Chart:
         mode = Modes(*(values[machine] for values in modes))
         return np.asarray(left_by_start_up(mode, law, omega0, t0)[:, :, -1].sum(axis=1))
 
+    def curve(name: str, words: str, values: Array, x: Array | None = None) -> Curve:
+        return Curve(name, "rad", "theta", words, values, x, points=x is not None)
+
     start_ups, integrated = residual_integrated(deviations[0], settings, T_1)
-    curve = partial(Curve, unit="rad", symbol="theta")
-    points = partial(curve, points=True)
-    words = "modes added up, undamped"
-    undamped = curve("undamped", sentence=words, values=amplitude(0, t0))
-    words = "with damping"
-    damped = points("integrated", sentence=words, values=integrated, at=start_ups)
+    undamped = curve("undamped", "modes added up, undamped", amplitude(0, t0))
+    damped = curve("integrated", "with damping", integrated, start_ups)
     zeros = T_1 * zeros_of(law, RULE[1])
-    none = points("zeros of mode 1", sentence="undamped", values=0.0 * zeros, at=zeros)
-    marks: tuple[Mark, ...] = ()
+    none = curve("zeros of mode 1", "undamped", 0.0 * zeros, zeros)
+    marks: tuple[view.Mark, ...] = ()
     if t0[0] <= (start_up := chains.t0[0]) <= t0[-1]:
         value = float(amplitude(0, np.array([start_up]))[0])
-        marks = (Mark("undamped", float(start_up), value, "as set"),)
+        marks = (view.Mark("undamped", float(start_up), value, "as set"),)
     others = [amplitude(i, t0) for i in range(1, len(chains.J))]
-    bands = bands_of("undamped", "rad", np.array(others))
+    bands = view.bands_of("undamped", "rad", np.array(others))
     of_many = f"{len(others)} machines" if others else ""
     title = f"Residual {len(settings.inertia)}"
     return Chart.of(
@@ -196,13 +178,13 @@ def residual_integrated(
 
 def listed(deviations: Array, settings: Settings) -> Listing:
     """Return the modes of a trial."""
-    chains = build(deviations, settings)
+    chains = parameters.build(deviations, settings)
     modes = modes_of(chains.J[0], chains.c[0], chains.b[0])
     law, n = settings.law, len(modes.k)
     periods = modes.k * chains.t0[0] / (2.0 * np.pi)
     last = modes.rho[:, -1]
-    begin, end, f, turn = (values[0] for values in programme_of(chains, settings))
-    pieces = np.column_stack([begin, end, f, turn])
+    programme = parameters.programme_of(chains, settings)
+    pieces = np.column_stack([values[0] for values in programme[:4]])
     return Listing.of(
         "a mode; damping as if classical; residual at the end of the motion",
         ("mode", "1", "count", np.arange(1.0, n + 1.0)),

@@ -5,4 +5,4 @@ A. I. Polunin, Mathematical simulation of dynamics of a rotating ring on support
 exposed to cutting forces (2012, in Russian).
 """
 
-from tolstat.machines.ring.spectrum import spectrum as spectrum
+from tolstat.machines.ring.machine import spectrum as spectrum

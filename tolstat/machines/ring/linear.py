@@ -3,44 +3,16 @@
 LAPACK takes the matrices one by one: a trial's answer is the same in any block.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.machines.ring.harmonics import harmonics, inverse, total
 from tolstat.machines.ring.motion import cutting_forces
-from tolstat.machines.ring.parameters import Rings
+from tolstat.machines.ring.parameters import Rings, terms_of
 
-FASTEST = 1e6  # rad/s
 DOUBLED = 10  # times the set depth is doubled, if forces pull the tool in
 HALVED = 60  # times the bracket of the static depth is halved: to its last digit
-
-
-class Terms(NamedTuple):
-    """Coefficients of the equations of motion, each float64[trial, harmonic].
-
-    `tolstat.machines.ring.motion` explains each.
-    """
-
-    d: Array
-    gyro: Array
-    M: Array
-    g: Array
-
-
-def terms_of(rings: Rings, Omega: Array, hoop: bool) -> Terms:
-    """Return the coefficients at speeds Omega, rad/s, float64[trial].
-
-    With `hoop` the tension of the spinning ring is included: to second order its energy
-    cancels -l_j^2 Omega^2 of M_j.
-    """
-    k = harmonics(rings.on.s.shape[1] + 1)
-    nu, K_T, speed = rings.nu[:, None], rings.K_T[:, None], Omega[:, None]
-    d = nu * K_T * (k.n * k.n)
-    spun = 0.0 if hoop else k.l * k.l * (speed * speed)
-    return Terms(d, 2.0 * speed * k.l, nu * (k.n * k.n) - spun, k.j * speed * d)
 
 
 def compliances(rings: Rings, hoop: bool) -> tuple[Array, Array]:

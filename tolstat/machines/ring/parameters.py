@@ -1,23 +1,21 @@
-"""Rings, from the deviations of their parts."""
+"""Rings, from the deviations of their parts, and the numbers of their equations."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.ring.declarations import (
-    RELATIVE,
-    Asked,
-    amplitude,
-    description_of,
-    phase,
-)
+from tolstat.machines.ring import declarations
+from tolstat.machines.ring.declarations import Asked
 from tolstat.machines.ring.harmonics import (
     Place,
     Supported,
     displacements,
+    harmonics,
     nu_of,
+    shared,
     supported,
+    total,
 )
 
 POSITIVE = (
@@ -54,10 +52,10 @@ class Rings(NamedTuple):
 def values_of(deviations: Array, settings: Asked) -> dict[str, Array]:
     """Return nominal values with their deviations, by contributor."""
     values = {}
-    names = [part.name for part in description_of(settings).contributors]
+    names = [part.name for part in declarations.description_of(settings).contributors]
     for name, d in zip(names, deviations.T, strict=True):
-        nominal = settings.nominal(name)
-        values[name] = nominal * (1.0 + d) if name in RELATIVE else nominal + d
+        x = settings.nominal(name)
+        values[name] = x * (1.0 + d) if name in declarations.RELATIVE else x + d
     if settings.radius is None:
         middle = settings.inner_radius_given + 0.5 * values["thickness"]
         values["radius"] = middle + deviations[:, 0]
@@ -89,7 +87,7 @@ def build(deviations: Array, settings: Asked) -> Rings:
 
     on = supported(alpha, settings.harmonics)
     lobes = [
-        (part[amplitude(k)], k * theta_R + part[phase(k)])
+        (part[declarations.amplitude(k)], k * theta_R + part[declarations.phase(k)])
         for k in settings.out_of_roundness_harmonics
     ]
     return Rings(
@@ -107,6 +105,12 @@ def build(deviations: Array, settings: Asked) -> Rings:
     )  # fmt: skip
 
 
+def nominal(settings: Asked, n: int = 1) -> Rings:
+    """Return n rings without deviations."""
+    n_contributors = len(declarations.description_of(settings).contributors)
+    return build(np.zeros((n, n_contributors)), settings)
+
+
 def out_of_roundness(rings: Rings, t: Array | float) -> Array:
     """Return the out-of-roundness of the blank at the tool, m, at a time, s.
 
@@ -118,3 +122,78 @@ def out_of_roundness(rings: Rings, t: Array | float) -> Array:
         depth = depth + rings.e_cos[:, i] * np.cos(turn)
         depth = depth + rings.e_sin[:, i] * np.sin(turn)
     return depth
+
+
+class Terms(NamedTuple):
+    """Coefficients of the equations of motion, each float64[trial, harmonic].
+
+    `tolstat.machines.ring.motion` explains each.
+    """
+
+    d: Array
+    gyro: Array
+    M: Array
+    g: Array
+
+
+def terms_of(rings: Rings, Omega: Array, hoop: bool) -> Terms:
+    """Return the coefficients at speeds Omega, rad/s, float64[trial].
+
+    With `hoop` the tension of the spinning ring is included: to second order its energy
+    cancels -l_j^2 Omega^2 of M_j.
+    """
+    k = harmonics(rings.on.s.shape[1] + 1)
+    nu, K_T, speed = rings.nu[:, None], rings.K_T[:, None], Omega[:, None]
+    d = nu * K_T * (k.n * k.n)
+    spun = 0.0 if hoop else k.l * k.l * (speed * speed)
+    return Terms(d, 2.0 * speed * k.l, nu * (k.n * k.n) - spun, k.j * speed * d)
+
+
+def rows_of(rings: Rings, settings: Asked) -> Array:
+    """Return float64[trial, parameter], as the equations of motion read them.
+
+    First the fields of `motion.Tool`, then those of `motion.Ring`. For each lobe of any
+    trial its number and its two parts follow.
+    """
+    k, on, tool_place = harmonics(settings.harmonics), rings.on, rings.tool_place
+    x = terms_of(rings, rings.Omega, settings.hoop)
+    ones = np.ones_like(rings.Omega)
+    tool = (
+        1.0 / rings.m_c, rings.c_c, rings.K_C, rings.t_R0,
+        rings.c_R, rings.x_R, rings.c_T, rings.x_T, rings.Omega, 1.0 / rings.pi_chi,
+        shared(on.s, k.C), shared(on.t, k.C),
+        rings.pi_chi, np.cos(rings.theta_R), np.sin(rings.theta_R),
+        1.0 / np.cos(rings.alpha), 1.0 / np.sin(rings.alpha),
+    )  # fmt: skip
+    per_C = np.broadcast_to(1.0 / k.C, on.s.shape)
+    blank = [
+        part
+        for i, lobe in enumerate(rings.lobes)
+        # a round trial adds zeros, bit for bit: no answer depends on them
+        if (rings.e_cos[:, i] != 0.0).any() or (rings.e_sin[:, i] != 0.0).any()
+        for part in (lobe * ones, rings.e_cos[:, i], rings.e_sin[:, i])
+    ]
+    ring = (per_C, x.d, x.gyro, x.M, x.g, on.s, on.t, *tool_place)
+    return np.hstack([np.stack([*tool], axis=1), *ring, *(e[:, None] for e in blank)])
+
+
+def scale_of(settings: Asked) -> Array:
+    """Return float64[state]: the size that each state's error is measured by.
+
+    Displacements by the nominal depth of cut; speeds by that times the frequency of the
+    nominal tool, or of the harmonic alone where it is faster.
+    """
+    n = settings.harmonics - 1
+    k = harmonics(settings.harmonics)
+    omega_c = np.sqrt(settings.tool_stiffness / settings.tool_mass)
+    omega = np.maximum(omega_c, np.sqrt(nominal(settings).nu[0] / k.C) * k.n)
+    unit = np.concatenate([np.ones(2 * n), omega, omega, [1.0, omega_c]])
+    return settings.depth * unit
+
+
+def depth_of_cut(rings: Rings, states: Array, time: Array | float) -> Array:
+    """Return t_R, m, of states[trial, state] at a time, s; one trial's at several."""
+    n = rings.on.s.shape[1]
+    tool = rings.tool_place
+    moved = tool.u_a * states[:, :n] + tool.u_b * states[:, n : 2 * n]
+    return rings.t_R0 + states[:, 4 * n] + total(moved) + out_of_roundness(rings, time)

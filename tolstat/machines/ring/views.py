@@ -8,25 +8,13 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
-from tolstat.machines.ring import motion
+from tolstat.machines.ring import motion, parameters
 from tolstat.machines.ring.declarations import Asked
 from tolstat.machines.ring.flutter import NOTICED, flutter_speed
 from tolstat.machines.ring.linear import growth_rate, ring_eigenvalues, static_depth
-from tolstat.machines.ring.parameters import Rings, build, out_of_roundness, values_of
-from tolstat.machines.ring.trials import Trials, depth_of_cut, rows_of
-from tolstat.model.view import (
-    Axis,
-    Chart,
-    Curve,
-    Level,
-    Listing,
-    Mark,
-    Offer,
-    Panel,
-    Picture,
-    Span,
-    bands_of,
-)
+from tolstat.machines.ring.parameters import Rings
+from tolstat.model import view
+from tolstat.model.view import Axis, Chart, Curve, Listing, Offer, Picture, Span
 
 MACHINES = 40  # trials with deviations, for bands
 POINTS = 241  # of the range of speeds
@@ -37,16 +25,15 @@ NONE = np.empty(0)  # of a curve that gets its values later
 Quantities = Callable[[Rings, Array], Array]
 
 
-def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
+def chart_of(time: Array, rings: Rings, states: Array, settings: Asked) -> Chart:
     """Return the first trial: depth of cut, displacements at the tool, forces."""
-    rings, states = trials.rings, trials.solution.history[0]
     static = float(static_depth(rings, settings.hoop)[0])
     n = rings.on.s.shape[1]
-    X, blank = states[:, 4 * n], out_of_roundness(rings, time)
-    t_R = depth_of_cut(rings, states, time)
+    X, blank = states[:, 4 * n], parameters.out_of_roundness(rings, time)
+    t_R = parameters.depth_of_cut(rings, states, time)
     U = t_R - rings.t_R0 - X - blank
     P_R, P_T = motion.cutting_forces(t_R, rings)
-    machine = rows_of(rings, settings)[0, : motion.HEAD + motion.RING * n]
+    machine = parameters.rows_of(rings, settings)[0, : motion.HEAD + motion.RING * n]
     tool_ = motion.Tool(*machine[: motion.HEAD])
     ring_ = motion.Ring(*machine[motion.HEAD :].reshape(-1, n))
     firsts = motion.derivative(states.T, P_R, P_T, tool_, ring_, states.T.copy())
@@ -63,13 +50,15 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
     words = "force of the roller on the ring, outwards"
     numbered = enumerate(pulls, start=1)
     rollers = [Curve(f"roller_{i}_max", "N", f"l_{i}", words, l) for i, l in numbered]
-    marks: tuple[Mark, ...] = ()
+    marks: tuple[view.Mark, ...] = ()
     if np.isfinite(t_R).all():
         lowest = int(t_R.argmin())
-        marks = (Mark("depth_min", float(time[lowest]), float(t_R[lowest]), "least"),)
-    levels = [Level(0.0, "out of the cut below")]
+        marks = (
+            view.Mark("depth_min", float(time[lowest]), float(t_R[lowest]), "least"),
+        )
+    levels = [view.Level(0.0, "out of the cut below")]
     if np.isfinite(static):
-        levels.append(Level(static, "static depth"))
+        levels.append(view.Level(static, "static depth"))
     moved_parts = (tool, ring, round_) if blank.any() else (tool, ring)
     return Chart(
         Axis("time", "s", "s"),
@@ -77,38 +66,26 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
         (depth, ring, tool, round_, *forces, *rollers),
         marks=marks,
         panels=(
-            Panel.of("Depth of cut", depth, levels=tuple(levels)),
-            Panel.of("Displacements at the tool", *moved_parts),
-            Panel.of("Cutting forces", *forces),
-            Panel.of("Forces of the rollers", *rollers),
+            view.Panel.of("Depth of cut", depth, levels=tuple(levels)),
+            view.Panel.of("Displacements at the tool", *moved_parts),
+            view.Panel.of("Cutting forces", *forces),
+            view.Panel.of("Forces of the rollers", *rollers),
         ),
     )
 
 
-def own_and_others(
-    deviations: Array, settings: Asked, speeds: Array, solve: Quantities
-) -> tuple[Array, Array]:
-    """Return float64[speed, quantity] of the first, [machine, ...] of the others."""
-    first, *others = (
-        solve(build(np.repeat(row[None], len(speeds), axis=0), settings), speeds)
-        for row in deviations
-    )
-    return first, np.array(others).reshape(-1, *first.shape)
+def varied(settings: Asked) -> tuple[dict[str, Asked], str]:
+    """Return the settings with each value of `varied`, by the value as text.
 
-
-def varied(
-    deviations: Array, settings: Asked, speeds: Array, solve: Quantities
-) -> tuple[dict[str, Array], str]:
-    """Return the quantities of the first trial for each value of `varied`.
-
-    By the value as text; and a title, which names impossible values.
+    And a title, which names impossible values.
     """
     name, nominal = settings.varied, settings
     if name == "radius":
         nominal = replace(settings, inner_radius=None)
     [kind] = [f.metadata["kind"] for f in fields(settings) if f.name == name]
     unit = {"rad": "deg", "1": ""}.get(kind.unit, kind.unit)
-    others, cannot = {}, []
+    others: dict[str, Asked] = {}
+    cannot = []
     for times in settings.varied_by:
         value = settings.nominal(name) * times
         size = np.degrees(value) if unit == "deg" else value
@@ -118,11 +95,7 @@ def varied(
             others[f"{name.replace('_', ' ')} {words}"] = replace(nominal, **changed)
         except ModelError:
             cannot.append(words)
-    values = {
-        words: own_and_others(deviations[:1], other, speeds, solve)[0]
-        for words, other in others.items()
-    }
-    return values, f"{', '.join(cannot)} impossible" if cannot else "varied"
+    return others, f"{', '.join(cannot)} impossible" if cannot else "varied"
 
 
 def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
@@ -130,7 +103,7 @@ def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
     speed_set = Span(settings.speed, settings.speed, "speed as set")
     if settings.hoop:
         return (speed_set,)
-    ring = build(deviations[:1], settings)
+    ring = parameters.build(deviations[:1], settings)
     onset = flutter_speed(ring.alpha, settings.support_angle, settings.harmonics)
     begins, (lower, upper) = float(onset[0] * np.sqrt(ring.nu[0])), settings.speed_range
     if begins >= upper:
@@ -144,7 +117,7 @@ class Pictured(NamedTuple):
     title: str
     curves: tuple[Curve, ...]  # without values; the first has a band
     of_first: str  # title where the first is shown for each value of `varied`
-    levels: tuple[Level, ...] = ()
+    levels: tuple[view.Level, ...] = ()
 
 
 def over_speed(
@@ -155,8 +128,15 @@ def over_speed(
     *rows: Pictured,
 ) -> Chart:
     """Return pictures of the first trial, then of each value of `varied`."""
-    first_values, others = own_and_others(deviations, settings, speeds, solve)
-    values, which = varied(deviations, settings, speeds, solve)
+
+    def solved(row: Array, settings: Asked) -> Array:
+        repeated = np.repeat(row[None], len(speeds), axis=0)
+        return solve(parameters.build(repeated, settings), speeds)
+
+    first_values, *scattered = (solved(row, settings) for row in deviations)
+    others = np.array(scattered).reshape(-1, *first_values.shape)
+    by_value, which = varied(settings)
+    values = {w: solved(deviations[0], other) for w, other in by_value.items()}
     shaded = flutter(deviations, settings)
     pictures: list[Picture] = []
     start = 0
@@ -164,7 +144,7 @@ def over_speed(
         columns = zip(templates, first_values.T[start:], strict=False)
         curves = [curve._replace(values=column) for curve, column in columns]
         first, behind = curves[0], f"{curves[0].name}, " if start else ""
-        spread = bands_of(first.name, first.unit, others[:, :, start])
+        spread = view.bands_of(first.name, first.unit, others[:, :, start])
         under = [
             first._replace(name=behind + words, values=table[:, start])
             for words, table in values.items()
@@ -228,7 +208,7 @@ def stability(deviations: Array, settings: Asked) -> Chart:
     speeds = np.linspace(lower, upper, POINTS)[int(lower == 0.0) :]
     tau = Curve("ring and tool", "1/s", "tau_1", "growth", NONE, shown="1/s")
     words = "Growth of ring and tool"
-    picture = Pictured(words, (tau,), words, (Level(0.0, "grows above"),))
+    picture = Pictured(words, (tau,), words, (view.Level(0.0, "grows above"),))
     return over_speed(deviations, settings, speeds, quantities, picture)
 
 
@@ -236,7 +216,10 @@ def critical(deviations: Array, settings: Asked) -> Listing:
     """Return the speeds at which M_j is zero without hoop tension, and that tension."""
     j = np.arange(2.0, settings.harmonics + 1.0)
     rows = np.repeat(deviations[:1], len(j), axis=0)
-    values, rings = values_of(rows, settings), build(rows, settings)
+    values, rings = (
+        parameters.values_of(rows, settings),
+        parameters.build(rows, settings),
+    )
     Omega = j * np.sqrt(rings.nu)
     growth = ring_eigenvalues(rings, Omega, settings.hoop).real.max(axis=1)
     # where the eigenvalue is zero twice its growth is rounding

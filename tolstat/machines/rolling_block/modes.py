@@ -1,4 +1,4 @@
-"""Natural frequencies, mode shapes and modal contributions, in closed form.
+"""Drives with their natural frequencies, mode shapes and modal contributions.
 
 LAPACK takes the matrices one by one: a drive's answer is the same in any block.
 """
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.rolling_block import structure
+from tolstat.machines.rolling_block.declarations import CONTRIBUTORS, Settings
+from tolstat.machines.rolling_block.structure import MASSES, STANDS
+from tolstat.model.view import Axis, Chart, Curve, Level, Listing, Picture, bands_of
 
 AT_REST = 1e-12  # of a shape: the rounding error of a mass at rest
 TIE = 1e-6  # parts of a shape that differ by less are equal
@@ -18,6 +21,7 @@ TIE = 1e-6  # parts of a shape that differ by less are equal
 # With 0.2 the paper's gap at 62.8 Hz is lost; with 0.01 small deviations change the
 # pattern.
 STILL = 0.1
+FAR = 1 / 3  # assumed: a mass may go whose partial frequency is so far above a mode's
 
 
 class Modes(NamedTuple):
@@ -97,7 +101,7 @@ def antiphase(phi: Array) -> Truths:
     moving = size > STILL * np.max(size, axis=1, keepdims=True)
     gaps = [
         (phi[:, i] * phi[:, j] < 0) & moving[:, i] & moving[:, j]
-        for i, j in pairwise(structure.STANDS.values())
+        for i, j in pairwise(STANDS.values())
     ]
     return np.stack(gaps, axis=-1)
 
@@ -147,3 +151,87 @@ def moments(
     for begin, a in steps:
         total += a @ step(time - begin, omega, zeta)
     return total
+
+
+class Drive(NamedTuple):
+    """Numbers of each drive, reduced to the motor shaft."""
+
+    Q: Array  # [trial, mass], kg m2
+    C: Array  # [trial, link], N m/rad
+    zeta: Array  # [trial], damping ratio of every elastic mode
+    modes: Modes
+
+
+def exist(deviations: Array) -> Truths:
+    """Return which drives can be built."""
+    factors = 1.0 + deviations
+    return np.asarray(np.all(factors[:, :-1] > 0, axis=1) & (factors[:, -1] >= 0))
+
+
+def drives(deviations: Array, settings: Settings) -> Drive:
+    """Return drives from relative deviations: Q1 ... Q9, C12 ... C59, damping ratio."""
+    inertias, stiffnesses = structure.reduction(settings.combination, settings.gearbox)
+    factors, n = 1.0 + deviations, len(MASSES)
+    Q = np.array(settings.inertias) * settings.scale * inertias * factors[:, :n]
+    C = np.array(settings.stiffnesses) * settings.scale * stiffnesses * factors[:, n:-1]
+    return Drive(Q, C, settings.damping_ratio * factors[:, -1], modes_of(Q, C))
+
+
+def nominal(settings: Settings) -> Drive:
+    """Return the one drive without deviations."""
+    return drives(np.zeros((1, len(CONTRIBUTORS))), settings)
+
+
+def shapes(deviations: Array, settings: Settings) -> Chart:
+    """Return the shapes over the mass number, as points: the drive branches."""
+    omega, phi, _ = drives(deviations, settings).modes
+    first, others = unit_shapes(phi[0]), phi[1:]
+    if len(others):
+        _, others = tracked(others, first)
+    pictures = []
+    for r, hz in enumerate(omega[0] / (2 * np.pi)):
+        name, words = f"mode {r + 1}", f"{hz:.3f} Hz"
+        curve = Curve(name, "1", f"phi{r + 1}", words, first[:, r], points=True)
+        opened = bands_of(name, "1", others[:, :, r])
+        zero = (Level(0.0, ""),)
+        pictures.append(Picture(f"{hz:.2f} Hz", curve, *opened, levels=zero))
+    number = np.arange(1.0, len(first) + 1)
+    return Chart.of(Axis("mass", "1", "1"), number, *pictures)
+
+
+def without(goes: Truths, drive: Drive) -> Array:
+    """Return the elastic frequencies, Hz, of the first drive without some inertias."""
+    K, root = structure.stiffness_matrix(drive.C)[0], np.sqrt(drive.Q[0, ~goes])
+    coupled = K[np.ix_(goes, ~goes)]
+    taken = coupled.T @ np.linalg.solve(K[np.ix_(goes, goes)], coupled)
+    K = K[np.ix_(~goes, ~goes)] - taken
+    squares: Array = np.linalg.eigvalsh(K / root / root[:, None])[1:]
+    return np.sqrt(squares) / (2 * np.pi)
+
+
+def masses(deviations: Array, settings: Settings) -> Listing:
+    """Return each mass, whether it may go, and the error of each mode without them.
+
+    A mass may go where the highest frequency wanted is far below its partial frequency
+    sqrt(K_ii/Q_i)/(2 pi), which it has with all others held. The paper, "Model of the
+    block": condition number and partial frequencies.
+    """
+    drive = drives(deviations[:1], settings)
+    frequency = drive.modes.omega[0] / (2 * np.pi)
+    n, K = settings.kept_modes, np.diag(structure.stiffness_matrix(drive.C)[0])
+    partial = np.sqrt(K / drive.Q[0]) / (2 * np.pi)
+    ratio = frequency[n - 1] / partial
+    goes = ratio < FAR
+    error = np.full(len(MASSES), np.nan)
+    lowest = without(goes, drive) / frequency[: np.sum(~goes) - 1]
+    error[:n] = lowest[:n].round(12) - 1.0
+    return Listing.of(
+        f"a mass; it may go where modes 1 to {n} are wanted. In row r: error of mode r "
+        "without the masses that go",
+        ("mass", "1", "", np.array(MASSES)),
+        ("Q", "kg m^2", "kg m^2", drive.Q[0]),
+        ("partial frequency", "Hz", "Hz", partial),
+        (f"f{n} over it", "1", "1", ratio),
+        ("may go", "1", "", np.where(goes, "yes", "no")),
+        ("error of mode", "1", "%", error),
+    )

@@ -1,4 +1,4 @@
-"""Equations of motion of the drive, as matrices, for two methods that solve them.
+"""Motion of the drive: equations as matrices, for two methods that solve them.
 
 In the angles of the masses, (1) is Q phi'' + K phi = M, with K of `structure`. The
 paper takes the difference of two lines for each link, (2): the angles grow without end
@@ -7,7 +7,9 @@ moments H phi_ij' of a modal damping that the paper does not print,
 
     phi_ij'' = -A (C phi_ij + H phi_ij') + B Q^-1 M,    A = B Q^-1 B^T.
 
-In the first line of (2) the left side is phi''_12 (printed: phi''_2).
+In the first line of (2) the left side is phi''_12 (printed: phi''_2). The equations are
+linear, so loads are those of 1 N m: in all if the stands step one after the other, on
+its stand for a pulse.
 """
 
 from typing import NamedTuple
@@ -15,10 +17,15 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.machines.rolling_block.modes import Modes
-from tolstat.machines.rolling_block.parameters import Drive
-from tolstat.machines.rolling_block.structure import LINKS, MASSES, twists
-from tolstat.moving import LinearMotion
+from tolstat.machines.rolling_block import structure
+from tolstat.machines.rolling_block.declarations import Settings
+from tolstat.machines.rolling_block.modes import Drive, Modes, nominal
+from tolstat.machines.rolling_block.structure import LINKS, MASSES, STANDS, twists
+from tolstat.moving import Accuracy, LinearMotion, Solution, System, integrate, solve
+
+# At least so many steps in each period of the highest mode: otherwise the tolerance
+# could permit steps over its swings.
+STEPS_A_PERIOD = 4
 
 
 class Loading(NamedTuple):
@@ -104,3 +111,75 @@ def linear_motion(drive: Drive, loading: Loading) -> LinearMotion:
         np.tile(loading.marks, (n, 1)), change, phi_ij / omega[:, None],
         at_rest(Q, loads) / C[:, None], np.zeros((n, len(LINKS))),
     )  # fmt: skip
+
+
+def load_steps(settings: Settings) -> Loading:
+    """Return the steps of the stands, one after the other, 1 N m in all."""
+    times = sorted(set(settings.entries))
+    moments = []
+    for time in times:
+        entries = zip(STANDS, settings.entries, strict=True)
+        loads = {stand: 1.0 / len(STANDS) for stand, entry in entries if entry <= time}
+        if settings.motor == "matched":
+            loads[1] = sum(loads.values())
+        moments.append(structure.load_vector(loads))
+    return Loading((*times, settings.horizon), np.array(moments))
+
+
+def pulse(settings: Settings) -> Loading:
+    """Return the rectangular pulse of 1 N m on one stand; the motor's moment stays."""
+    length, horizon = settings.pulse_length, settings.horizon
+    ends = () if length >= horizon else (length,)
+    stand = settings.pulse_stand
+    moments = [structure.load_vector({stand: size}) for size in (1.0, 0.0)]
+    return Loading((0.0, *ends, horizon), np.array(moments[: 1 + len(ends)]))
+
+
+def followed(
+    drive: Drive, loading: Loading, settings: Settings, samples: Array | None = None
+) -> Solution:
+    """Follow drives under a loading, from rest: exactly, or by Runge-Kutta in audits.
+
+    Peaks are those of the elastic moments; histories those of the twists first.
+    """
+    if settings.runge_kutta:
+        solution = integrated(drive, loading, settings, samples)
+    else:
+        solution = solve(linear_motion(drive, loading), samples)
+    for extreme in (solution.greatest, solution.least):
+        extreme *= drive.C
+    return solution
+
+
+def both(
+    drive: Drive, settings: Settings, samples: Array | None = None
+) -> tuple[Solution, Solution]:
+    """Follow drives while the loads of the stands step, and after the pulse."""
+    loaded = followed(drive, load_steps(settings), settings, samples)
+    return loaded, followed(drive, pulse(settings), settings, samples)
+
+
+def integrated(
+    drive: Drive, loading: Loading, settings: Settings, samples: Array | None
+) -> Solution:
+    """Follow the twists of drives by Runge-Kutta."""
+    # only an integration needs these equations compiled
+    from tolstat.machines.rolling_block.compiled import rates, watch
+
+    stiffness, damping, load = equations(drive, loading)
+    load_changes = np.diff(load, axis=1, prepend=0.0)
+    n, n_links = drive.C.shape
+    matrices = np.concatenate([stiffness, damping, load_changes], axis=1)
+    # errors are measured by the twists of the nominal drive
+    typical = nominal(settings)
+    omega = typical.modes.omega[0]
+    twist = 1.0 / typical.C[0]  # of 1 N m
+    scale = np.concatenate([twist, omega[0] * twist])
+    return integrate(
+        System(rates, scale, watch, n_extremes=n_links),
+        np.zeros((n, 2 * n_links)),
+        matrices.reshape(n, -1),
+        np.tile(loading.marks, (n, 1)),
+        Accuracy(settings.rtol, 2 * np.pi / omega[-1] / STEPS_A_PERIOD),
+        samples=samples,
+    )

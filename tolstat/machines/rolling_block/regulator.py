@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.parameters import Drive, nominal
+from tolstat.machines.rolling_block.modes import Drive, nominal
 from tolstat.model.view import Listing
 
 CENTRE = 15.0, 25.0  # Hz, the range of the notch

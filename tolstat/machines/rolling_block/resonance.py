@@ -4,7 +4,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RPM, Settings
-from tolstat.machines.rolling_block.parameters import drives
+from tolstat.machines.rolling_block.modes import drives
 from tolstat.machines.rolling_block.structure import STANDS
 from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
 from tolstat.statistics.intervals.shares import proportion
@@ -108,10 +108,8 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
         even = np.repeat(f[:, None], POINTS, axis=1)
         modes.append(curve(f"mode {r}", f"f{r}", f"natural frequency {r}", even[0]))
         spreads += bands_of(f"mode {r}", "Hz", even[1:])
-    excitations = [
-        curve(name, "", "excitation", order * n / (2 * np.pi))
-        for name, order in orders.items()
-    ]
+    turns = {name: order * n / (2 * np.pi) for name, order in orders.items()}
+    excitations = [curve(name, "", "excitation", f) for name, f in turns.items()]
     lower, upper = forbidden(omega, list(orders.values()), settings.band)
     begin, end = free_gaps(lower[:1], upper[:1], settings.speed_range)
     free = [(b, e) for b, e in zip(begin[0], end[0], strict=True) if e > b]
@@ -168,12 +166,12 @@ def _frequency_panels(
     """Return each excitation with the modes that it meets, or nearly so."""
     panels = []
     for curve in excitations:
-        reach = NEAR * curve.values.min(), curve.values.max() / NEAR
-        met = [m for m in modes if reach[0] <= m.values[0] <= reach[1]]
-        names = [m.name for m in met]
-        opened = [band for band in spreads if band.of in names]
+        least, most = NEAR * curve.values.min(), curve.values.max() / NEAR
+        met = {m.name: m for m in modes if least <= m.values[0] <= most}
+        opened = [band for band in spreads if band.of in met]
         if met:
-            panels.append(Panel.of(f"Modes near {curve.name}", curve, *met, *opened))
+            words = f"Modes near {curve.name}"
+            panels.append(Panel.of(words, curve, *met.values(), *opened))
     separate = Panel.of("Excitations and modes without resonance", *excitations, *modes)
     return panels or [separate]
 

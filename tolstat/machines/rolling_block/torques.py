@@ -10,14 +10,12 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
-from tolstat.machines.rolling_block.channels import loads, output_of, transfer
+from tolstat.machines.rolling_block import channels
 from tolstat.machines.rolling_block.declarations import SPECTRUM, Settings
-from tolstat.machines.rolling_block.frequency_response import frequencies
-from tolstat.machines.rolling_block.modes import contributions, moments
-from tolstat.machines.rolling_block.parameters import Drive, drives
+from tolstat.machines.rolling_block.modes import Drive, contributions, drives, moments
 from tolstat.machines.rolling_block.resonance import rolling_speeds
 from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS
-from tolstat.model.view import Axis, Chart, Curve, Listing
+from tolstat.model.view import Axis, Chart, Curve, Listing, Picture, Span, bands_of
 
 KINDS = "independent", "one torque"  # of the stands
 UNDAMPED = 1e-9
@@ -25,6 +23,8 @@ DOUBLED = 2.0 ** np.arange(-1, 24)  # half widths of a peak: panels of the integ
 NODES = 16  # in each panel
 A_PERIOD = 64  # times in the shortest period, for peaks
 ZOOMS = 4
+POINTS, PERIODS = 2001, 6  # of pulses: the lowest mode's, where the horizon permits
+LENGTHS = (1e-3, 5e-3, 10e-3)  # s, the paper's range; and a step, which never ends
 
 
 def density(frequency: Array, settings: Settings) -> Array:
@@ -41,9 +41,12 @@ def spectra(frequency: Array, drive: Drive, settings: Settings) -> tuple[Array, 
 
     Of torques that are independent from stand to stand, and of one torque on all.
     """
-    links = [output_of(name, settings) for name in LINK_NAMES]
+    links = [channels.output_of(name, settings) for name in LINK_NAMES]
     G = np.array(
-        [transfer(frequency, drive, settings, loads(s), *links)[0] for s in STANDS]
+        [
+            channels.transfer(frequency, drive, settings, channels.loads(s), *links)[0]
+            for s in STANDS
+        ]
     )
     S = density(frequency, settings)
     return np.sum(np.abs(G) ** 2, axis=0) * S, np.abs(G.sum(axis=0)) ** 2 * S
@@ -77,7 +80,7 @@ def deviations_of(drive: Drive, settings: Settings) -> tuple[Array, Array]:
 def torques(deviations: Array, settings: Settings) -> Chart:
     """Return the density of the moment in response_link under random torques."""
     drive = drives(deviations[:1], settings)
-    frequency, link = frequencies(drive), settings.response_link
+    frequency, link = channels.frequencies(drive), settings.response_link
     curves = [
         Curve(words, "N^2 m^2 s", "S", f"M{link}", S[LINK_NAMES.index(link)])
         for words, S in zip(KINDS, spectra(frequency, drive, settings), strict=True)
@@ -174,4 +177,43 @@ def travel(deviations: Array, settings: Settings) -> Listing:
         ("link", "1", "", np.array(LINK_NAMES)),
         ("peak", "N m", "N m", top),
         *modes,
+    )
+
+
+def pulses(deviations: Array, settings: Settings) -> Chart:
+    """Return the moment in response_link after the pulse, after others, and a step.
+
+    The last curve is that of the pulse which travels from stand to stand.
+    """
+    drive = drives(deviations, settings)
+    omega, zeta, link_name = drive.modes.omega, drive.zeta, settings.response_link
+    length, size = settings.pulse_length, settings.pulse_moment
+    end = min(settings.horizon, PERIODS * 2 * np.pi / float(omega[0, 0]))
+    time = np.linspace(0.0, end, POINTS)
+    row, moment_name = LINK_NAMES.index(link_name), f"M{link_name}"
+    link = slice(row, row + 1)
+    a = size * contributions(drive.modes, drive.C, {settings.pulse_stand: 1.0})[:, link]
+    lengths = {moment_name: length, **{f"{1e3 * t:g} ms": t for t in LENGTHS}}
+    after = {name: [(0.0, a[:1]), (t, -a[:1])] for name, t in lengths.items()}
+    after["step"] = [(0.0, a[:1])]
+    moving = travelling(drive, settings)
+    after["travelling"] = [(t, size * part[:1, link]) for t, part in moving]
+    curves = [
+        Curve(
+            name, "N m", moment_name, "a pulse",
+            moments(time, omega[:1], zeta[:1], steps)[0, 0], shown="N m",
+        )
+        for name, steps in after.items()
+    ]  # fmt: skip
+    steps = [(0.0, a[1:]), (length, -a[1:])]
+    opened = bands_of(
+        moment_name, "N m", moments(time, omega[1:], zeta[1:], steps)[:, 0]
+    )
+    title = f"{moment_name}: {1e3 * length:g} ms on stand {settings.pulse_stand}"
+    return Chart.of(
+        Axis("time", "s", "s"),
+        time,
+        Picture(title, curves[0], *opened),
+        Picture(f"{moment_name} after other pulses", *curves[1:]),
+        spans=(Span(0.0, min(length, end), "the pulse"),),
     )

@@ -130,7 +130,14 @@ RESPONSES = (
     *(_R(f"free_share_{i}", "1", f"tau_{i}", f"share of time in which rod {i} carries nothing, in its play", f"d_{i} in (2), rod {i + 2}") for i in (1, 2)),
     _R("jam_share", "1", "tau", "share of time in contact with the side guides", "(6)", range=SHARE),
 )  # fmt: skip
-NAMES = tuple(each.name for each in description_of(Settings()).contributors)
+_CONTRIBUTORS = description_of(Settings()).contributors
+NAMES = tuple(contributor.name for contributor in _CONTRIBUTORS)
+# relative deviations of a setting, by its letter
+RELATIVE = {
+    c.symbol: c.name
+    for c in _CONTRIBUTORS
+    if c.unit == "1" and c.symbol in Settings.__annotations__
+}
 
 ASSUMPTIONS = (
     "Dormand-Prince 5(4) with separate steps for each trial; the yaw rate is damped linearly within a step.",

@@ -9,7 +9,7 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.stand import declarations
-from tolstat.machines.stand.declarations import NAMES, Settings
+from tolstat.machines.stand.declarations import NAMES, RELATIVE, Settings
 
 # the parts with their deviations, float64[n] each, SI
 Parts = namedtuple(
@@ -32,6 +32,8 @@ Parameters = namedtuple(
     "m per_m I_s per_I_s h_1 h_2 dl_s off skew dh "  # carriage
     "mu mu_rot g c_s H_s delta F0 x_roll beta1 beta2 beta3 beta4 beta5",
 )
+# settings that no contributor changes
+SAME = ("g", "x_roll", *(f"beta{i}" for i in range(1, 6)))
 
 
 def named(deviations: Array) -> dict[str, Array]:
@@ -48,7 +50,9 @@ def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
     I1, I2 = (N.I * (1 + d[f"wheel_inertia_{i}"]) for i in (1, 2))
     a_1, a_2 = (N.dl_s / 2 + d[f"hinge_arm_{i}"] for i in (1, 2))
     dh = N.dh + d["guide_length"]
-    shaft_12 = 0.0 if settings.drive == "balanced" else 1.0
+    relative = {s: getattr(N, s) * (1 + d[name]) for s, name in RELATIVE.items()}
+    if settings.drive == "balanced":  # without shaft 12
+        relative |= {"c2": 0.0 * relative["c2"], "Hc2": 0.0 * relative["Hc2"]}
     delta = (N.dL + d["guide_clearance"]) / dh
     if settings.contact_yaw is not None:
         delta = np.full_like(dh, settings.contact_yaw)
@@ -63,17 +67,7 @@ def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
         H1=N.H * k1 / N.k * (1 + d["rod_damping_1"]),
         H2=N.H * k2 / N.k * (1 + d["rod_damping_2"]),
         half_c1=d["joint_clearance_1"] / 2, half_c2=d["joint_clearance_2"] / 2,
-        I1=I1, I2=I2, I_s=N.I_s * (1 + d["carriage_inertia"]),
-        m=N.m * (1 + d["carriage_mass"]),
-        mu=N.mu * (1 + d["friction"]),
-        c2=shaft_12 * N.c2 * (1 + d["shaft_12_stiffness"]),
-        c3=N.c3 * (1 + d["shaft_9_stiffness"]),
-        c_s=N.c_s * (1 + d["guide_stiffness"]),
-        Hk3=N.Hk3 * (1 + d["mesh_damping"]),
-        Hc2=shaft_12 * N.Hc2 * (1 + d["shaft_12_damping"]),
-        Hc3=N.Hc3 * (1 + d["shaft_9_damping"]),
-        H_s=N.H_s * (1 + d["guide_damping"]),
-        F0=N.F0 * (1 + d["rolling_force"]),
+        I1=I1, I2=I2, **relative,
     )  # fmt: skip
 
 
@@ -152,8 +146,10 @@ def build(deviations: Array, settings: Settings) -> Parameters:
     d, N = named(deviations), settings
     parts = parts_of(d, settings)
     psi1, psi2 = (d[f"crank_angle_{i}"] for i in (1, 2))
-    E7, E8, E10, E11 = (d[f"runout_{i}"] for i in (7, 8, 10, 11))
-    th7, th8, th10, th11 = (d[f"runout_phase_{i}"] for i in (7, 8, 10, 11))
+    run_out: dict[str, Array] = {}
+    for i in (7, 8, 10, 11):
+        E, th = d[f"runout_{i}"], d[f"runout_phase_{i}"]
+        run_out |= {f"E{i}c": E * np.cos(th), f"E{i}s": E * np.sin(th)}
     phi31_0, _, _ = initial_position(parts)
     B = gear_deformations(parts, settings)
     ones = np.ones_like(parts.m)
@@ -175,11 +171,7 @@ def build(deviations: Array, settings: Settings) -> Parameters:
         **{f"B{i}{j}": B[:, i, j] for i in range(4) for j in range(3)},
         i3=N.r3 / N.r2 * ones, per_r3=1 / N.r3 * ones,
         s1=d["tooth_position_1"], s2=d["tooth_position_2"],
-        # run-out
-        E7c=E7 * np.cos(th7), E7s=E7 * np.sin(th7),
-        E8c=E8 * np.cos(th8), E8s=E8 * np.sin(th8),
-        E10c=E10 * np.cos(th10), E10s=E10 * np.sin(th10),
-        E11c=E11 * np.cos(th11), E11s=E11 * np.sin(th11),
+        **run_out,
         # wheels
         per_I1=per_I1, per_I2=per_I2,
         cos_psi1=np.cos(psi1), sin_psi1=np.sin(psi1),
@@ -189,7 +181,6 @@ def build(deviations: Array, settings: Settings) -> Parameters:
         # carriage
         off=(a_1 - a_2) / 2, skew=(a_1 - a_2) / parts.dl_s,
         per_m=1 / parts.m, per_I_s=1 / parts.I_s,
-        mu_rot=parts.mu * arm, g=N.g * ones, x_roll=N.x_roll * ones,
-        beta1=N.beta1 * ones, beta2=N.beta2 * ones, beta3=N.beta3 * ones,
-        beta4=N.beta4 * ones, beta5=N.beta5 * ones,
+        mu_rot=parts.mu * arm,
+        **{name: getattr(N, name) * ones for name in SAME},
     )  # fmt: skip
