@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tests.conftest import ROOT
 from tolstat.execution.diagnostics.audit_selection import select
-from tolstat.execution.trial_table import Trials
+from tolstat.execution.stages import Trials
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.checked import tightened
 from tolstat.statistics.integration_error import integration_error

@@ -17,7 +17,7 @@ from tolstat.execution.diagnostics.audit_selection import (
     spread,
 )
 from tolstat.execution.execute import execute
-from tolstat.execution.trial_table import Trials
+from tolstat.execution.stages import Trials
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status

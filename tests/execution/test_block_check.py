@@ -123,7 +123,7 @@ def test_a_run_checks_its_own_blocks(toy_study, model):
 
 def test_verify_evaluates_some_trials_alone(toy_study, capsys):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_loop, "check_block", lambda *_: True)
+        patch.setattr(run_loop.BlockCheck, "_is_exact", lambda *_: True)
         run = tolstat.run(toy_study, model=Late())
     found = tolstat.verify(run.path, model=Late(), every=True)
     assert not found.whole and len(found.dependent) and len(found.different)
@@ -142,7 +142,7 @@ def test_alone_is_without_any_other_trial(toy_study):
             return 1e-5 * (len(deviations) > 1)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_loop, "check_block", lambda *_: True)
+        patch.setattr(run_loop.BlockCheck, "_is_exact", lambda *_: True)
         run = tolstat.run(toy_study, model=Crowded())
     found = tolstat.verify(run.path, model=Crowded(), every=True)
     assert not len(found.different) and [*found.dependent] == [*found.alone]

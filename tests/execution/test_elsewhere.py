@@ -20,8 +20,8 @@ from tests.conftest import ROOT
 from tests.execution.same_answers import same
 from tolstat.errors import BrokenError, Remedy
 from tolstat.execution.workers import remote_blocks as parcel
-from tolstat.execution.workers.block import Mismatch
 from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.execution.workers.local_blocks import Mismatch
 from tolstat.execution.workers.remote_blocks import carried_out, packed
 from tolstat.operating_system import processors
 
@@ -67,13 +67,13 @@ def test_a_process_with_different_results_is_not_used(tmp_path, monkeypatch):
     np.testing.assert_array_equal(carried_out(packed(call)), np.zeros(3))
     sent = packed(call)
     monkeypatch.setattr(
-        parcel, "decisive", lambda: {**sent.decisive, "processor": "arm64 neon"}
+        parcel, "decisive", lambda _: {**sent.decisive, "processor": "arm64 neon"}
     )
     found = carried_out(sent)
     assert isinstance(found, Mismatch)
     assert "processor is arm64 neon" in found.reasons[0]
     other = {**sent.decisive, "machine code": "generic"}
-    monkeypatch.setattr(parcel, "decisive", lambda: other)
+    monkeypatch.setattr(parcel, "decisive", lambda _: other)
     assert "its machine code is generic, the run" in carried_out(sent).reasons[0]
 
 

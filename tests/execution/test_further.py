@@ -11,11 +11,8 @@ import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
 from tolstat.answers.report.gather import report_of
 from tolstat.execution.diagnostics.audit_selection import random_trials
-from tolstat.execution.diagnostics.slopes_and_corners import (
-    Target,
-    slopes,
-    worst_corners,
-)
+from tolstat.execution.diagnostics.influence import slopes
+from tolstat.execution.diagnostics.worst_cases import Target, worst_corners
 from tolstat.execution.execute import execute, resume
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.limits.limit import worst_trials
@@ -106,31 +103,19 @@ def test_slopes_are_derivatives():
     np.testing.assert_allclose(still[:, 0], [3.0, 0.0], rtol=1e-8)
 
 
-class Bumpy(Model):
-    """The worst machine lies in a corner that no single step from the middle finds."""
-
-    name = "bumpy"
-    settings = RoughSettings
-
-    def describe(self, settings):
-        parts = tuple(Contributor(name, "m") for name in "abc")
-        return Description(parts, (Response("sum", "m"),))
-
-    def evaluate(self, deviations, settings):
-        a, b, c = deviations.T
-        return Outcome((a * b + 0.1 * c)[:, None], np.ones(len(a), np.int64))
+def bumpy_sum(deviations):
+    """The worst trial lies in a corner that no single step from the middle finds."""
+    a, b, c = deviations.T
+    return (a * b + 0.1 * c)[:, None]
 
 
 def test_the_worst_corner_is_found_from_the_worst_trial():
-    lower, upper = np.full(3, -1.0), np.full(3, 1.0)
+    ends = np.array([[-1.0] * 3, [1.0] * 3])
     targets = [
         Target(0, 1, np.array([[-0.3, -0.2, 0.1]])),
         Target(0, -1, np.array([[0.3, -0.2, 0.0]])),
     ]
-    with Workers() as crew:
-        most, least = worst_corners(
-            Bumpy(), RoughSettings(), lower, upper, [[0], [1], [2]], targets, crew
-        )
+    most, least = worst_corners(bumpy_sum, ends, [[0], [1], [2]], targets)
     assert most.deviations.tolist() == [-1, -1, 1] and most.value == pytest.approx(1.1)
     assert least.deviations.tolist() == [1, -1, -1]
     assert least.value == pytest.approx(-1.1)
@@ -138,12 +123,9 @@ def test_the_worst_corner_is_found_from_the_worst_trial():
 
 
 def test_parts_of_a_batch_stay_equal_in_the_worst_case():
-    lower, upper = np.full(3, -1.0), np.full(3, 1.0)
+    ends = np.array([[-1.0] * 3, [1.0] * 3])
     target = Target(0, -1, np.array([[0.1, 0.1, 0.0]]))
-    with Workers() as crew:
-        (found,) = worst_corners(
-            Bumpy(), RoughSettings(), lower, upper, [[0, 1], [2]], [target], crew
-        )
+    (found,) = worst_corners(bumpy_sum, ends, [[0, 1], [2]], [target])
     assert found.deviations[0] == found.deviations[1]
     assert found.value == pytest.approx(0.01 - 0.1)
 

@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 
 from tolstat.errors import LostError
-from tolstat.execution.proposers import SampledStages
 from tolstat.execution.run_loop import evaluate_stages
-from tolstat.execution.trial_table import Shortfall, Stage, Trials
-from tolstat.execution.workers.block import Block, Evaluated, Mismatch
+from tolstat.execution.stages import SampledStages, Shortfall, Stage, Trials
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
+from tolstat.execution.workers.local_blocks import Block, Evaluated, Mismatch, Threads
 from tolstat.execution.workers.remote_blocks import Processes
-from tolstat.execution.workers.threads import Threads
 from tolstat.model.checked import simulate
 from tolstat.study.given_points import Case
 from tolstat.study.study import load
@@ -46,8 +44,7 @@ class Halves:
             return None
         shortfall = Shortfall(99.0, ("a rule",), 50) if first else None
         cases = [Case(0, stop, self.settings)]
-        return Stage(len(self.looks) - 1, first, self.rows[first:stop], cases,
-                     shortfall=shortfall)  # fmt: skip
+        return Stage(first, self.rows[first:stop], cases, shortfall=shortfall)
 
 
 def empty(study):

@@ -107,9 +107,7 @@ def test_sobol_trials_can_be_extended_until(toy, study):
     assert run.stopped.reached and run.sampled.replicates == 16
 
 
-@pytest.mark.parametrize(
-    "slow", ["proposers.trials_wanted", "diagnostics.after_run.halved_shares"]
-)
+@pytest.mark.parametrize("slow", ["stages.trials_wanted", "run_loop.halved_shares"])
 def test_it_stops_during_a_long_check(toy, study, monkeypatch, slow):
     """Means and sigmas of a million trials take ten seconds."""
     looked = threading.Event()

@@ -6,9 +6,8 @@ from contextlib import contextmanager
 
 import h5py
 
-from tolstat.store.checksums import fingerprints
+from tolstat.store.integrity import fingerprints, write_seal
 from tolstat.store.layout import CHECKSUM, columns_of, extents_of
-from tolstat.store.seal import write_seal
 
 
 @contextmanager

@@ -14,7 +14,7 @@ import tolstat
 from tests.conftest import Toy
 from tests.store.tampering import resealed
 from tolstat.errors import BrokenError, ModelError, Remedy, RunFileError, StudyError
-from tolstat.store.temporary_files import aside_of, check_room
+from tolstat.store.files_beside import aside_of, check_room
 
 STUDY = {
     "model": "toy", "trials": 300, "seed": 1, "deviations": {"part": "+-1 mm"},
@@ -42,7 +42,8 @@ def test_only_a_run_is_replaced(toy, tmp_path):
 def test_a_run_under_way_is_not_replaced(toy, tmp_path):
     run = tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
     code = (
-        "import sys; from pathlib import Path; from tolstat.store.lock import Lock;"
+        "import sys; from pathlib import Path;"
+        "from tolstat.store.files_beside import Lock;"
         "lock = Lock(Path(sys.argv[1])); print('open', flush=True); sys.stdin.read()"
     )
     other = subprocess.Popen(

@@ -12,8 +12,8 @@ import pytest
 import tolstat
 from tests.store.tampering import everything, resealed
 from tolstat.errors import DamagedError, RunFileError
-from tolstat.store.checksums import fingerprints, ranges_of
-from tolstat.store.memory_file import MemoryFile
+from tolstat.store.integrity import fingerprints, ranges_of
+from tolstat.store.layout import MemoryFile
 
 STUDY = {
     "model": "toy", "trials": 300, "seed": 1, "deviations": {"part": "+-1 mm"},

@@ -11,9 +11,9 @@ import pytest
 import tolstat
 from tests.conftest import Toy
 from tolstat.errors import ModelError, RunFileError
-from tolstat.execution.execute import execute_in_memory
+from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
-from tolstat.store.plan import Plan
+from tolstat.store.run_records import Plan
 from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.study.study import load
 
@@ -82,7 +82,7 @@ def test_a_run_in_memory_is_saved_and_then_extended(toy, tmp_path):
 def test_a_run_in_memory_that_stopped_is_saved_and_resumed(toy, tmp_path):
     seen = []
     with Workers(1, lambda: bool(seen), block=50) as crew:
-        part = execute_in_memory(load(STUDY, model=toy), crew, progress=seen.append)
+        part = execute(load(STUDY, model=toy), None, crew, progress=seen.append)
     assert 0 < part.ended < 300 and not part.complete
     saved = tolstat.save(part, tmp_path / "part.h5")
     assert tolstat.open(saved.path).ended == part.ended

@@ -16,8 +16,8 @@ import tolstat
 from tests.conftest import Toy
 from tolstat import Contributor
 from tolstat.errors import BrokenError, RunFileError
+from tolstat.store.files_beside import Lock
 from tolstat.store.layout import Rows, extents_of
-from tolstat.store.lock import Lock
 
 
 @pytest.fixture

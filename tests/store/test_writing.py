@@ -16,8 +16,8 @@ from tests.conftest import TOY_STUDY, Toy
 from tolstat.errors import BrokenError, ModelError, RunFileError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
-from tolstat.store import run_writer, temporary_files
-from tolstat.store.lock import Lock
+from tolstat.store import files_beside, run_writer
+from tolstat.store.files_beside import Lock
 from tolstat.study.study import load
 
 
@@ -63,7 +63,7 @@ def test_a_disk_that_fills_up_is_a_message(toy_study, tmp_path, after):
 @pytest.mark.parametrize("size", [0, 100, 5_000, 20_000, 60_000])
 def test_a_full_disk_leaves_no_file(toy_study, tmp_path, monkeypatch, size):
     # somebody else has taken the room since it was looked at
-    monkeypatch.setattr(temporary_files, "check_room", lambda *_: None)
+    monkeypatch.setattr(files_beside, "check_room", lambda *_: None)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
@@ -276,7 +276,7 @@ def test_a_replacement_that_cannot_begin_leaves_the_run_alone(
         raise BrokenError("no room")
 
     with monkeypatch.context() as patched:
-        patched.setattr("tolstat.store.temporary_files.check_room", full)
+        patched.setattr("tolstat.store.files_beside.check_room", full)
         with pytest.raises(BrokenError, match="no room"):
             tolstat.run(toy_study, model=Toy(), output=path, force=True)
     assert path.read_bytes() == data

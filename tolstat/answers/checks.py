@@ -8,10 +8,9 @@ from tolstat.answers.next_steps import to_resume, to_run_again
 from tolstat.document.blocks import Document, Facts, Paragraph, paragraph, table_of
 from tolstat.document.inline import Parts, Typed, counted, listed, text
 from tolstat.execution.compatibility import why_sampled_differently
-from tolstat.execution.self_check import Check
-from tolstat.execution.verification import Verification
+from tolstat.execution.verification import Check, Verification
 from tolstat.status import Status
-from tolstat.store.checksums import ranges_of
+from tolstat.store.integrity import ranges_of
 
 
 def verified_document(path: Path, verification: Verification) -> Document:

@@ -5,7 +5,7 @@ from typing import Any
 
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.spread import fixed_point, unshifted, zone_of
-from tolstat.execution.diagnostics.halved_tolerances import is_turn
+from tolstat.execution.diagnostics.influence import is_turn
 from tolstat.model.description import Contributor
 from tolstat.store.stored_run import Run
 from tolstat.study.distribution_entry import (

@@ -10,8 +10,8 @@ from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, Remedy, TolstatError
+from tolstat.store.files_beside import free_name
 from tolstat.store.stored_run import Run
-from tolstat.store.temporary_files import free_name
 from tolstat.study.distribution_entry import KEYS, Entry, keys_of, typed
 from tolstat.study.editor import together
 from tolstat.study.nominal_size import DeviationReader

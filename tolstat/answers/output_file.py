@@ -7,8 +7,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from tolstat.errors import RunFileError
-from tolstat.store.seal import is_run
-from tolstat.store.temporary_files import aside_of
+from tolstat.store.files_beside import aside_of
+from tolstat.store.integrity import is_run
 
 KEPT = {".h5": "a run", ".toml": "a study"}  # by the ending of its name
 MOST = 1_000_000  # bytes of a study

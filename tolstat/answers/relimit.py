@@ -10,8 +10,8 @@ import numpy as np
 from tolstat.deviations.names import expand
 from tolstat.errors import QuestionError, TolstatError
 from tolstat.execution.compatibility import study_of
-from tolstat.execution.diagnostics.halved_tolerances import halved_shares
-from tolstat.execution.trial_table import Trials
+from tolstat.execution.diagnostics.influence import halved_shares
+from tolstat.execution.stages import Trials
 from tolstat.model.contract import Model
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run

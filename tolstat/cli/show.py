@@ -21,7 +21,7 @@ from tolstat.cli.options import path_argument, plot_option
 from tolstat.document.blocks import Document
 from tolstat.render.screen import Screen, as_rich, screen
 from tolstat.render.screen import show as print_document
-from tolstat.store.lock import writer_of
+from tolstat.store.files_beside import writer_of
 from tolstat.store.open_run import open as open_run
 from tolstat.study.editor_schema import editor_schema
 

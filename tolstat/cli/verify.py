@@ -13,7 +13,6 @@ from tolstat.answers.checks import (
 from tolstat.answers.examined_model import Health, examined
 from tolstat.cli.options import run_file, workers
 from tolstat.execution import verification
-from tolstat.execution.self_check import check, environment
 from tolstat.render.screen import show
 
 EXIT_CODES = {Health.GOOD: 0, Health.NO_AUDIT: 1, Health.UNHEALTHY: 3}
@@ -50,8 +49,8 @@ def doctor(source: str | None) -> None:
         document, health = examined(source)
         show(document)
         sys.exit(EXIT_CODES[health])
-    show(surroundings_document(environment()))
-    repeated = check()
+    show(surroundings_document(verification.environment()))
+    repeated = verification.self_check()
     show(check_document(repeated))
     if not repeated.same:
         sys.exit(1)

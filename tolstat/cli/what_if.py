@@ -16,8 +16,8 @@ from tolstat.answers.what_if.reweighted_trials import what_if as estimate
 from tolstat.cli import options
 from tolstat.errors import QuestionError, RunFileError, StudyError, TolstatError
 from tolstat.literal import visible
+from tolstat.store.files_beside import free_name
 from tolstat.store.open_run import open as open_run
-from tolstat.store.temporary_files import free_name
 
 NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 

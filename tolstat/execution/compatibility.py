@@ -4,10 +4,10 @@ A plan is compared as a mapping of names to values, of those that matter.
 """
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,9 @@ from tolstat.deviations.draw import SAMPLERS
 from tolstat.errors import Advice, DataError, Remedy, RunFileError, StudyError
 from tolstat.model.contract import Model
 from tolstat.status import Status
-from tolstat.store.checksums import ranges_of
-from tolstat.store.plan import Plan
-from tolstat.store.provenance import decisive
+from tolstat.store.integrity import ranges_of
+from tolstat.store.provenance import decisive, provenance
+from tolstat.store.run_records import Plan
 from tolstat.store.stored_run import Run
 from tolstat.study.files import study_text
 from tolstat.study.study import Study, load
@@ -39,27 +39,19 @@ def study_of(run: Run, trials: int | None = None, model: Model | None = None) ->
     )
 
 
-class Difference(NamedTuple):
-    """A value that two plans do not share; None where one has none."""
-
-    name: str
-    stored: Any
-    current: Any
-
-
 def differences(
-    stored: Mapping[str, Any], current: Mapping[str, Any]
-) -> list[Difference]:
-    """Return the differences of two mappings, also of those in them."""
-    differing = []
+    stored: Mapping[str, Any], current: Mapping[str, Any], prefix: str = ""
+) -> Iterator[tuple[str, Any, Any]]:
+    """Yield the differences of two mappings, also of those in them.
+
+    The name, with a prefix, and both values; None where one has none.
+    """
     for name in dict.fromkeys([*stored, *current]):
         old, new = stored.get(name), current.get(name)
         if isinstance(old, Mapping) and isinstance(new, Mapping):
-            inner = differences(old, new)
-            differing += [d._replace(name=f"{name}.{d.name}") for d in inner]
+            yield from differences(old, new, f"{prefix}{name}.")
         elif old != new:
-            differing.append(Difference(name, old, new))
-    return differing
+            yield prefix + name, old, new
 
 
 def study_differs(run: Plan, study_file: Path | None = None) -> list[str]:
@@ -81,17 +73,15 @@ def made_differently(run: Plan, source_digest: str) -> list[str]:
     They are source (of the model as it is now), processor, compiler and versions;
     empty if there are none. An older run does not know its machine code.
     """
-    stored, current = run.made, decisive()
-    names = {f"version_{fact}": fact for fact in current}
-    names |= {fact.replace(" ", "_"): fact for fact in current}
-    recorded = {fact: stored[name] for name, fact in names.items() if name in stored}
+    stored, current = decisive(run.made), decisive(provenance())
     reasons = [
-        f"the run was made with {fact} {old}, and this is {new}"
-        for fact, old, new in differences(recorded, {f: current[f] for f in recorded})
+        f"the run was made with {fact} {old}, and this is {current[fact]}"
+        for fact, old in stored.items()
+        if old != current[fact]
     ]
     if run.source_digest != source_digest:
         source = (
-            f"the run was made by tolstat {stored['version_tolstat']} of another "
+            f"the run was made by tolstat {run.made['version_tolstat']} of another "
             f"source ({run.source_digest}, not {source_digest})"
         )
         reasons.insert(0, source)

@@ -2,27 +2,26 @@
 
 import os
 from concurrent.futures import Executor
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from tolstat.errors import Advice, Remedy, RunFileError, StoppedError
+from tolstat.errors import Advice, Remedy, RunFileError
 from tolstat.execution import compatibility
 from tolstat.execution.planning import cannot_be_built, planned_run
-from tolstat.execution.proposers import SampledStages, drawn_again
 from tolstat.execution.run_loop import Progress, Telling, carry_out
-from tolstat.execution.trial_table import Trials
+from tolstat.execution.stages import SampledStages, Trials, drawn_again
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
-from tolstat.store.lock import Lock
+from tolstat.store.files_beside import Lock, check_replaceable
 from tolstat.store.memory_recorder import MemoryRecorder
 from tolstat.store.open_run import existing
 from tolstat.store.open_run import open as open_run
 from tolstat.store.provenance import now
 from tolstat.store.run_writer import RunWriter
 from tolstat.store.stored_run import IN_MEMORY, Run
-from tolstat.store.temporary_files import check_replaceable
 from tolstat.study.study import Source, Study, load
 
 FINISHED, RESUMED, FINISHED_BEFORE = "finished", "resumed", "finished before"
@@ -84,8 +83,6 @@ def run(
     loaded = load(study, model=model, trials=trials, seed=seed)
     path = Path(output) if output is not None else loaded.path and run_of(loaded.path)
     with Workers(workers, executor=executor) as crew:
-        if path is None:
-            return execute_in_memory(loaded, crew, progress=progress)
         return execute(loaded, path, crew, force=force, progress=progress)
 
 
@@ -182,46 +179,29 @@ def run_of(study: Path) -> Path:
 
 def execute(
     study: Study,
-    path: Path,
+    path: Path | None,
     workers: Workers,
     *,
     force: bool = False,
     progress: Telling | None = None,
 ) -> Run:
-    """Run a checked study, and return its run.
+    """Run a checked study, and return its run; without a path it is in memory.
 
     When the workers stop, the run ends early with the finished trials. If it replaces
     a run and no trial has finished, that run is put back: StoppedError.
     """
     tell = progress or (lambda progress: None)
-    check_replaceable(path, force=True)  # no lock is laid beside a device
-    with Lock(path) as lock:
+    if path:
+        check_replaceable(path, force=True)  # no lock is laid beside a device
+    with Lock(path) if path else nullcontext() as lock:
         stages = SampledStages(study)
         _tell_impossible(study, stages.trials, tell)
-        plan = planned_run(study, stages.trials, lock.path)
-        with RunWriter.made(lock, plan, force=force) as file:
-            carry_out(study, stages, file, workers, tell)
-    if file.given_up:
-        raise StoppedError(
-            f"stopped before any trial finished; the run in {path} is unchanged"
-        )
-    path = file.path
-    del stages, plan, file  # frees memory before the stored trials are read
-    return open_run(path)
-
-
-def execute_in_memory(
-    study: Study, workers: Workers, *, progress: Telling | None = None
-) -> Run:
-    """Run a checked study without a file, and return its run.
-
-    When the workers stop, the run ends early with the finished trials.
-    """
-    tell = progress or (lambda progress: None)
-    stages = SampledStages(study)
-    _tell_impossible(study, stages.trials, tell)
-    with MemoryRecorder(planned_run(study, stages.trials, IN_MEMORY)) as recorder:
-        carry_out(study, stages, recorder, workers, tell)
+        plan = planned_run(study, stages.trials, lock.path if lock else IN_MEMORY)
+        with (
+            RunWriter.made(lock, plan, force=force) if lock else MemoryRecorder(plan)
+        ) as recorder:
+            carry_out(study, stages, recorder, workers, tell)
+    del stages, plan  # frees memory before stored trials are read
     return recorder.recorded()
 
 
@@ -253,9 +233,8 @@ def go_on(
         del run  # its columns are in the trials
         with RunWriter.opened(lock, plan, status) as file:
             carry_out(study, stages, file, workers, tell, nominal=nominal, rerun=rerun)
-    path = file.path
-    del stages, status, plan, file  # frees memory before the stored trials are read
-    return open_run(path)
+    del stages, status, plan  # frees memory before the stored trials are read
+    return file.recorded()
 
 
 def _tell_impossible(study: Study, trials: Trials, tell: Telling) -> None:

@@ -1,4 +1,4 @@
-"""The plan of a study, and its run before any trial has run."""
+"""The run of a study before any trial has run: what it is asked to do."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -14,15 +14,16 @@ from tolstat.arrays import Array
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.spread import Spread, reach_of, spread_of
 from tolstat.errors import StudyError
-from tolstat.execution.trial_table import Trials
+from tolstat.execution.stages import Trials
 from tolstat.model.checked import impossible, model_warnings, numbers_of
+from tolstat.model.contract import Answers
 from tolstat.model.description import Contributor, Response
 from tolstat.model.settings import settings_of
 from tolstat.model.view import typed_unit
 from tolstat.status import Status, words_of
 from tolstat.store import run_records as records
-from tolstat.store.plan import STATUS, STEPS, Plan
 from tolstat.store.provenance import now, provenance
+from tolstat.store.run_records import STATUS, STEPS
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import setting_name
@@ -37,17 +38,28 @@ Column = TypeVar("Column", Contributor, Response)
 
 def planned_run(study: Study, trials: Trials, path: Path) -> Run:
     """Return the run of a study before any of its trials has run."""
-    return Run.planned(plan_of(study), path, _columns(study, trials))
-
-
-def plan_of(study: Study) -> Plan:
-    """Return what a run of a study is asked to do."""
-    model, points = study.model, study.points
-    columns = study.sampler.columns if study.sampler else {}
+    model, points, sampler = study.model, study.points, study.sampler
+    declared, axes = settings_of(model), points.swept if points else ()
+    sampled, columns = None, dict[str, str]()
+    if sampler:  # else the study lists its trials
+        assert study.seed is not None  # checked when the study was loaded
+        sampled = records.Sampled(
+            study.seed, sampler.promise, sampler.replicates,
+            sampler.group(len(study.factors)), study.factors, sampler.sample, study.aim,
+        )  # fmt: skip
+        columns |= sampler.columns
     assumed = assumed_of(study.deviating, scores=bool(study.aim))
     independent = study.deviating.dependence == Dependence()
     spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
-    return Plan(
+    no_answer = np.full((1, len(study.description.responses)), np.nan)
+    return Run(
+        path=path,
+        columns=_columns(study, trials),
+        nominal_answers=Answers(
+            no_answer,
+            np.full(1, int(Status.NOT_RUN)),
+            np.zeros(1, np.int64) if model.integrates else None,
+        ),
         study=records.StudyText(study.text),
         study_file=study.path.resolve() if study.path else None,
         title=study.title,
@@ -58,11 +70,17 @@ def plan_of(study: Study) -> Plan:
         document={
             k: v.strip() for k, v in study.document.document.items() if v.strip()
         },
-        sampled=_sampled(study),
+        sampled=sampled,
         rules=study.until.rules if study.until else (),
         contributors=_in_units(study.description.contributors, study.shown),
         responses=_in_units(study.description.responses, study.shown),
-        swept=_swept(study),
+        swept=tuple(
+            records.Swept(
+                x.name, x.unit, declared[setting_name(x.name)].sentence, x.shown
+            )
+            for x in axes
+            if not x.members
+        ),
         details=tuple(records.DrawDetail(n, "1", s) for n, s in columns.items()),
         settings={
             name: records.Chosen(
@@ -70,14 +88,14 @@ def plan_of(study: Study) -> Plan:
                 s.sentence,
                 name in study.typed,
             )
-            for name, s in settings_of(model).items()
+            for name, s in declared.items()
         },
         limits=study.limits,
         assumed=assumed,
         correlation=_ranks(study),
         independent=independent,
         words=words_of(model.failures),
-        grid=tuple(axis.name for axis in points.swept) if points else (),
+        grid=tuple(x.name for x in axes),
         reference=records.Reference(*study.reference) if study.reference else None,
         # those of a grid would change with its settings
         numbers=()
@@ -156,37 +174,6 @@ def cannot_be_built(study: Study, deviations: Array) -> str:
         )
     share = f"{failing} of {trials} trials ({100 * failing / trials:.3g} %)"
     return f"{share} cannot be built and have no answer: {why}" if failing else ""
-
-
-def _sampled(study: Study) -> records.Sampled | None:
-    """Return how the trials are sampled; None where the study lists them."""
-    if study.sampler is None:
-        return None
-    assert study.seed is not None  # checked when the study was loaded
-    sampler, factors = study.sampler, study.factors
-    return records.Sampled(
-        study.seed,
-        sampler.promise,
-        sampler.replicates,
-        sampler.group(len(factors)),
-        factors,
-        sampler.sample,
-        study.aim,
-    )
-
-
-def _swept(study: Study) -> tuple[records.Swept, ...]:
-    """Return the settings that a grid changes."""
-    if study.points is None:
-        return ()
-    declared = settings_of(study.model)
-    return tuple(
-        records.Swept(
-            axis.name, axis.unit, declared[setting_name(axis.name)].sentence, axis.shown
-        )
-        for axis in study.points.swept
-        if not axis.members
-    )
 
 
 def _ranks(study: Study) -> dict[str, dict[str, float]]:

@@ -1,5 +1,6 @@
 """The loop: a proposer gives a stage, workers evaluate it, the record takes it."""
 
+import warnings
 from collections.abc import Callable
 from contextlib import chdir, suppress
 from dataclasses import replace
@@ -8,18 +9,25 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.errors import LostError, ModelError
-from tolstat.execution.diagnostics.after_run import diagnostics_of
 from tolstat.execution.diagnostics.audit import audit, evaluated_again
 from tolstat.execution.diagnostics.audit_selection import Selection
-from tolstat.execution.proposers import Proposer, SampledStages, UntilPrecise
-from tolstat.execution.trial_table import Trials
-from tolstat.execution.verification import check_block
+from tolstat.execution.diagnostics.influence import (
+    halved_shares,
+    idle_contributors,
+    slopes,
+    slopes_by_name,
+    tolerance_ends,
+)
+from tolstat.execution.diagnostics.worst_cases import worst_cases
+from tolstat.execution.stages import Proposer, SampledStages, Trials, UntilPrecise
+from tolstat.execution.verification import other_answers
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Diagnostics
 from tolstat.store.run_writer import Recorder
-from tolstat.store.stored_run import Run
+from tolstat.store.stored_run import ROUNDING, Run
+from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
 
 LONGER = 10  # times as long as every checked block is the next one
@@ -109,7 +117,7 @@ def carry_out(
                     file.write_nominal(answers)
                 number = evaluate_stages(
                     study.model, until or stages, trials, workers, tell, file=file,
-                    check=_BlockCheck(study, trials, workers),
+                    check=BlockCheck(study, trials, workers),
                 )  # fmt: skip
             except ModelError as error:
                 if (broken := file.failed(error)) is error:
@@ -128,7 +136,7 @@ def carry_out(
         raise file.failed(error) from error
 
 
-class _BlockCheck:
+class BlockCheck:
     """Checks the first block and each far longer one, while trials alone are exact."""
 
     def __init__(self, study: Study, trials: Trials, workers: Workers) -> None:
@@ -136,13 +144,42 @@ class _BlockCheck:
         self._longest, self._exact = 1 / LONGER, True
 
     def __call__(self, blocks: Blocks) -> None:
+        """Check the longest of some blocks."""
         first, block = max(blocks, key=lambda block: len(block[1].status))
         if self._exact and len(block.status) > LONGER * self._longest:
             self._longest = len(block.status)
             with suppress(Interrupted):  # finished blocks are written
-                self._exact = check_block(
-                    self._study, first, block, self._trials.deviations, self._workers
-                )
+                self._exact = self._is_exact(first, block)
+
+    def _is_exact(self, first: int, block: Answers) -> bool:
+        """Return whether a trial of a block answers alone as it did in the block.
+
+        `first` is the number of the first trial of the block. Its last trial that is
+        done is checked, or the last. Other rounding is a warning, else a ModelError.
+        """
+        model = self._study.model
+        done = np.flatnonzero(block.status == Status.DONE)
+        row = int(done[-1]) if len(done) else len(block.status) - 1
+        trial = np.array([first + row])
+        alone = self._workers.simulate_cases(
+            model, cases_among(self._study.cases, trial), self._trials.deviations[trial]
+        )
+        steps = None if block.steps is None else block.steps[[row]]
+        among = Answers(block.responses[[row]], block.status[[row]], steps)
+        if not other_answers(among, alone).any():
+            return True
+        message = (
+            f"the answer of trial {first + row} depends on the other trials of "
+            "its block; evaluate must compute each row of deviations by itself"
+        )
+        values, single = (np.nan_to_num(x.responses) for x in (among, alone))
+        sizes = np.abs(np.nan_to_num(block.responses)).max(axis=0)
+        close = np.abs(values - single) <= ROUNDING * sizes
+        if not close.all() or (among.status != alone.status).any():
+            raise model.fault(message)
+        advice = "in its last bits; write (a * b).sum(axis=1) instead of a @ b"
+        warnings.warn(f"{message} ({advice})", RuntimeWarning, stacklevel=2)
+        return False
 
 
 def _with_diagnostics(
@@ -154,11 +191,27 @@ def _with_diagnostics(
         tell(Progress(number, trials.failed, number, "audit"))
         audited = audit(study, trials, workers)
         tell(Progress(number, trials.failed, number, "diagnostics"))
-        diagnostics = diagnostics_of(study, trials, workers)
+        diagnostics = _diagnostics(study, trials, workers)
     except ModelError as error:  # keep the trials although diagnostics fail
         diagnostics = Diagnostics(missing=str(error))
     ended = run.first(number)
     return replace(ended, audited=audited, diagnostics=diagnostics, complete=True)
+
+
+def _diagnostics(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
+    """Return the diagnostics of a run; none if no deviations were sampled."""
+    if study.sampler is None:
+        return Diagnostics(missing="no deviations were drawn")
+    ends = tolerance_ends(study)
+    usual = (ends[1] - ends[0]) / 6  # sigma of a normal part at Cp = 1
+    table = slopes(study.model, study.settings, usual, workers)
+    by_name = slopes_by_name(study, table, usual > 0)
+    return Diagnostics(
+        by_name,
+        worst_cases(study, trials, ends, table, workers),
+        workers.call(halved_shares, study, trials, by_name),
+        idle_contributors(study, trials, ends, table, workers),
+    )
 
 
 def _rerun(study: Study, trials: Trials, workers: Workers) -> Audited:

@@ -1,7 +1,12 @@
-"""Verification of a run: checksums, deviations, trials evaluated again, and alone."""
+"""Verification of a run, and of this computer: whether trials repeat bit for bit.
+
+Of a run: checksums, deviations, trials evaluated again, and some of them alone.
+"""
 
 import os
+import time
 import warnings
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,17 +21,25 @@ from tolstat.execution.compatibility import (
 )
 from tolstat.execution.diagnostics.audit_selection import random_trials
 from tolstat.execution.planning import planned_run
-from tolstat.execution.proposers import drawn_again
+from tolstat.execution.stages import drawn_again
 from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.lanes import cache
 from tolstat.model.contract import Answers, Model
+from tolstat.operating_system import processors
 from tolstat.status import Status
 from tolstat.store.open_run import open as open_run
-from tolstat.store.stored_run import ROUNDING, Run
+from tolstat.store.provenance import provenance
+from tolstat.store.stored_run import Run
 from tolstat.study.given_points import cases_among
-from tolstat.study.study import Study
+from tolstat.study.study import Study, load
 
 BLOCK = 100  # trials of a block, so that they have other neighbours than in the run
 ALONE = 8  # trials at most that are evaluated alone
+STUDY = {
+    "model": "stand", "trials": 64, "seed": 1, "deviations": {"rod_length": "+-1.2 mm"},
+}  # fmt: skip
+EXTRAS = {"distributed": "tolstat[cluster]", "pyarrow": "tolstat[parquet]"}
+LASTING = 2.0  # s, duration of the check
 
 
 class Verification(NamedTuple):
@@ -138,12 +151,11 @@ def _contradicting(run: Run) -> Integers:
 
 def _nominal_differs(run: Run, study: Study, workers: Workers) -> bool:
     """Return whether the nominal trial now differs in any bit."""
-    stored = run.nominal_answers
-    if not stored.status.any() and not run.complete:
+    if not (run.complete or run.nominal_answers.status.any()):
         return False
     rows = np.zeros((1, len(run.contributors)))
     again = workers.simulate(study.model, rows, study.settings)
-    return bool(other_answers(again, stored).any())
+    return bool(other_answers(again, run.nominal_answers).any())
 
 
 def _differing(
@@ -167,37 +179,67 @@ def other_answers(first: Answers, second: Answers) -> Truths:
     return np.asarray(differ)
 
 
-def check_block(
-    study: Study, first: int, block: Answers, deviations: Array, workers: Workers
-) -> bool:
-    """Return whether a trial of a block answers alone as it did in the block.
+class Check(NamedTuple):
+    """Trials of the stand, evaluated repeatedly."""
 
-    `first` is the number of the first trial of the block. Its last trial that is done
-    is checked, or the last. Other rounding is a warning.
+    # s, of the first trial: it includes the compilation
+    ready: float
+    trials: int  # evaluated after the first
+    seconds: float  # duration of these
+    # whether each trial has the same answer, bit for bit, in any block and on any
+    # worker
+    same: bool
 
-    Raises
-    ------
-    ModelError
-        If it answers differently.
-    """
-    done = np.flatnonzero(block.status == Status.DONE)
-    row = int(done[-1]) if len(done) else len(block.status) - 1
-    trial = first + row
-    (case,) = cases_among(study.cases, np.array([trial]))
-    alone = workers.simulate(study.model, deviations[[trial]], settings=case.settings)
-    steps = None if block.steps is None else block.steps[[row]]
-    among = Answers(block.responses[[row]], block.status[[row]], steps)
-    if not other_answers(among, alone).any():
-        return True
-    message = (
-        f"the answer of trial {trial} depends on the other trials of "
-        "its block; evaluate must compute each row of deviations by itself"
-    )
-    values, single = (np.nan_to_num(answers.responses) for answers in (among, alone))
-    sizes = np.abs(np.nan_to_num(block.responses)).max(axis=0)
-    close = np.abs(values - single) <= ROUNDING * sizes
-    if not close.all() or (among.status != alone.status).any():
-        raise study.model.fault(message)
-    advice = "in its last bits; write (a * b).sum(axis=1) instead of a @ b"
-    warnings.warn(f"{message} ({advice})", RuntimeWarning, stacklevel=2)
-    return False
+
+def self_check() -> Check:
+    """Return the check: trials of the stand for two seconds on all processors."""
+    study = load(STUDY)
+    rows = study.deviations()
+    began = time.perf_counter()
+    with Workers(1, block=8) as crew:
+        crew.simulate(study.model, rows[:1], study.settings)
+        ready = time.perf_counter() - began
+        first = crew.simulate(study.model, rows, study.settings)
+    began, trials, same = time.perf_counter(), 0, True
+    with Workers() as crew:
+        while (seconds := time.perf_counter() - began) < LASTING:
+            again = crew.simulate(study.model, rows, study.settings)
+            same &= not other_answers(again, first).any()
+            trials += len(rows)
+    return Check(ready, trials, seconds, same)
+
+
+def environment() -> dict[str, str]:
+    """Return versions, processor and whatever else decides numbers and speed."""
+    facts = provenance()
+    prefix = "version_"
+    environment = {
+        name.removeprefix(prefix): fact
+        for name, fact in facts.items()
+        if name.startswith(prefix)
+    }
+    for name, extra in EXTRAS.items():
+        try:
+            environment[name] = version(name)
+        except PackageNotFoundError:
+            environment[name] = f"not installed: pip install '{extra}'"
+    for name in ("platform", "processor", "machine_code"):
+        environment[name.replace("_", " ")] = facts[name]
+    environment["cores"] = str(processors())
+    environment["source"] = load(STUDY).model.source_digest
+    environment["compiled code"] = compiled_code()
+    return environment
+
+
+def compiled_code() -> str:
+    """Return where compiled code is kept, and its size."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        folder = cache.cache_folder(Path(cache.__file__), "doctor")
+    if folder is None:
+        return str(caught[-1].message) if caught else "is not kept"
+    home = Path(folder).parents[1]
+    files = [p for p in home.glob("tolstat-*/**/*.nb[ic]") if p.is_file()]
+    sources = len({path.relative_to(home).parts[0] for path in files})
+    size = sum(path.stat().st_size for path in files)
+    return f"{home}: {len(files)} files, {size / 1e6:.1f} MB, of {sources} sources"

@@ -13,8 +13,9 @@ everything but the rows.
 written under a temporary name and renamed.
 """
 
+import io
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -23,19 +24,70 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.store.codec import write_record
-from tolstat.store.memory_file import Hole, MemoryFile, write_all
-from tolstat.store.plan import STATUS, STEPS
-from tolstat.store.run_records import Reason
-from tolstat.store.seal import block_for, write_seal
+from tolstat.store.integrity import Hole, around, block_for, write_all, write_seal
+from tolstat.store.run_records import STATUS, STEPS, Reason
 from tolstat.store.stored_run import Run
 
 TRIAL = "trial"
 NOMINAL, CHECKS = "nominal", "checks"  # groups
 CHECKSUM, ALONE = f"{CHECKS}/trial", f"{CHECKS}/nominal"  # of a trial, of the nominal
 CLOCK = f"{CHECKS}/clock"
+ROOM = 1 << 16  # bytes of a file in memory at first; it doubles when used up
 METADATA = 1 << 26  # bytes, hardly exceeded by all that a file holds beside its rows
 Column = NDArray[Any]
 ALIGNED = 64  # bytes: no value lies across two pages, where a kill could tear it
+
+
+class MemoryFile(io.RawIOBase):
+    """A file for h5py, which would end the process if a disk is full.
+
+    Bytes that were never written are zero.
+
+    Room that is never written costs no memory, so give enough at once.
+    """
+
+    def __init__(self, room: int = ROOM) -> None:
+        self._data = np.zeros(room, np.uint8)
+        self._position = self.size = 0
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        """Go to a position."""
+        self._position = offset + (0, self._position, self.size)[whence]
+        return self._position
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the size."""
+        self.size = self._position if size is None else size
+        self._make_room(self.size)
+        return self.size
+
+    def write(self, data: Any) -> int:
+        """Write at the position."""
+        source = np.frombuffer(data, np.uint8)
+        stop = self._position + len(source)
+        self._make_room(stop)
+        self._data[self._position : stop] = source
+        self._position, self.size = stop, max(self.size, stop)
+        return len(source)
+
+    def readinto(self, buffer: Any) -> int:
+        """Read from the position."""
+        source = self._data[self._position : self.size][: len(buffer)]
+        np.frombuffer(buffer, np.uint8)[: len(source)] = source
+        self._position += len(source)
+        return len(source)
+
+    def _make_room(self, size: int) -> None:
+        if size > len(self._data):
+            more = np.zeros(max(size, len(self._data)), np.uint8)
+            self._data = np.concatenate([self._data, more])
+
+    def copy_to(self, file: BinaryIO, holes: Iterable[Hole] = ()) -> None:
+        """Write all but the holes to another file, and give it this size."""
+        for first, stop in around(holes, self.size):
+            file.seek(first)
+            write_all(file, self._data[first:stop])
+        file.truncate(self.size)
 
 
 def allocate(

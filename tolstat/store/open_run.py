@@ -14,16 +14,9 @@ from tolstat.model.contract import Answers
 from tolstat.model.description import Response
 from tolstat.status import Status
 from tolstat.store import layout
-from tolstat.store.checksums import (
-    Damage,
-    fingerprints,
-    is_whole,
-    seconds_of,
-    written_at,
-)
-from tolstat.store.codec import fields_of, read
-from tolstat.store.plan import STATUS, STEPS
-from tolstat.store.seal import check_seal
+from tolstat.store.codec import read_fields
+from tolstat.store.integrity import Damage, check_seal, fingerprints, is_whole, times_of
+from tolstat.store.run_records import STATUS, STEPS
 from tolstat.store.stored_run import IN_MEMORY, NO_FILE, Run
 
 RunSource = Run | str | os.PathLike[str]  # a run file, or the run that was read from it
@@ -93,14 +86,14 @@ def _read(path: Path, file: h5py.File) -> Run:
     datasets = {n: item for n, item in file.items() if isinstance(item, h5py.Dataset)}
     columns = {name: item[...] for name, item in datasets.items()} | {STATUS: status}
     clock = file[layout.CLOCK][...]
-    fields = {f.name: read(file, f.stored.name, f) for f in fields_of(Run)}
+    fields = read_fields(file, Run)
     study = file.attrs.get("study_file")
     return Run(
         path=path,
         nominal_answers=_nominal(file[layout.NOMINAL], fields["responses"]),
         study_file=study and Path(os.path.normpath(path.resolve().parent / study)),
         damage=_damage_of(file, columns, complete=fields["complete"]),
-        times={"ended_at": written_at(clock), "seconds": seconds_of(clock)},
+        times=times_of(clock),
         columns={name: layout.decoded(values) for name, values in columns.items()},
         **fields,
     )

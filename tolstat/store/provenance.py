@@ -2,6 +2,7 @@
 
 import platform
 import sys
+from collections.abc import Mapping
 from datetime import datetime
 from functools import cache
 from importlib.metadata import version
@@ -10,8 +11,13 @@ import h5py
 
 from tolstat.lanes.cache import machine_code
 
-DECISIVE = ("numba", "llvmlite", "numpy", "scipy")  # other versions, other bits
-PACKAGES = ("tolstat", *DECISIVE, "pandas", "h5py")
+PACKAGES = ("tolstat", "numba", "llvmlite", "numpy", "scipy", "pandas", "h5py")
+# what decides the bits of a trial, by the name of the fact in the provenance of a run
+DECISIVE = {
+    **{f"version_{name}": name for name in PACKAGES[1:5]},
+    "processor": "processor",
+    "machine_code": "machine code",
+}
 
 
 def now() -> str:
@@ -44,8 +50,9 @@ def provenance() -> dict[str, str]:
     }
 
 
-@cache
-def decisive() -> dict[str, str]:
-    """Return versions, processor and compiler, which decide the bits of a trial."""
-    target = {"processor": processor(), "machine code": machine_code()}
-    return target | {name: version(name) for name in DECISIVE}
+def decisive(facts: Mapping[str, str]) -> dict[str, str]:
+    """Return versions, processor and compiler, which decide the bits of a trial.
+
+    Older runs do not know all of them.
+    """
+    return {word: facts[name] for name, word in DECISIVE.items() if name in facts}

@@ -25,15 +25,18 @@ from tolstat.errors import (
     ModelError,
     Remedy,
     RunFileError,
+    StoppedError,
     TolstatError,
 )
 from tolstat.model.contract import Answers
-from tolstat.store import layout, temporary_files
-from tolstat.store.checksums import clock_of, fingerprints, seconds_of
+from tolstat.operating_system import give_second_name
+from tolstat.store import files_beside, layout
+from tolstat.store.files_beside import Lock, is_still
+from tolstat.store.integrity import clock_of, fingerprints, times_of
 from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, NOMINAL, Rows
-from tolstat.store.lock import Lock, is_still
 from tolstat.store.memory_recorder import MemoryRecorder
-from tolstat.store.plan import STATUS
+from tolstat.store.open_run import open as open_run
+from tolstat.store.run_records import STATUS
 from tolstat.store.stored_run import IN_MEMORY, Run
 
 SAFE_EVERY = 2.0  # s, between two writes to the disk
@@ -53,8 +56,6 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         The file; a new one if it was removed or moved.
     run : Run
         What is written: the run as it is before its first trial, or at its end.
-    given_up : bool
-        Whether the run that was to be replaced is still there.
     """
 
     _rows: Rows
@@ -85,10 +86,11 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         `force` replaces an existing run, which is kept under another name until the new
         one is complete.
         """
-        temporary_files.check_replaceable(lock.path, force=force)
+        files_beside.check_replaceable(lock.path, force=force)
         path = lock.path.resolve()  # a link stays one
         if waiting := path.exists():
-            run = replace(run, replaces=temporary_files.run_before(path).identity)
+            replaced, _ = files_beside.run_before(path)
+            run = replace(run, replaces=replaced)
         # rows of trials that ran have no checksums yet
         return cls(lock, run, new=True, waiting=waiting or run.ended > 0)
 
@@ -106,13 +108,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         except OSError as error:
             raise BrokenError(f"{lock.path} cannot be written: {error}") from error
         writer = cls(lock, run, rows)
-        writer._spent = np.nan_to_num(seconds_of(writer._rows.read(CLOCK)))
+        writer._spent = np.nan_to_num(times_of(writer._rows.read(CLOCK))["seconds"])
         return writer
-
-    @property
-    def given_up(self) -> bool:
-        """Whether the run that was to be replaced is still there."""
-        return self._waiting is not None
 
     def _write_file(
         self, run: Run, before: Rows | None = None, *, waiting: bool = False
@@ -130,8 +127,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 f"the command as text, and '{error.object}' is not; rename that file"
             ) from None
         if not run.complete:
-            temporary_files.check_room(self.path, draft.size)
-        aside, file = temporary_files.aside_of(path), None
+            files_beside.check_room(self.path, draft.size)
+        aside, file = files_beside.aside_of(path), None
         try:
             file = aside.open("xb+", buffering=0)
             draft.copy_to(file, [extent.hole for extent in extents.values()])
@@ -213,8 +210,10 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _take_name(self, aside: Path) -> None:
         """Give the file the name of the run that it replaces, which is kept."""
         path = self._place.resolve()
-        if path.exists() and (before := temporary_files.run_before(path)).is_next:
-            os.replace(temporary_files.linked_aside(path), before.path)
+        if path.exists() and files_beside.run_before(path)[1]:
+            second_name = files_beside.aside_of(path)
+            give_second_name(path, second_name)
+            os.replace(second_name, files_beside.before_of(path))
         os.replace(aside, path)
         self._waiting = None
 
@@ -231,7 +230,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _continue_in_copy(self) -> None:
         """Copy the file to another name, because it was removed or moved."""
         lost = self.path
-        lock = Lock(temporary_files.free_name(self._place, "rescued"))
+        lock = Lock(files_beside.free_name(self._place, "rescued"))
         self.path = self._place = self._locks.enter_context(lock).path
         self._write_file(self.run, self._rows)
         warnings.warn(
@@ -275,6 +274,16 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._write_file(run, self._rows)
         self.run = run
 
+    def recorded(self) -> Run:
+        """Return the run as it is stored; StoppedError if the run before is there."""
+        if self._waiting:
+            raise StoppedError(
+                f"stopped before any trial finished; the run in {self.path} is "
+                "unchanged"
+            )
+        del self.run  # frees memory before the stored trials are read
+        return open_run(self.path)
+
     def __exit__(self, *_: object) -> None:
         """Store kept blocks; close the file."""
         try:
@@ -288,8 +297,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def _leave_one(self) -> None:
         """Remove the file if nothing ran, or the run that it replaced at its end."""
-        before = temporary_files.before_of(self.path)
-        is_ours = self.run.replaces == temporary_files.identity(before) != ""
+        before = files_beside.before_of(self.path)
+        is_ours = self.run.replaces == files_beside.identity(before) != ""
         if self._waiting or self._unwanted:
             (self._waiting or self.path).unlink()
         elif self.run.complete and is_ours:

@@ -27,9 +27,9 @@ from tolstat.statistics.limits.limit import (
 )
 from tolstat.status import Status, status_words
 from tolstat.store import run_records as records
-from tolstat.store.checksums import Damage
 from tolstat.store.codec import ELSEWHERE, Stored
-from tolstat.store.plan import STATUS, STEPS, Plan
+from tolstat.store.integrity import Damage
+from tolstat.store.run_records import STATUS, STEPS, Plan
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
@@ -85,22 +85,10 @@ class Run(Plan):
     damage: Annotated[Damage, ELSEWHERE] = field(default_factory=Damage)
     columns: Annotated[Mapping[str, NDArray[Any]], ELSEWHERE]
 
-    @classmethod
-    def planned(
-        cls, plan: Plan, path: Path, columns: Mapping[str, NDArray[Any]]
-    ) -> Run:
-        """Return the run of a plan before its first trial."""
-        steps = np.zeros(1, np.int64) if STEPS in columns else None
-        nan = np.full((1, len(plan.responses)), np.nan)
-        nominal = Answers(nan, np.full(1, int(Status.NOT_RUN)), steps)
-        return cls(
-            **_as_fields(plan), path=path, columns=columns, nominal_answers=nominal
-        )
-
     @property
     def plan(self) -> Plan:
         """What the run was asked to do."""
-        return Plan(**_as_fields(self))
+        return Plan(**{field.name: getattr(self, field.name) for field in fields(Plan)})
 
     def __fspath__(self) -> str:
         """Return its path, so that a run stands where a path is expected."""
@@ -330,8 +318,3 @@ class Run(Plan):
         """Show the first trials under a line of words, in a notebook."""
         table: str = self.frame().head().to_html()
         return f"<p>{html.escape(repr(self))}</p>\n{table}"
-
-
-def _as_fields(plan: Plan) -> dict[str, Any]:
-    """Return the fields of a plan by their names."""
-    return {field.name: getattr(plan, field.name) for field in fields(Plan)}

@@ -11,7 +11,7 @@ from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.allocate.fresh_runs import FreshRuns, out_of_each_limit
 from tolstat.answers.allocate.reweighted_pool import Pool, with_choice
 from tolstat.answers.allocate.search import Search
-from tolstat.execution.trial_table import Trials
+from tolstat.execution.stages import Trials
 from tolstat.model.checked import simulate
 from tolstat.study.study import load
 

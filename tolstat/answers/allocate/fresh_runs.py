@@ -10,9 +10,8 @@ import numpy as np
 from tolstat.answers.allocate.optimizer import Choice
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import half_of
-from tolstat.execution.proposers import SampledStages
 from tolstat.execution.run_loop import Telling, evaluate_stages
-from tolstat.execution.trial_table import Stage, Trials
+from tolstat.execution.stages import SampledStages, Stage, Trials
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit, within
@@ -71,7 +70,7 @@ class UntilSettled:
         self, study: Study, seed: int, before: Truths, *, first_look: int, most: int
     ) -> None:
         self._study, self._seed, self._before = study, seed, before
-        self._first_look, self._most, self._stages = first_look, most, 0
+        self._first_look, self._most = first_look, most
         self.out_of_limit = before
         self.yields: dict[str, Yield] = {}
 
@@ -96,8 +95,7 @@ class UntilSettled:
             length = min(max(needed, math.ceil(GROWTH * count)), self._most)
         rows = self._study.at_random(self._seed, length).deviations()[count:]
         cases = (Case(0, length - earlier, self._study.settings),)
-        self._stages += 1
-        return Stage(self._stages - 1, count - earlier, rows, cases)
+        return Stage(count - earlier, rows, cases)
 
     @property
     def sample(self) -> Sample:

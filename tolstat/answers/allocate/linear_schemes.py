@@ -12,7 +12,7 @@ from tolstat.answers.allocate.search import Search
 from tolstat.arrays import Array
 from tolstat.deviations.dependence import correlations
 from tolstat.deviations.spread import Spread, spread_of
-from tolstat.execution.diagnostics.slopes_and_corners import (
+from tolstat.execution.diagnostics.influence import (
     slopes,
     slopes_by_name,
     tolerance_ends,

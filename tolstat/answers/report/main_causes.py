@@ -7,7 +7,7 @@ from tolstat.answers.halved_entries import halved_entries
 from tolstat.answers.report.findings import NoCause
 from tolstat.answers.report.response_summary import Cause, Causes, NamedCause
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.execution.diagnostics.halved_tolerances import effects_of
+from tolstat.execution.diagnostics.influence import effects_of
 from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sensitivity.named_causes import (

@@ -6,7 +6,7 @@ from typing import Any
 
 from tolstat.answers.report.response_summary import SobolIndices
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.execution.diagnostics.halved_tolerances import effects_of
+from tolstat.execution.diagnostics.influence import effects_of
 from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import Estimate, without_interval
 from tolstat.statistics.intervals.as_sampled import HEAVY

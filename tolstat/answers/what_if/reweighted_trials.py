@@ -25,7 +25,7 @@ from tolstat.errors import (
 )
 from tolstat.execution.compatibility import study_of, trials_sampled_differently
 from tolstat.execution.planning import planned_run
-from tolstat.execution.proposers import drawn_again
+from tolstat.execution.stages import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.intervals.weights import (

@@ -16,7 +16,7 @@ from tolstat.execution.diagnostics.audit_selection import (
     select_more,
     select_third,
 )
-from tolstat.execution.trial_table import Trials
+from tolstat.execution.stages import Trials
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.checked import tightened
 from tolstat.model.contract import Model

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.deviations.samplers import uniform
-from tolstat.execution.trial_table import Trials
+from tolstat.execution.stages import Trials
 from tolstat.statistics.limits.limit import NO_LIMIT, Limit, within, worst_trials
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Reason

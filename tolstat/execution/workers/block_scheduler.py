@@ -8,9 +8,8 @@ from contextlib import AbstractContextManager, chdir
 from typing import Any
 
 from tolstat.arrays import Array
-from tolstat.execution.workers.block import Block, Mismatch, Pool
+from tolstat.execution.workers.local_blocks import Block, Mismatch, Threads
 from tolstat.execution.workers.remote_blocks import Processes
-from tolstat.execution.workers.threads import Threads
 from tolstat.model.contract import Answers, Model
 from tolstat.operating_system import processors
 from tolstat.study.given_points import Case
@@ -57,7 +56,7 @@ class Workers(AbstractContextManager["Workers"]):
     ) -> None:
         self.stopping = stopping
         self._number, self._block = number, block
-        self._pool: Pool = (
+        self._pool: Threads | Processes = (
             Processes(executor) if executor else Threads(number or processors())
         )
 

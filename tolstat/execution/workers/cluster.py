@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any
 
 from tolstat.errors import BrokenError, LostError, StudyError
-from tolstat.execution.workers.block import Mismatch
+from tolstat.execution.workers.local_blocks import Mismatch
 
 ADDRESS = re.compile(r"tcp://([^/:\s]+|\[[0-9a-fA-F:.%]+\]):[0-9]{1,5}")
 CONNECT = 10.0  # s, for a scheduler to answer

@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 
 from tolstat import catalogue
 from tolstat.errors import Advice, LostError, ModelError, Remedy, TolstatError, told
-from tolstat.execution.workers.block import Block, Evaluated, Mismatch, evaluate
+from tolstat.execution.workers.local_blocks import Block, Evaluated, Mismatch, evaluate
 from tolstat.model.contract import Answers, Model
 from tolstat.operating_system import processors
-from tolstat.store.provenance import decisive
+from tolstat.store.provenance import decisive, provenance
 
 _loading = threading.Lock()
 _loaded: dict[str, Model] = {}  # custom models of this process, by FILE.py:NAME
@@ -58,7 +58,11 @@ class Processes:
         raise self._broken(future, "a Future")
 
     def answer(self, future: Future[Any], block: Block) -> Evaluated | Mismatch:
-        """Return the answer of a finished block, if it fits the block."""
+        """Return the answer of a finished block, if it fits the block.
+
+        After a `Mismatch` another worker has to evaluate it. A ModelError blames the
+        model, a LostError says that workers are lost.
+        """
         with _lost_processes():
             outcome = future.result()
         match outcome:
@@ -112,12 +116,12 @@ def packed(call: Callable[[], Any]) -> Parcel:
     """Pack a call for another process."""
     buffer = io.BytesIO()
     _Packer(buffer, pickle.HIGHEST_PROTOCOL).dump(call)
-    return Parcel(buffer.getvalue(), decisive())
+    return Parcel(buffer.getvalue(), decisive(provenance()))
 
 
 def carried_out(parcel: Parcel) -> Any:
     """Return the result of a call made here; a `Mismatch` if bits could differ."""
-    present = decisive()
+    present = decisive(provenance())
     reasons = [
         f"its {fact} is {present.get(fact, 'unknown')}, the run needs {value}"
         for fact, value in parcel.decisive.items()

@@ -1,14 +1,51 @@
-"""Threads of this process: compiled code releases the GIL, so it is compiled once."""
+"""A block of trials, its answer, and threads of this process that evaluate it."""
 
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import Any
+from typing import Any, NamedTuple
 
-from tolstat.execution.workers.block import Block, Evaluated, evaluate
+from tolstat.arrays import Array
+from tolstat.model.checked import simulate
+from tolstat.model.contract import Answers, Model
+
+
+class Block(NamedTuple):
+    """Trials with the same settings, to be evaluated together."""
+
+    model: Model
+    deviations: Array  # float64[trial, contributor], SI
+    settings: Any
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Trials and responses of its answers."""
+        return len(self.deviations), len(self.model.describe(self.settings).responses)
+
+
+class Evaluated(NamedTuple):
+    """The answers of a block, and how long it took, s."""
+
+    answers: Answers
+    seconds: float
+
+
+class Mismatch(NamedTuple):
+    """A process whose numbers could differ in bits; it has evaluated nothing."""
+
+    who: str  # its name
+    reasons: tuple[str, ...]  # what differs there
+
+
+def evaluate(block: Block) -> Evaluated:
+    """Return the answers of a block, evaluated here."""
+    began = time.perf_counter()
+    answers = simulate(block.model, block.deviations, block.settings)
+    return Evaluated(answers, time.perf_counter() - began)
 
 
 class Threads:

@@ -1,0 +1,176 @@
+"""Worst cases within the tolerances, searched among their corners."""
+
+from collections.abc import Callable, Generator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.execution.stages import Trials
+from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.status import Status
+from tolstat.store.run_records import WorstCase
+from tolstat.study.study import Study
+
+Move = tuple[list[int], Array]  # columns, and the ends they are moved to
+MOST_SWEEPS = 8
+
+
+class Target(NamedTuple):
+    """A response, and the direction in which it gets worse."""
+
+    response: int  # its column
+    sign: int  # 1 for the largest value, -1 for the least
+    # float64[start, contributor]: the search starts at the worst of these trials
+    starts: Array
+
+
+class Corner(NamedTuple):
+    """The worst trial found; usually a corner of the tolerances."""
+
+    value: float  # of the response, SI; NaN if every trial failed
+    deviations: Array  # float64[contributor], SI
+    # trials simulated for it, and how many of these failed
+    tried: int
+    failed: int
+
+
+def worst_corners(
+    respond: Callable[[Array], Array],
+    ends: Array,
+    groups: Sequence[list[int]],
+    targets: Sequence[Target],
+) -> list[Corner]:
+    """Return the worst trials found among the corners of the tolerances.
+
+    The columns of a group change together. Each group is moved to either end of its
+    tolerance (float64[2, contributor], SI). Moves that make a target worse are kept,
+    all at once if that is worse still. The search is local and proves nothing.
+    `respond` returns the responses of trials.
+    """
+    searches = [_search(target, ends, groups) for target in targets]
+    pending = {number: next(search) for number, search in enumerate(searches)}
+    corners: dict[int, Corner] = {}
+    while pending:
+        responses = respond(np.concatenate([*pending.values()]))
+        parts = np.split(responses, np.cumsum([len(r) for r in pending.values()])[:-1])
+        for number, responses in zip([*pending], parts, strict=True):
+            try:
+                pending[number] = searches[number].send(responses)
+            except StopIteration as end:
+                corners[number] = end.value
+                del pending[number]
+    return [corners[number] for number in range(len(targets))]
+
+
+def _search(
+    target: Target, ends: Array, groups: Sequence[list[int]]
+) -> Generator[Array, Array, Corner]:
+    """Search for one target: yield trials, receive their responses."""
+    moves = [(columns, end[columns]) for columns in groups for end in ends]
+    corner, rows = Corner(np.nan, target.starts[0], 0, 0), target.starts
+    corner, _ = _taken(target, corner, rows, (yield rows))
+    for _ in range(MOST_SWEEPS):
+        before = corner
+        # a factor that is at that end already has no move
+        tried = [(c, end) for c, end in moves if np.any(before.deviations[c] != end)]
+        if np.isnan(before.value) or not tried:
+            break
+        rows = np.array([_moved(before.deviations, [move]) for move in tried])
+        corner, badness = _taken(target, before, rows, (yield rows))
+        so_far = target.sign * before.value
+        if not badness.max() > so_far + 1e-9 * abs(so_far):
+            break
+        # all moves that made it worse, at once; of two ends the worse one
+        taken: dict[int, Move] = {}  # by first column: one of both ends
+        for i in np.lexsort((-np.arange(len(badness)), badness)):
+            if badness[i] > so_far:
+                taken[tried[i][0][0]] = tried[i]
+        rows = _moved(before.deviations, list(taken.values()))[None, :]
+        corner, _ = _taken(target, corner, rows, (yield rows))
+    return corner
+
+
+def _taken(
+    target: Target, best: Corner, rows: Array, responses: Array
+) -> tuple[Corner, Array]:
+    """Return the worst trial so far, and how bad each row is."""
+    values = responses[:, target.response]
+    badness = np.where(np.isnan(values), -np.inf, target.sign * values)
+    most, failed = int(badness.argmax()), int(np.isnan(values).sum())
+    value, trial = best.value, best.deviations
+    if badness[most] > (-np.inf if np.isnan(value) else target.sign * value):
+        value, trial = float(values[most]), rows[most]
+    corner = Corner(value, trial, best.tried + len(values), best.failed + failed)
+    return corner, badness
+
+
+def _moved(trial: Array, moves: Sequence[Move]) -> Array:
+    """Return a trial with some of its parts at an end of their tolerance."""
+    moved = trial.copy()
+    for columns, ends in moves:
+        moved[columns] = ends
+    return moved
+
+
+def worst_cases(
+    study: Study, trials: Trials, ends: Array, slopes: Array, workers: Workers
+) -> dict[str, dict[str, WorstCase]]:
+    """Return the worst trials within the tolerances, for each end of each limit."""
+    lower, upper = ends
+    names = [contributor.name for contributor in study.description.contributors]
+    responses = [response.name for response in study.description.responses]
+    batches = study.deviating.dependence.batches
+    factors: dict[str, list[int]] = {}  # columns that change together
+    for column in np.flatnonzero(lower < upper).tolist():
+        batch = batches.get(names[column])
+        factor = batch.name if batch and batch.share == 1 else names[column]
+        factors.setdefault(factor, []).append(column)
+    ends_of_limits = [
+        (name, sign)
+        for name, limit in study.limits.items()
+        for sign, end in ((-1, limit.lower), (1, limit.upper))
+        if np.isfinite(end)
+    ]
+    if not factors or not ends_of_limits:
+        return {}
+    groups, targets = list(factors.values()), []
+    for name, sign in ends_of_limits:
+        column = responses.index(name)
+        starts = _worst_starts(sign * trials.responses[:, column], trials, ends)
+        starts.append(_steepest(sign * slopes[:, column], ends, groups))
+        targets.append(Target(column, sign, np.stack(starts)))
+    corners = worst_corners(
+        lambda rows: workers.simulate(study.model, rows, study.settings).responses,
+        ends, groups, targets,
+    )  # fmt: skip
+    cases: dict[str, dict[str, WorstCase]] = {}
+    for (name, sign), corner in zip(ends_of_limits, corners, strict=True):
+        trial = dict(zip(names, corner.deviations.tolist(), strict=True))
+        side = "largest" if sign > 0 else "least"
+        cases.setdefault(name, {})[side] = WorstCase(
+            corner.value, trial, corner.tried, corner.failed
+        )
+    return cases
+
+
+def _worst_starts(badness: Array, trials: Trials, ends: Array) -> list[Array]:
+    """Return the worst trial moved into the tolerances, and the worst inside them."""
+    lower, upper = ends
+    done = np.where(trials.status == Status.DONE, badness, -np.inf)
+    starts = [np.clip(trials.deviations[done.argmax()], lower, upper)]
+    within = ((trials.deviations >= lower) & (trials.deviations <= upper)).all(axis=1)
+    inside = np.where(within, done, -np.inf)
+    if inside.max() > -np.inf:
+        starts.append(trials.deviations[inside.argmax()])
+    return starts
+
+
+def _steepest(slope: Array, ends: Array, groups: Sequence[list[int]]) -> Array:
+    """Return the worst corner according to the slopes at the nominal trial."""
+    lower, upper = ends
+    corner: Array = lower.copy()
+    for columns in groups:
+        if np.nansum(slope[columns] * (upper - lower)[columns]) > 0:
+            corner[columns] = upper[columns]
+    return corner

@@ -1,0 +1,284 @@
+"""Stages of trials: all trials in memory, and what proposes the next of them.
+
+A proposer gives the next stage from the answers so far, or none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.arrays import Array, Truths
+from tolstat.errors import Advice, Remedy, StoppedError
+from tolstat.execution.workers.block_scheduler import Interrupted, Workers
+from tolstat.model.contract import Answers
+from tolstat.model.description import Description
+from tolstat.statistics.limits.limit import margins
+from tolstat.statistics.precision import FIRST_STAGE, next_stage, trials_wanted
+from tolstat.statistics.sample import Sample
+from tolstat.status import Status
+from tolstat.store.run_records import Stopped
+from tolstat.store.stored_run import Run
+from tolstat.study.given_points import Case
+from tolstat.study.study import Study
+
+
+class Shortfall(NamedTuple):
+    """A stopping rule that seems to need more trials than it may have."""
+
+    wanted: float  # trials that it needs; infinite if not known yet
+    rules: tuple[str, ...]  # as they are written
+    at_most: int  # most trials that it may have
+
+
+class Stage(NamedTuple):
+    """Trials that are evaluated before more are proposed."""
+
+    first: int  # number of its first trial
+    deviations: Array  # float64[trial, contributor], SI
+    cases: Sequence[Case]  # settings, by the number of the trial
+    # of the sampler, such as the logarithm of the density ratio: float64[trial]
+    columns: Mapping[str, Array] = {}
+    shortfall: Shortfall | None = None
+
+    @property
+    def stop(self) -> int:
+        """The number after its last trial."""
+        return self.first + len(self.deviations)
+
+
+@dataclass
+class Trials:
+    """Deviations, and the answers so far."""
+
+    description: Description  # names of the columns
+    deviations: Array  # float64[trial, contributor], SI; NaN where not sampled yet
+    status: NDArray[np.uint8]  # uint8[trial]: 0 where a trial has not run
+    responses: Array  # float64[trial, response], SI; NaN where there is none
+    sampled: int  # how many have deviations
+    # mapping of str to float64[trial]: columns of the sampler
+    drawn: Mapping[str, Array] = field(default_factory=dict)
+
+    @classmethod
+    def planned(cls, description: Description, deviations: Array) -> Trials:
+        """Return trials of which none has run."""
+        n = len(deviations)
+        answers = np.full((n, len(description.responses)), np.nan)
+        return cls(description, deviations, np.zeros(n, np.uint8), answers, n)
+
+    @classmethod
+    def begun(cls, description: Description, stage: Stage, trials: int) -> Trials:
+        """Return so many trials, those of the first stage sampled."""
+        room = trials - stage.stop
+        trials_of_all = cls.planned(description, _longer(stage.deviations, room))
+        trials_of_all.sampled = stage.stop
+        trials_of_all.drawn = {
+            name: _longer(values, room) for name, values in stage.columns.items()
+        }
+        return trials_of_all
+
+    @property
+    def ended(self) -> int:
+        """Number of trials that have ended."""
+        return int(np.count_nonzero(self.status))
+
+    @property
+    def failed(self) -> int:
+        """Number of those that failed."""
+        return int(np.count_nonzero(self.status > Status.DONE))
+
+    def add(self, stage: Stage) -> bool:
+        """Note the deviations of a stage; return whether they were not sampled yet."""
+        if stage.stop <= self.sampled:
+            return False
+        if (room := stage.stop - len(self.status)) > 0:
+            self.deviations = _longer(self.deviations, room)
+            self.responses = _longer(self.responses, room)
+            self.status = np.pad(self.status, (0, room))
+        rows = slice(stage.first, stage.stop)
+        self.deviations[rows], self.sampled = stage.deviations, stage.stop
+        for name, values in stage.columns.items():
+            self.drawn[name][rows] = values
+        return True
+
+    def missing(self, stage: Stage) -> list[Case]:
+        """Return the parts of cases that have not run, up to the end of a stage."""
+        cases = []
+        for case in stage.cases:
+            missing = self.status[case.first : min(case.stop, stage.stop)] == 0
+            ends = np.flatnonzero(np.diff(np.pad(missing.astype(np.int8), 1)))
+            for first, stop in (case.first + ends.reshape(-1, 2)).tolist():
+                cases.append(case._replace(first=first, stop=stop))
+        return cases
+
+    def take(self, blocks: list[tuple[int, Answers]]) -> None:
+        """Keep finished blocks."""
+        for first, outcome in blocks:
+            rows = slice(first, first + len(outcome.status))
+            self.status[rows], self.responses[rows] = outcome.status, outcome.responses
+
+    def take_stored(self, run: Run, which: Truths) -> None:
+        """Keep the stored answers of a run, for the trials in `which`, bool[trial]."""
+        rows = np.flatnonzero(which)
+        self.status[rows] = run.status[rows]
+        for column, response in enumerate(self.description.responses):
+            if response.name in run.units:
+                self.responses[rows, column] = run.column(response.name)[rows]
+
+    def first(self, trials: int) -> Trials:
+        """Return the first trials."""
+        return Trials(
+            self.description,
+            self.deviations[:trials],
+            self.status[:trials],
+            self.responses[:trials],
+            trials,
+        )
+
+    def response(self, name: str) -> Array:
+        """Return a response of all trials."""
+        names = [response.name for response in self.description.responses]
+        column: Array = self.responses[:, names.index(name)]
+        return column
+
+
+def _longer(rows: Array, room: int) -> Array:
+    """Return an array with so many more rows, NaN; the same without any."""
+    if not room:
+        return rows
+    return np.concatenate([rows, np.full((room, *rows.shape[1:]), np.nan)])
+
+
+class Proposer(Protocol):
+    """What gives the next stage."""
+
+    def next(self, trials: Trials) -> Stage | None:
+        """Return the stage to evaluate now; None if there are enough trials."""
+
+
+class SampledStages:
+    """The stages of a sampler: of most samplers and of given trials a single one.
+
+    The latest stage is proposed until all of its trials are over.
+
+    Attributes
+    ----------
+    latest : Stage
+        The stage that was sampled last.
+    trials : Trials
+        All trials of the study, with the first stage sampled.
+    """
+
+    def __init__(self, study: Study) -> None:
+        self._study, self._course = study, study.stages()
+        stage, deviations = next(self._course)
+        self.latest = Stage(0, deviations, study.cases, stage.columns())
+        self.trials = Trials.begun(study.description, self.latest, study.trials)
+
+    def next(self, trials: Trials) -> Stage | None:
+        """Return the latest stage while it is not over, then another one, if any.
+
+        A fit in a hundred directions takes many seconds.
+        """
+        study, rows = self._study, slice(self.latest.first, self.latest.stop)
+        if not trials.status[rows].all():
+            return self.latest
+        answered = np.empty(0)
+        if limit := study.limits.get(study.aim):
+            answered = margins(trials.response(study.aim)[rows], limit.permitted)
+            # failed trials are out of limit
+            answered[trials.status[rows] != Status.DONE] = -np.inf
+        try:
+            stage, deviations = self._course.send(answered)
+        except StopIteration:
+            return None
+        self.latest = Stage(rows.stop, deviations, study.cases, stage.columns())
+        return self.latest
+
+
+class UntilPrecise:
+    """Stages until the rules of a study are reached; its trials are sampled already."""
+
+    def __init__(self, study: Study) -> None:
+        assert study.until and study.sampler  # checked with the study
+        self._study, self._until = study, study.until
+        self._replicates = study.sampler.replicates
+        self._looks: list[int] = []  # finished trials at each look
+        self._wanted = 0.0  # trials needed in all, by the last look; 0 if enough
+
+    def next(self, trials: Trials) -> Stage | None:
+        """Return the trials that the rules seem to need, from one look to the next.
+
+        With many trials that takes seconds.
+        """
+        first, stop, most = 0, FIRST_STAGE, len(trials.status)
+        shortfall = None
+        if self._looks:
+            first = self._looks[-1]
+            self._wanted = self._trials_wanted(trials, first)
+            if not self._wanted or first == most:
+                return None
+            stop = next_stage(first, self._wanted)
+            if self._wanted > most and first == FIRST_STAGE:
+                shortfall = Shortfall(self._wanted, self._until.rules, most)
+        self._looks.append(min(stop, most))
+        deviations = trials.deviations[first : self._looks[-1]]
+        return Stage(first, deviations, self._study.cases, shortfall=shortfall)
+
+    @property
+    def stopped(self) -> Stopped:
+        """How the rules ended the run."""
+        return Stopped(
+            self._until.rules,
+            not self._wanted,
+            tuple(self._looks),
+            self._study.trials,
+            self._wanted,
+        )
+
+    def _trials_wanted(self, trials: Trials, ended: int) -> float:
+        """Return how many trials the rules need in all; 0 if there are enough."""
+        responses = trials.description.responses
+        names = [response.name for response in responses]
+        return trials_wanted(
+            self._until.precisions,
+            dict(zip(names, trials.responses[:ended].T, strict=True)),
+            Sample(trials.status[:ended], self._replicates),
+            {name: limit.permitted for name, limit in self._study.limits.items()},
+            {response.name: response.range for response in responses if response.range},
+        )
+
+
+def drawn_again(
+    run: Run, study: Study, workers: Workers | None = None
+) -> SampledStages:
+    """Return the trials of a stored run, sampled again, with their stored answers.
+
+    Stages that depend on missing answers are left out. StoppedError once the workers
+    stop.
+    """
+    stages = SampledStages(study)
+    trials = stages.trials
+    answered = run.status != Status.NOT_RUN
+    answered[run.damage.trials] = False
+    trials.take_stored(run, answered)
+    try:
+        while trials.status[: trials.sampled].all():
+            stage = (
+                workers.call(stages.next, trials) if workers else stages.next(trials)
+            )
+            if stage is None:
+                break
+            trials.add(stage)
+    except Interrupted:
+        raise StoppedError(
+            f"stopped before any new trial ran; the run in {run.path} is unchanged",
+            Advice(Remedy.RESUME, run.path, run.machine),
+        ) from None
+    not_sampled = slice(trials.sampled, None)
+    trials.status[not_sampled], trials.responses[not_sampled] = Status.NOT_RUN, np.nan
+    return stages
