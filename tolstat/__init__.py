@@ -1,9 +1,11 @@
 """Monte Carlo tolerance analysis with the dynamics in the loop."""
 
 import importlib
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # `__getattr__` loads these names
     from tolstat.answers.allocate.allocate_tolerances import allocate
     from tolstat.answers.compare.compare_runs import compare
     from tolstat.answers.new_study import new_study
@@ -42,37 +44,6 @@ if TYPE_CHECKING:
     from tolstat.store.stored_run import Run
     from tolstat.units.grammar import Measure, Range
 
-# loaded when first used: `import tolstat` and `tolstat --help` stay quick
-_NAMES = {
-    "tolstat.answers.allocate.allocate_tolerances": ("allocate",),
-    "tolstat.answers.compare.compare_runs": ("compare",),
-    "tolstat.answers.new_study": ("new_study",),
-    "tolstat.answers.relimit": ("limited",),
-    "tolstat.answers.report.gather": ("report", "summary"),
-    "tolstat.answers.views.evaluate": ("evaluate", "trajectory", "view"),
-    "tolstat.answers.views.replay": ("replay",),
-    "tolstat.answers.what_if.reweighted_trials": ("what_if",),
-    "tolstat.answers.what_if.fresh_study": ("fresh_study",),
-    "tolstat.catalogue": ("models",),
-    "tolstat.execution.execute": ("extend", "resume", "run"),
-    "tolstat.execution.verification": ("verify",),
-    "tolstat.model.contract": ("History", "Model", "Outcome"),
-    "tolstat.model.description": (
-        "Contributor", "Description", "Response", "StudyNumber",
-    ),
-    "tolstat.model.settings": ("column", "setting"),
-    "tolstat.model.view": (
-        "Axis", "Band", "Chart", "Curve", "Level", "Listing", "Mark", "Offer", "Panel",
-        "Region", "Span",
-    ),
-    "tolstat.store.open_run": ("open",),
-    "tolstat.store.run_writer": ("save",),
-    "tolstat.store.stored_run": ("Run",),
-    "tolstat.units.grammar": ("Measure", "Range"),
-}  # fmt: skip
-_HOMES = {name: home for home, names in _NAMES.items() for name in names}
-_ELSEWHERE = {"models": "names"}
-
 __all__ = [
     "Axis", "Band", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
@@ -88,11 +59,30 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("tolstat")
-    if name not in _HOMES:
+    if name not in __all__:
         raise AttributeError(f"module 'tolstat' has no attribute {name!r}")
-    value = getattr(importlib.import_module(_HOMES[name]), _ELSEWHERE.get(name, name))
+    home, original = _homes()[name]
+    value = getattr(importlib.import_module(home), original)
     globals()[name] = value
     return value
+
+
+@cache
+def _homes() -> dict[str, tuple[str, str]]:
+    """Return module and name there of each public name, from the imports above.
+
+    A name is loaded when it is first used: `import tolstat` and `tolstat --help` stay
+    quick.
+    """
+    import ast
+
+    block = ast.parse(Path(__file__).read_text("utf-8"))
+    return {
+        alias.asname or alias.name: (node.module or "", alias.name)
+        for node in ast.walk(block)
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
 
 
 def __dir__() -> list[str]:

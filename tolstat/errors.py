@@ -7,8 +7,6 @@ from pathlib import Path
 from traceback import TracebackException
 from typing import Any, NamedTuple
 
-from tolstat.synonyms import names_of
-
 LONGEST_MESSAGE = 1000  # characters of the message of another's error
 
 
@@ -147,6 +145,8 @@ def allowed_names(wrong: str, allowed: Iterable[str]) -> str:
     one, or else near one; else the list of them. The wrong name is as the user typed
     it.
     """
+    from tolstat.synonyms import names_of  # a long table, for mistakes alone
+
     names = list(allowed)
     similar = names_of(wrong, names) or [
         (name, "") for name in difflib.get_close_matches(wrong, names, n=3, cutoff=0.6)

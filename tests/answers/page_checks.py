@@ -33,8 +33,7 @@ from tolstat.document.blocks import (
     Table,
     Verbatim,
 )
-from tolstat.document.digits import in_cell, plain
-from tolstat.document.inline import Number
+from tolstat.document.inline import Number, in_cell, plain
 from tolstat.render import figures
 from tolstat.render.page import page
 from tolstat.render.picture import SMALLEST

@@ -18,8 +18,8 @@ from tolstat.answers.halved_entries import halved_entries
 from tolstat.answers.next_steps import to_allocate, to_halve
 from tolstat.answers.report.chosen_steps import halving_of
 from tolstat.answers.report.finding_words import next_steps
-from tolstat.answers.report.findings import StepKind
-from tolstat.answers.report.limits_table import remedy_cell
+from tolstat.answers.report.first_page import remedy_cell
+from tolstat.answers.report.report_answer import StepKind
 from tolstat.cli.main import main
 from tolstat.render.screen import as_text
 from tolstat.study.study import load

@@ -15,7 +15,7 @@ from tolstat.answers.views.evaluate import view_of
 from tolstat.answers.views.replay import nominal_trial, replay
 from tolstat.answers.views.view_file import as_csv
 from tolstat.cli.main import main
-from tolstat.document.chart_plot import plot_of
+from tolstat.document.view_content import plot_of
 from tolstat.study.study import load, typed_units
 
 

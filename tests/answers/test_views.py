@@ -21,9 +21,8 @@ from tolstat.answers.views.view_file import (
     view_document,
 )
 from tolstat.cli.main import main
-from tolstat.document.digits import in_cell, plain
-from tolstat.document.inline import Number
-from tolstat.document.view_table import view_table
+from tolstat.document.inline import Number, in_cell, plain
+from tolstat.document.view_content import view_table
 from tolstat.errors import ModelError, QuestionError, RunFileError
 from tolstat.model.view import (
     Axis,

@@ -27,8 +27,7 @@ from tests.execution.audited import Cliff
 from tests.execution.rare_chain import CHAIN
 from tests.execution.same_runs import Enough, same
 from tests.store.tampering import resealed
-from tolstat.answers.rare.failure_points import normal_score
-from tolstat.answers.rare.rare_answer import rare_summary
+from tolstat.answers.rare.rare_answer import normal_score, rare_summary
 from tolstat.answers.rare.rare_document import STAGES
 from tolstat.answers.run_entries import RunIndex, entry_of
 from tolstat.cli.main import main

@@ -10,7 +10,7 @@ from scipy.stats import norm
 
 import tolstat
 from tolstat.answers.report.finding_words import next_steps
-from tolstat.answers.report.findings import NoCause, StepKind
+from tolstat.answers.report.report_answer import NoCause, StepKind
 from tolstat.answers.run_entries import verdicts_of
 from tolstat.cli.check import checked as check_runs
 from tolstat.deviations.spread import reach_of

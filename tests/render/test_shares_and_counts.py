@@ -6,8 +6,7 @@ import pytest
 
 import tolstat
 from tests.answers.page_checks import rows_of, table_under, words_in
-from tolstat.document.digits import FEW, in_cell, in_line, plain
-from tolstat.document.inline import Number
+from tolstat.document.inline import FEW, Number, in_cell, in_line, plain
 from tolstat.render.screen import as_text
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import PER_CENT, PPM

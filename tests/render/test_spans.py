@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.answers.views.view_file import draw_view
-from tolstat.document.chart_plot import plot_of
+from tolstat.document.view_content import plot_of
 from tolstat.model.view import Axis, Chart, Curve, Span
 from tolstat.render.figures import as_svg
 

@@ -8,8 +8,7 @@ import pytest
 
 from tests.answers.browser import asked
 from tolstat.document.blocks import Document, Range, Ranges
-from tolstat.render.page import page
-from tolstat.render.track import Track
+from tolstat.render.page import Track, page
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import PPM
 

@@ -11,7 +11,7 @@ import pytest
 import tolstat
 from tests.answers.page_checks import rows_of, table_under, words_in
 from tests.model.rich import Rich
-from tolstat.document.digits import in_cell, plain
+from tolstat.document.inline import in_cell, plain
 from tolstat.render.screen import as_text
 from tolstat.units.scale import (
     PART,

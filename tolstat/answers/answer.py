@@ -5,18 +5,26 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from tolstat.answers.documents import document_of
-from tolstat.answers.output_file import check_ending, replace
 from tolstat.document.blocks import Document
-from tolstat.render.serialize import Row, as_json, rows_as_csv, rows_as_frame
+from tolstat.document.inline import Row
 
 if TYPE_CHECKING:
     import pandas as pd
 
 ENDINGS = (".html", ".csv", ".json")
+# by the name of an answer: the module of this folder that has its document, and the
+# function there. An answer is types, and knows none of its words.
+DOCUMENTS = {
+    "compare": ("compare.comparison_document", "comparison_document"),
+    "extremes": ("sweep.extremes_document", "extremes_document"),
+    "rare": ("rare.rare_document", "rare_document"),
+    "report": ("report.report_document", "report_document"),
+    "summary": ("report.summary_document", "summary_document"),
+}
 
 
 class Answer(ABC):
@@ -35,7 +43,10 @@ class Answer(ABC):
 
     def document(self) -> Document:
         """Return its document: headings, sentences, tables, figures."""
-        return document_of(self)
+        module, function = DOCUMENTS[self.answers]
+        module = f"tolstat.answers.{module}"
+        document: Document = getattr(import_module(module), function)(self)
+        return document
 
     @abstractmethod
     def rows(self) -> Sequence[Row]:
@@ -48,14 +59,20 @@ class Answer(ABC):
 
     def frame(self) -> pd.DataFrame:
         """Return its wide table as a DataFrame, SI."""
+        from tolstat.render.serialize import rows_as_frame  # a screen needs none
+
         return rows_as_frame(self.rows(), self.index)
 
     def json(self) -> str:
         """Return it as JSON, SI; `tolstat/answers/schemas` has the schema of each."""
+        from tolstat.render.serialize import as_json
+
         return as_json(self, self.answers)
 
     def csv(self) -> str:
         """Return its wide table as CSV, in the units shown."""
+        from tolstat.render.serialize import rows_as_csv
+
         return rows_as_csv(self.rows())
 
     def html(self) -> str:
@@ -72,6 +89,8 @@ class Answer(ABC):
         RunFileError
             If the ending is not allowed, or the file cannot be written or replaced.
         """
+        from tolstat.answers.output_file import check_ending, replace
+
         path = Path(path)
         written = {".html": self.html, ".csv": self.csv, ".json": self.json}
         check_ending(path, "an answer", ENDINGS)

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from tolstat.answers.halved_entries import editor_of, halved_entries, nominal_shift
-from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, Remedy, TolstatError
@@ -215,8 +214,11 @@ def _typed(advice: Advice) -> str:
         return "run its study again, with --force or under another name (-o)"
     extend, resume = ("extend", path, "--trials", trials), ("resume", path)
     response = []
-    if advice.remedy is Remedy.PLOT and not responses_of_interest(advice.run):
-        response = ["--response", advice.run.responses[0].name]
+    if advice.remedy is Remedy.PLOT:
+        from tolstat.answers.sweep.curves import responses_of_interest  # of grids alone
+
+        if not responses_of_interest(advice.run):
+            response = ["--response", advice.run.responses[0].name]
     table, picture = (path.parent / f"{path.stem}.{end}" for end in ("csv", "png"))
     commands: dict[Remedy, tuple[tuple[object, ...], str]] = {
         Remedy.RUN: (("run", path), "runs it"),

@@ -14,9 +14,8 @@ from tolstat.answers.rare.rare_answer import RareSummary, rare_summary
 from tolstat.answers.report.report_warnings import turning
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document import blocks
-from tolstat.document.inline import Link, Number, Parts, text
+from tolstat.document.inline import Link, Number, Parts, Row, text
 from tolstat.errors import DamagedError, FormatError, RunFileError, TolstatError
-from tolstat.render.serialize import Row
 from tolstat.statistics.limits.yields import WORST_FIRST, Yield, yield_of
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run

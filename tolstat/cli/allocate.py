@@ -38,7 +38,7 @@ from tolstat.study.study import Study, load
 def allocate(
     study: Path,
     trials: int | None,
-    compute: options.Compute,
+    crew: options.Crew,
     output: Path | None,
     plot: Path | None,
     form: str | None,
@@ -56,8 +56,10 @@ def allocate(
         check_ending(plot, "a view", VIEWS)
     with stop_on_interrupt() as stop:
         try:
-            with ProgressBar("trials") as bar, compute.crew(stop.is_set) as crew:
-                allocation = allocated(loaded, crew, trials=trials, progress=bar.tell)
+            with ProgressBar("trials") as bar, crew(stop.is_set) as workers:
+                allocation = allocated(
+                    loaded, workers, trials=trials, progress=bar.tell
+                )
         except Interrupted:
             leave(signal.SIGINT, None)
             raise
@@ -73,11 +75,11 @@ def allocate(
             save_view(allocation.chart, plot, f"{loaded.title}: cost over ppm", CHART)
         options.deliver(allocation, None, form)
     if output and not form:
-        written = f"written to {visible(str(output))}; repeat the proof: {proved}"
-        missed = f"{visible(str(output))} is not written: limits are not met"
-        click.echo(written if allocation.met else missed)
+        written = f"written to {output}; repeat the proof: {proved}"
+        missed = f"{output} is not written: limits are not met"
+        options.say(written if allocation.met else missed)
     if plot and not form:
-        click.echo(f"picture in {visible(str(plot))}")
+        options.say(f"picture in {plot}")
     if not allocation.met:
         sys.exit(LIMITS_NOT_MET)
 

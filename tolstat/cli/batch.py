@@ -44,7 +44,7 @@ HEADS = ",".join(Entry._fields[:5])  # how the table of an index begins
 @options.checking
 def batch(
     studies: tuple[Path, ...],
-    compute: options.Compute,
+    crew: options.Crew,
     output: Path | None,
     check: bool,
 ) -> None:
@@ -62,10 +62,10 @@ def batch(
     queue = Queue(waiting, page, console)
     live = Live(console=console, get_renderable=queue.table, transient=True)
     with stop_on_interrupt() as stop:
-        with live, compute.crew(stop.is_set) as crew:
+        with live, crew(stop.is_set) as workers:
             for study in files:
                 if not stop.is_set():
-                    queue.work_off(study, crew)
+                    queue.work_off(study, workers)
         show_table(queue.index.progress())
         for entry in queue.entries.values():
             if entry.problem:
@@ -98,7 +98,7 @@ class Queue:
         """Return the index for the live display."""
         return as_rich(self.index.progress(), self.console.width)
 
-    def work_off(self, study: Path, crew: Workers) -> None:
+    def work_off(self, study: Path, workers: Workers) -> None:
         """Run one study and write its report; a failure stops no other study."""
         began = time.monotonic()
 
@@ -117,7 +117,7 @@ class Queue:
 
         self._set(study, state=RUNNING)
         try:
-            run, how, notes = complete(study, crew, tell)
+            run, how, notes = complete(study, workers, tell)
             note(notes)
             self.entries[study] = entry_of(run)._replace(study=study.stem)
             self._set(study, state=how if run.complete else STOPPED)

@@ -20,7 +20,6 @@ from tolstat.answers.sampled_trials import drawn_trials, no_sample
 from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, LIMITS_UNDECIDED
 from tolstat.errors import Advice, QuestionError, Remedy
-from tolstat.literal import visible
 from tolstat.render.screen import Screen, as_text
 from tolstat.render.serialize import as_json
 from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, Verdict, worded
@@ -69,7 +68,7 @@ def check(runs: tuple[Path, ...], numbers: bool) -> None:
     if numbers:
         click.echo(as_json(result, result.answers), nl=False)
     for run, response, limit, *verdict in () if numbers else result.limits:
-        click.echo(visible(f"{run}: {response} {limit}: {worded(*verdict)}"))
+        options.say(f"{run}: {response} {limit}: {worded(*verdict)}")
     sys.exit(result.exit_code)
 
 

@@ -7,8 +7,8 @@ import click
 from tolstat.answers.new_model import new_model
 from tolstat.answers.new_study import new_study
 from tolstat.answers.output_file import check_folder
+from tolstat.cli.options import say
 from tolstat.errors import RunFileError
-from tolstat.literal import visible
 
 
 @click.command()
@@ -42,4 +42,4 @@ def _write(output: Path, text: str, kind: str) -> None:
             file.write(text)
     except FileExistsError:
         raise RunFileError(f"{output} exists; give another name") from None
-    click.echo(f"{kind} in {visible(str(output))}")
+    say(f"{kind} in {output}")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from functools import wraps
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,8 +16,11 @@ from tolstat.literal import visible
 if TYPE_CHECKING:
     from tolstat.answers.answer import Answer
     from tolstat.execution.workers.block_scheduler import Workers
+    from tolstat.execution.workers.cluster import Cluster
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+# starts workers that stop when its argument tells
+Crew = Callable[[Callable[[], bool]], AbstractContextManager["Workers"]]
 
 MOST = 1024  # threads: far more than any processor has
 COUNT = click.IntRange(min=1)
@@ -97,26 +100,20 @@ checking = click.option(
 )
 
 
-class Compute(NamedTuple):
-    """Where trials are evaluated."""
+@contextmanager
+def _crew(
+    number: int | None, address: str | None, stopping: Callable[[], bool]
+) -> Iterator[Workers]:
+    """Start workers; end them when they are not needed, or have to stop."""
+    from tolstat.execution.workers.block_scheduler import Workers
 
-    workers: int | None = None  # threads; default: all processors
-    # address of a Dask scheduler; default: threads of this process
-    cluster: str | None = None
+    cluster: AbstractContextManager[Cluster | None] = nullcontext()
+    if address:
+        from tolstat.execution.workers.cluster import Cluster
 
-    @contextmanager
-    def crew(self, stopping: Callable[[], bool]) -> Iterator[Workers]:
-        """Start workers; end them when they are not needed, or have to stop."""
-        from tolstat.execution.workers.block_scheduler import Workers
-
-        with ExitStack() as stack:
-            cluster = None
-            if self.cluster:
-                from tolstat.execution.workers.cluster import Cluster
-
-                cluster = stack.enter_context(Cluster(self.cluster))
-            crew = Workers(self.workers, stopping, executor=cluster)
-            yield stack.enter_context(crew)
+        cluster = Cluster(address)
+    with cluster as executor, Workers(number, stopping, executor=executor) as crew:
+        yield crew
 
 
 workers = click.option(
@@ -133,7 +130,7 @@ _cluster = click.option(
 
 
 def computing(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add --workers and --cluster to a command: its argument `compute`."""
+    """Add --workers and --cluster to a command: its argument `crew` starts workers."""
 
     @wraps(command)
     def computed(
@@ -141,9 +138,15 @@ def computing(command: Callable[..., Any]) -> Callable[..., Any]:
     ) -> Any:
         if workers and cluster:
             raise click.UsageError("give --workers or --cluster, not both")
-        return command(*arguments, compute=Compute(workers, cluster), **options)
+        crew = partial(_crew, workers, cluster)
+        return command(*arguments, crew=crew, **options)
 
     return workers(_cluster(computed))
+
+
+def say(words: str) -> None:
+    """Print a line, in which every character is visible; it never wraps."""
+    click.echo(visible(words))
 
 
 def check_delivery(output: Path | None, form: str | None) -> None:
@@ -180,4 +183,4 @@ def deliver(answer: Answer, output: Path | None, form: str | None) -> None:
         return
     show(answer.document())
     if output:
-        click.echo(f"written to {visible(str(answer.save(output)))}")
+        say(f"written to {answer.save(output)}")

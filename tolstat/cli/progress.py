@@ -1,21 +1,13 @@
-"""The progress bar of commands that evaluate trials, and how they end."""
+"""The progress bar of commands that evaluate trials, and notes on the way."""
 
 import math
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import suppress
-from pathlib import Path
+from collections.abc import Iterator
 
 from rich import progress as bars
 
-from tolstat.answers.next_steps import to_resume
-from tolstat.answers.report.gather import summary
-from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
-from tolstat.cli.options import Compute
 from tolstat.execution.run_loop import Progress
 from tolstat.literal import visible
-from tolstat.render.screen import Screen, show
-from tolstat.store.stored_run import Run
+from tolstat.render.screen import Screen
 
 AFTERWARDS = {"audit": "evaluating the audit", "diagnostics": "slopes and worst cases"}
 
@@ -71,29 +63,3 @@ def notes_of(progress: Progress) -> Iterator[str]:
             f"{rules}: about {more} trials are needed (first estimate); at_most = "
             f"{progress.at_most} is probably too small"
         )
-
-
-def watch(
-    path: Path, compute: Compute, work: Callable[..., Run], *, check: bool = False
-) -> None:
-    """Work on a run, show its progress and its summary; with `check` end as that."""
-    console = Screen(stderr=True)
-    with stop_on_interrupt() as stop:
-        with ProgressBar(path.stem) as bar, compute.crew(stop.is_set) as crew:
-            done = work(crew, progress=bar.tell)
-        if not done.complete:
-            with suppress(OSError):  # the terminal may be gone
-                stored = f"{done.ended} of {done.trials} trials are stored"
-                words = f"stopped: {stored} in {done.path}; continue with:"
-                console.say(words)
-                console.type(to_resume(done.path, done.machine))
-            leave_interrupted()
-        show(summary(done).document())
-    seconds = done.provenance["seconds"]
-    rate = f"{done.trials / seconds:.0f} trials/s"
-    stored = f"stored in {done.path}"
-    console.say(f"{done.trials} trials in {seconds:.1f} s ({rate}), {stored}")
-    if check:
-        from tolstat.cli.check import checked
-
-        sys.exit(checked([done]).exit_code)

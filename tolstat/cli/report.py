@@ -13,7 +13,6 @@ from tolstat.answers.trial_export import export as write_trials
 from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
 from tolstat.errors import QuestionError
-from tolstat.literal import visible
 from tolstat.store.open_run import open as open_run
 
 
@@ -49,7 +48,7 @@ def report(
         options.deliver(answer, output, form)
     else:
         path = answer.save(output or run.path.with_suffix(".html"))
-        click.echo(f"report in {visible(str(path))}")
+        options.say(f"report in {path}")
 
 
 @click.command()
@@ -85,4 +84,4 @@ def export(source: Path, output: Path, force: bool) -> None:
     """
     run = open_run(source)
     write_trials(run, output, force=force)
-    click.echo(f"{run.trials} trials in {visible(str(output))}")
+    options.say(f"{run.trials} trials in {output}")

@@ -1,14 +1,21 @@
 """Run a study; resume or extend its run."""
 
+import sys
+from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
 import click
 
+from tolstat.answers.next_steps import to_resume
+from tolstat.answers.report.gather import summary
 from tolstat.cli import options
-from tolstat.cli.progress import watch
+from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
+from tolstat.cli.progress import ProgressBar
 from tolstat.execution.execute import execute, go_on
-from tolstat.render.screen import Screen
+from tolstat.render.screen import Screen, show
+from tolstat.store.stored_run import Run
 from tolstat.study.study import load
 
 
@@ -26,7 +33,7 @@ def run(
     study: Path,
     trials: int | None,
     seed: int | None,
-    compute: options.Compute,
+    crew: options.Crew,
     output: Path | None,
     force: bool,
     check: bool,
@@ -45,7 +52,7 @@ def run(
     for warning in loaded.warnings:
         Screen(stderr=True).say(f"note: {warning}")
     work = partial(execute, loaded, path, force=force)
-    watch(path, compute, work, check=check)
+    _watch(path, crew, work, check=check)
 
 
 @click.command()
@@ -60,14 +67,14 @@ def run(
 @options.regardless
 @options.checking
 def resume(
-    source: Path, compute: options.Compute, rerun: bool, regardless: bool, check: bool
+    source: Path, crew: options.Crew, rerun: bool, regardless: bool, check: bool
 ) -> None:
     """Finish an interrupted run, and repair a damaged one.
 
     The result is, bit for bit, that of an uninterrupted run.
     """
     work = partial(go_on, source, rerun=rerun, regardless=regardless)
-    watch(source, compute, work, check=check)
+    _watch(source, crew, work, check=check)
 
 
 @click.command()
@@ -82,11 +89,37 @@ def resume(
 @options.regardless
 @options.checking
 def extend(
-    source: Path, trials: int, compute: options.Compute, regardless: bool, check: bool
+    source: Path, trials: int, crew: options.Crew, regardless: bool, check: bool
 ) -> None:
     """Add trials to a run of random or Sobol' sampling.
 
     The result is, bit for bit, that of one run with all trials.
     """
     work = partial(go_on, source, trials=trials, regardless=regardless)
-    watch(source, compute, work, check=check)
+    _watch(source, crew, work, check=check)
+
+
+def _watch(
+    path: Path, crew: options.Crew, work: Callable[..., Run], *, check: bool
+) -> None:
+    """Work on a run, show its progress and its summary; with `check` end as that."""
+    console = Screen(stderr=True)
+    with stop_on_interrupt() as stop:
+        with ProgressBar(path.stem) as bar, crew(stop.is_set) as workers:
+            done = work(workers, progress=bar.tell)
+        if not done.complete:
+            with suppress(OSError):  # the terminal may be gone
+                stored = f"{done.ended} of {done.trials} trials are stored"
+                words = f"stopped: {stored} in {done.path}; continue with:"
+                console.say(words)
+                console.type(to_resume(done.path, done.machine))
+            leave_interrupted()
+        show(summary(done).document())
+    seconds = done.provenance["seconds"]
+    rate = f"{done.trials / seconds:.0f} trials/s"
+    stored = f"stored in {done.path}"
+    console.say(f"{done.trials} trials in {seconds:.1f} s ({rate}), {stored}")
+    if check:
+        from tolstat.cli.check import checked
+
+        sys.exit(checked([done]).exit_code)

@@ -17,9 +17,9 @@ from tolstat.answers.run_entries import RunIndex, entry_of, stored_runs
 from tolstat.answers.sweep.extremes_document import comparisons
 from tolstat.answers.sweep.sweep_figure import save_sweeps
 from tolstat.cli.entry import INTERRUPTED, stop_on_interrupt
-from tolstat.cli.options import path_argument, plot_option
+from tolstat.cli.options import path_argument, plot_option, say
 from tolstat.document.blocks import Document
-from tolstat.render.screen import Screen, as_rich, screen
+from tolstat.render.screen import Screen, as_rich
 from tolstat.render.screen import show as print_document
 from tolstat.store.files_beside import writer_of
 from tolstat.store.open_run import open as open_run
@@ -57,7 +57,7 @@ def show(
         save_sweeps(runs, plot, responses)
         for run in runs:
             print_document(Document("", tuple(comparisons(run))))
-        screen().print(f"picture in {plot}")
+        say(f"picture in {plot}")
         return
     for source in sources:
         if source.endswith((".h5", ".toml")) or Path(source).is_file():

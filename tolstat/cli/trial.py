@@ -9,18 +9,18 @@ from tolstat.answers.output_file import check_ending
 from tolstat.answers.views.evaluate import view_of
 from tolstat.answers.views.replay import nominal_trial, replay
 from tolstat.answers.views.view_file import VIEWS, save_view, view_on_screen
-from tolstat.cli.options import output_option, path_argument, plot_option
+from tolstat.cli import options
 from tolstat.errors import ModelError
 from tolstat.model.checked_views import offers
-from tolstat.render.screen import screen, show
+from tolstat.render.screen import show
 from tolstat.study.study import load
 
 
 @click.command()
-@path_argument("source", "RUN.h5|STUDY.toml")
+@options.path_argument("source", "RUN.h5|STUDY.toml")
 @click.argument("index", type=click.IntRange(min=0), required=False)
 @click.option("--nominal", is_flag=True, help="Simulate the trial without deviations.")
-@plot_option("Write its histories to a .png, .svg, .pdf, .csv or .html file.")
+@options.plot_option("Write its histories to a .png, .svg, .pdf, .csv or .html file.")
 def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> None:
     """Simulate one stored trial again, with its histories.
 
@@ -44,15 +44,17 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
         if answer.history is None:
             raise ModelError("this model does not move: it has no histories")
         save_view(answer.history, plot, answer.title)
-        screen().print(f"picture in {plot}")
+        options.say(f"picture in {plot}")
     if answer.differences:
         sys.exit(1)
 
 
 @click.command()
-@path_argument("study", "STUDY.toml")
+@options.path_argument("study", "STUDY.toml")
 @click.argument("name")
-@output_option("Write a .png, .svg, .pdf, .csv or .html file; default: a table here.")
+@options.output_option(
+    "Write a .png, .svg, .pdf, .csv or .html file; default: a table here."
+)
 def view(study: Path, name: str, output: Path | None) -> None:
     """Show a view of a model, such as a diagram or a history.
 
@@ -67,6 +69,6 @@ def view(study: Path, name: str, output: Path | None) -> None:
     title = f"{loaded.title}: {name}"
     if output:
         save_view(result, output, title, offers(loaded.model)[name].sentence)
-        screen().print(f"written to {output}")
+        options.say(f"written to {output}")
     else:
         show(view_on_screen(result, title))

@@ -15,7 +15,6 @@ from tolstat.answers.what_if.fresh_study import fresh_study
 from tolstat.answers.what_if.reweighted_trials import what_if as estimate
 from tolstat.cli import options
 from tolstat.errors import QuestionError, RunFileError, StudyError, TolstatError
-from tolstat.literal import visible
 from tolstat.store.files_beside import free_name
 from tolstat.store.open_run import open as open_run
 
@@ -72,7 +71,7 @@ def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:
     text = fresh_study(run, deviations, limits=limits, folder=path.parent)
     replace(path, text.encode())
     typed = command("run", path, machine=run.machine)
-    click.echo(f"study in {visible(str(path))}; run it: {visible(typed)}")
+    options.say(f"study in {path}; run it: {typed}")
 
 
 def fresh_run_advice(

@@ -1,8 +1,9 @@
 """The samplers by their names in study files, and the deviations they sample."""
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from importlib import import_module
 from itertools import count
 
 import numpy as np
@@ -11,16 +12,39 @@ from tolstat.arrays import Array
 from tolstat.deviations.dependence import Dependence, joined
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.names import known_or_general
-from tolstat.deviations.rare import Rare
-from tolstat.deviations.samplers import Latin, Random, Saltelli, Sampler, Sobol, Stage
+from tolstat.deviations.samplers import Sampler, Stage
 
-SAMPLERS: dict[str, Sampler] = {
-    "latin": Latin(),
-    "random": Random(),
-    "rare": Rare(),
-    "saltelli": Saltelli(),
-    "sobol": Sobol(),
+# by name in study files: module and class
+KINDS = {
+    "latin": ("samplers", "Latin"),
+    "random": ("samplers", "Random"),
+    "rare": ("rare", "Rare"),
+    "saltelli": ("samplers", "Saltelli"),
+    "sobol": ("samplers", "Sobol"),
 }
+
+
+class Samplers(Mapping[str, Sampler]):
+    """The samplers; the search of rare runs, seven files, is loaded when it is used."""
+
+    def __getitem__(self, name: str) -> Sampler:
+        """Return a sampler by its name."""
+        module, kind = KINDS[name]
+        sampler: Sampler = getattr(
+            import_module(f"tolstat.deviations.{module}"), kind
+        )()
+        return sampler
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names."""
+        return iter(KINDS)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(KINDS)
+
+
+SAMPLERS = Samplers()
 
 # yields stages and their deviations; for each it is sent the margins of the trials
 Course = Generator[tuple[Stage, Array], Array, None]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from tolstat.document.inline import Inline, Number, Parts, Said, text
-from tolstat.document.plot import Plot
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import Scale
+
+if TYPE_CHECKING:
+    from tolstat.document.plot import Plot  # a screen has no figures
 
 
 class Cell(NamedTuple):

@@ -17,8 +17,7 @@ from matplotlib.ticker import AutoLocator, MaxNLocator, NullLocator
 from scipy.special import ndtri
 
 from tolstat.document.blocks import Cell, Table
-from tolstat.document.digits import in_cell, plain
-from tolstat.document.inline import Number
+from tolstat.document.inline import Number, in_cell, plain
 from tolstat.document.plot import (
     CURVE_COLOURS,
     Bars,

@@ -1,5 +1,6 @@
 """A document as a self-contained page of HTML."""
 
+import math
 import re
 from functools import cache
 from importlib.resources import files
@@ -8,14 +9,25 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from tolstat.document.blocks import Cell, Document, Figure, Section
-from tolstat.document.digits import Written, in_cell, in_line
-from tolstat.document.inline import Inline, Link, Name, Number, Parts, Typed, Word
+from tolstat.document.blocks import Cell, Document, Figure, Ranges, Section
+from tolstat.document.inline import (
+    Inline,
+    Link,
+    Name,
+    Number,
+    Parts,
+    Typed,
+    Word,
+    Written,
+    in_cell,
+    in_line,
+)
 from tolstat.literal import visible
-from tolstat.render.track import Track
 
 # five digits or more before a point, in groups of three with thin spaces
 LONG, THIN = re.compile(r"(?<![\d.])\d{5,}(?!\d*e)"), "\u202f"
+MOST_DECADES = 5  # along the axis of intervals
+BELOW = 0.07  # of that axis, linear from 0 to its first power of ten
 
 
 def page(document: Document) -> str:
@@ -132,3 +144,31 @@ def _css_string(text: str) -> str:
     """Return a text for a style sheet, escaped."""
     plain = (c if c.isalnum() else f"\\{ord(c):x} " for c in visible(text))
     return '"' + "".join(plain) + '"'
+
+
+class Track:
+    """The logarithmic axis of intervals against a level, from 0 to above all values.
+
+    `ticks` are its numbers, as shown.
+    """
+
+    def __init__(self, ranges: Ranges) -> None:
+        self.times, rows = ranges.scale.factor, ranges.rows
+        levels = [self.times * row.level for row in rows]
+        seen = [self.times * x for row in rows for x in (row.found[0], row.found[2])]
+        seen = [x for x in (*seen, *levels, min(levels) / 100) if 0 < x < math.inf]
+        self.last = math.ceil(math.log10(max(seen)) - 1e-9)
+        first = math.floor(math.log10(min(seen)))
+        self.first = max(first, self.last - MOST_DECADES)
+        powers = range(self.first, self.last + 1)
+        self.ticks = (0.0, *(10.0**power for power in powers))
+        self.shared = f"{ranges.level} {min(levels):.4g}" if len({*levels}) == 1 else ""
+
+    def percent(self, value: float) -> float:
+        """Return where a value, SI, lies: in % of the axis."""
+        x = self.times * value
+        part = BELOW * x / 10.0**self.first
+        if part > BELOW:
+            decades = (math.log10(x) - self.first) / (self.last - self.first)
+            part = BELOW + (1 - BELOW) * decades
+        return round(100 * min(max(part, 0.0), 1.0), 2)

@@ -25,8 +25,15 @@ from tolstat.document.blocks import (
     Table,
     Verbatim,
 )
-from tolstat.document.digits import in_cell, in_line, plain
-from tolstat.document.inline import Inline, Number, Parts, Typed
+from tolstat.document.inline import (
+    Inline,
+    Number,
+    Parts,
+    Typed,
+    in_cell,
+    in_line,
+    plain,
+)
 from tolstat.literal import visible
 
 PIPED_WIDTH = 120  # if the output is no terminal, and COLUMNS is not set
@@ -85,11 +92,6 @@ class Screen(Console):
         os.dup2(os.open(os.devnull, os.O_WRONLY), self.file.fileno())
 
 
-def screen() -> Screen:
-    """Return the standard output."""
-    return Screen()
-
-
 def show(document: Document) -> None:
     """Print a document on the standard output: its tables and sentences."""
     _show(Section(document.title, document.blocks))
@@ -115,7 +117,7 @@ def _show(block: Block) -> None:
             for name, parts in block.rows:
                 _print((f"{name}: ", *parts))
         case Verbatim():
-            screen().say(block.text)
+            Screen().say(block.text)
         case _:
             pass  # figures are for pages
 
@@ -134,7 +136,7 @@ def as_text(parts: Parts) -> str:
 
 def _print(parts: Parts, before: str = "") -> None:
     """Print a sentence; numbers keep their units, and a command has its own line."""
-    rest, console = list(parts), screen()
+    rest, console = list(parts), Screen()
     while rest:
         typed = [i for i, part in enumerate(rest) if isinstance(part, Typed)]
         end = typed[0] if typed else len(rest)
@@ -151,7 +153,7 @@ def _unbroken(part: Inline) -> str:
 
 
 def _print_title(title: str) -> None:
-    screen().print(title, style="table.title")
+    Screen().print(title, style="table.title")
 
 
 def as_rich(table: Table, width: int) -> RichTable:
@@ -169,9 +171,9 @@ def show_table(table: Table) -> None:
     """
     if table.title:
         _print_title(table.title)
-    fits, omitted = _fitting(table, screen().width)
+    fits, omitted = _fitting(table, Screen().width)
     if fits:
-        screen().print(fits)
+        Screen().print(fits)
     else:
         for row in table.rows:
             _print_row(table, row)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tolstat.document.inline import Number
+from tolstat.document.inline import Number, Row
 from tolstat.literal import csv_cell
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import Scale, share_words
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 SCHEMA = 3  # raised when a name or a meaning changes
 FIGURES = 12  # significant after a conversion of units
-Row = Mapping[str, Number | str | int]  # by head: "mean [unit]", "failed"
 ENDS, REASON = ("", " lower", " upper"), " reason"
 
 

@@ -24,8 +24,7 @@ from tests.answers.page_checks import (
 )
 from tolstat.answers.rare.rare_answer import rare_summary
 from tolstat.document.blocks import Paragraph
-from tolstat.document.digits import in_line
-from tolstat.document.inline import Number
+from tolstat.document.inline import Number, in_line
 from tolstat.render.screen import as_text
 
 

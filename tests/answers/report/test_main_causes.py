@@ -15,10 +15,9 @@ from tests.answers.page_checks import steps_of, words_in
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report.chosen_steps import findings_of
 from tolstat.answers.report.finding_words import next_steps
-from tolstat.answers.report.findings import Evidence, NoCause, StepKind
-from tolstat.answers.report.first_page import first_page
+from tolstat.answers.report.first_page import first_page, limits_table
 from tolstat.answers.report.gather import report_of
-from tolstat.answers.report.limits_table import limits_table
+from tolstat.answers.report.report_answer import Evidence, NoCause, StepKind
 from tolstat.document.blocks import Table
 from tolstat.document.inline import Typed
 from tolstat.render.screen import as_text, show

@@ -21,10 +21,10 @@ from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report import finding_words
 from tolstat.answers.report.finding_words import NOT_BEYOND as UNSEEN
 from tolstat.answers.report.finding_words import centring_words, off_centre_words
-from tolstat.answers.report.findings import StepKind
 from tolstat.answers.report.first_page import first_page
 from tolstat.answers.report.gather import report_of, summary_of
 from tolstat.answers.report.off_centre import MeanShift, Narrowing
+from tolstat.answers.report.report_answer import StepKind
 from tolstat.answers.report.summary_document import summary_document
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.cli.main import main

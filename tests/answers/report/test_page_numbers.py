@@ -26,8 +26,7 @@ from tolstat.answers.cells import ppk_cell
 from tolstat.answers.report.gather import report_of
 from tolstat.answers.report.response_section import response_section
 from tolstat.document.blocks import Cell
-from tolstat.document.digits import in_cell, plain
-from tolstat.document.inline import Number
+from tolstat.document.inline import Number, in_cell, plain
 from tolstat.render.page import _cell
 from tolstat.render.screen import as_text
 from tolstat.statistics.estimate import Estimate

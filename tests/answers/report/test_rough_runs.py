@@ -13,7 +13,7 @@ import pytest
 import tolstat
 from tests.answers.page_checks import words_in
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
-from tolstat.answers.report.findings import StepKind
+from tolstat.answers.report.report_answer import StepKind
 from tolstat.answers.run_entries import stored_runs
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.status import Status

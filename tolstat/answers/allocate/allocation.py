@@ -11,19 +11,19 @@ from tolstat.answers.allocate.search import Point
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import ppm
 from tolstat.document import blocks
-from tolstat.document.chart_plot import plot_of
 from tolstat.document.inline import (
     Name,
     Number,
     Parts,
+    Row,
     Word,
     counted,
     listed,
     say,
     text,
 )
+from tolstat.document.view_content import plot_of
 from tolstat.model.view import Axis, Chart, Curve, Mark, Panel
-from tolstat.render.serialize import Row
 from tolstat.statistics.limits.yields import MET
 
 CHART = "Cost of the cheapest tolerances over the fraction out of any limit"

@@ -9,8 +9,7 @@ from tolstat.answers.cells import NONE, number_cells
 from tolstat.answers.compare.limit_difference import LimitDifference
 from tolstat.answers.compare.pairing import Pairing
 from tolstat.answers.report.report_warnings import ReportWarning
-from tolstat.document.inline import Number
-from tolstat.render.serialize import Row
+from tolstat.document.inline import Number, Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import Summary
 from tolstat.units.scale import PER_CENT, PPM, Scale, share_words

@@ -2,11 +2,9 @@
 
 from tolstat.answers.cells import ppm
 from tolstat.answers.next_steps import to_replay
-from tolstat.answers.rare.failure_points import FailurePoint
-from tolstat.answers.rare.rare_answer import RareSummary
+from tolstat.answers.rare.rare_answer import FailurePoint, RareSummary
 from tolstat.answers.report.finding_words import in_words, step_words
-from tolstat.answers.report.first_page import PICTURE
-from tolstat.answers.report.limits_table import INTERVAL, limit_row
+from tolstat.answers.report.first_page import INTERVAL, PICTURE, limit_row
 from tolstat.answers.report.report_document import assumptions_section, sheet
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell

@@ -13,7 +13,7 @@ from tolstat.answers.next_steps import (
     to_shift,
     typed_setting,
 )
-from tolstat.answers.report.findings import (
+from tolstat.answers.report.report_answer import (
     NOT_BY_TOLERANCES,
     Evidence,
     Findings,

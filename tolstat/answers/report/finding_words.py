@@ -6,15 +6,15 @@ from itertools import groupby
 from tolstat.answers.cells import ppm
 from tolstat.answers.next_steps import as_typed
 from tolstat.answers.report.chosen_steps import MOST_NAMED
-from tolstat.answers.report.findings import (
+from tolstat.answers.report.off_centre import OffCentre, Outside
+from tolstat.answers.report.report_answer import (
     Evidence,
     Findings,
     Halving,
+    RunSummary,
     Step,
     StepKind,
 )
-from tolstat.answers.report.off_centre import OffCentre, Outside
-from tolstat.answers.report.report_answer import RunSummary
 from tolstat.answers.report.report_warnings import (
     IdleContributors,
     JumpWarning,

@@ -1,23 +1,55 @@
-"""The first page: which limits are met, main causes, next steps."""
+"""The first page: which limits are met, in a table, main causes, next steps."""
 
+import math
 from collections import Counter
 from collections.abc import Collection
 
+from tolstat.answers.cells import limit_cell, ppm, verdict_cell
 from tolstat.answers.report.finding_words import (
+    STILL_MISSED,
+    cause_words,
     in_words,
     next_steps,
     off_centre_words,
     what_next,
 )
-from tolstat.answers.report.limits_table import limits_table
-from tolstat.answers.report.report_answer import RunSummary
+from tolstat.answers.report.report_answer import (
+    Halving,
+    LimitFinding,
+    NoCause,
+    RunSummary,
+)
+from tolstat.answers.report.response_summary import Causes, ResponseSummary
 from tolstat.document import blocks
-from tolstat.document.inline import Number, Parts, Word, listed, say, text
+from tolstat.document.blocks import Cell
+from tolstat.document.inline import (
+    Name,
+    Number,
+    Parts,
+    Word,
+    counted,
+    listed,
+    say,
+    text,
+)
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET
-from tolstat.units.scale import PER_CENT, PPM
+from tolstat.statistics.sensitivity.pairs import Together
+from tolstat.units.scale import PART, PER_CENT, PPM
 
 MOST_LIMITS = 6  # in the table of a first page: on paper it is one sheet
 PICTURE = "Fraction out of limit against what is permitted"
+ALL_LIMITS = "All limits"
+LEAST_LEVEL = 1e-6  # smaller ones say no more
+INTERVAL = "Each number has its 95 % interval below it"
+CENTRAL = " of the central 99 %"  # of the trials: others are clipped
+READING = (
+    "Quantiles: order statistics, for any distribution. Fractions out of limit: "
+    "anytime-valid, trials may be added. Equivalent Ppk: of a normal response with the "
+    "same fraction out of limit."
+)
+RANDOM_TRIALS = "causes are named for random trials only"
 
 
 def first_page(
@@ -90,3 +122,151 @@ def ranges_of(summary: RunSummary) -> blocks.Ranges:
     shares = ", ".join(f"{r.name} {PPM.interval(*r.found[:3])[0]}" for r in ranges)
     words = f"Fractions out of limit in ppm: {shares}"
     return blocks.Ranges(words, tuple(ranges), PPM, "permitted")
+
+
+def limits_table(
+    summary: RunSummary, links: Collection[str] = (), most: int | None = None
+) -> blocks.Table:
+    """Return verdict, fraction out of limit, main cause and what would help.
+
+    Of all limits, or of the worst ones. Names in `links` lead to their sections.
+    """
+    rows, limits = [], list(summary.limits.items())
+    trials = summary.trials.done + summary.trials.failed
+    for name, limited in limits[:most]:
+        response, finding = summary.responses[name], summary.findings.limits[name]
+        yields = limited.yields
+        good = Number(yields.within_at_most, PER_CENT, of=trials)
+        failed = say("yield, if failed trials were good: {}", good)
+        link = Name(name, name if name in links else "")
+        rows.append({
+            **limit_row(
+                Cell((link,), text(response.sentence)), limited.limit,
+                verdict_cell(yields),
+                Cell((ppm(yields.fraction_out_of_limit, trials),),
+                     failed if summary.trials.failed else ()),
+                limited.equivalent_ppk,
+            ),
+            "main cause": _cause_cell(response, finding),
+            "what would help": remedy_cell(finding.halving),
+        })  # fmt: skip
+    caption = rests_on(summary)
+    if summary.unseen_errors:
+        caption = say("{}; {}", caption, summary.unseen_errors)
+    if any(is_clipped(summary.responses[name]) for name, _ in limits[:most]):
+        caption = say("{}; variance: {}", caption, CENTRAL.strip())
+    if len(rows) < len(limits):
+        first = f"The {len(rows)} worst of {len(limits)} limits; behind: "
+        caption = say("{}{}. {}", first, Name(ALL_LIMITS, "limits"), caption)
+    return blocks.table_of(
+        rows, "Limits", words=("main cause", "what would help"), caption=caption,
+        look="verdicts", spare=["what would help", "equivalent Ppk"],
+    )  # fmt: skip
+
+
+def limit_row(
+    name: Cell, limit: Limit, verdict: blocks.Given, share: Cell, equivalent: Estimate
+) -> dict[str, blocks.Given]:
+    """Return a row on a limit: its demand and its results."""
+    demanded = Number(limit.ppk)
+    return {
+        "response": name,
+        "limit": limit_cell(limit),
+        "verdict": verdict,
+        "out of limit, ppm": share,
+        "equivalent Ppk": Cell((Number(equivalent),), say("demanded {}", demanded)),
+    }
+
+
+def _cause_cell(response: ResponseSummary, finding: LimitFinding) -> Cell:
+    """Return the main cause of out-of-limit trials, above the trials it explains.
+
+    Without a cause, the largest variance contribution stands below.
+    """
+    causes = response.causes
+    if causes and (main := causes.main):
+        level = max(main.level, LEAST_LEVEL)
+        below = text("significant at ", Number(level, PART))
+        if main.together:
+            below = explained(main.together, causes)
+        return Cell(text(main.words), text(below, also(causes)))
+    variance: Parts = ()
+    if finding.largest_contribution and response.largest_share:
+        name, share = response.largest_share
+        variance = say("variance: {} {}", Name(name), of_variance(share))
+    return Cell(text(no_cause(finding)), variance)
+
+
+def remedy_cell(halving: Halving | None) -> Cell:
+    """Return what to tighten, above the fraction out of limit that this leaves.
+
+    Where that is not estimable, the reason stands below. A limit that is met needs
+    nothing.
+    """
+    if halving is None:
+        return Cell(())
+    change = say("halve {}", cause_words(halving))
+    if halving.tolerance:
+        names = listed([*map(Name, halving.entries)])
+        change = text(names, f" to {halving.tolerance}")
+    after = halving.after
+    if math.isnan(after.value):
+        return Cell(change, text(f"effect not estimable: {after.reason}"))
+    effect = STILL_MISSED if halving.still_missed else None
+    if after.sure and not halving.significant:
+        effect = ", no significant change"
+    return Cell(change, text(ppm(after), effect))
+
+
+def of_variance(share: Estimate) -> Parts:
+    """Write a variance contribution; of an open interval the lower end."""
+    return at_least(share) if share.upper == 1 else text(Number(share, PART))
+
+
+def is_clipped(response: ResponseSummary) -> bool:
+    """Whether its variance contributions are of the central trials alone."""
+    return response.contributions is not None and response.contributions.clipped
+
+
+def at_least(share: Estimate) -> Parts:
+    """Write the lower end of a share."""
+    return text("at least ", Number(max(share.lower, 0.0), PER_CENT, "at_least"))
+
+
+def explained(together: Together, causes: Causes) -> Parts:
+    """Say how many out-of-limit trials a pair explains, and how rare it is."""
+    n = causes.trials_out_of_limit
+    trials = f"{round(together.far.value * n)} of {n} out-of-limit trials"
+    return say(f"{trials} in its outer {{}}", Number(together.of_all, PART))
+
+
+def also(causes: Causes) -> str:
+    """Name the other causes after the main one."""
+    main, *others = causes.named
+    new = [cause.words for cause in others if not {*cause.members} & {*main.members}]
+    return f"; also {'; '.join(new)}" if new else ""
+
+
+def no_cause(finding: LimitFinding) -> str:
+    """Say why no cause is named, and how many trials would tell of a limit not met."""
+    if finding.no_cause == NoCause.RANDOM_ONLY:
+        return RANDOM_TRIALS
+    tell = f"; about {finding.trials_that_tell} trials would tell"
+    return f"{finding.no_cause}{tell if finding.trials_that_tell else ''}"
+
+
+def rests_on(summary: RunSummary) -> Parts:
+    """Say how many trials the numbers of a table rest on."""
+    trials = summary.trials
+    part: Parts = ()
+    if trials.counted < trials.ran:
+        part = say(", of the {} that statistics rest on", Number(trials.counted))
+    return say("{} done, {} failed{}", counted(trials.done, "trial"),
+               Number(trials.failed), part)  # fmt: skip
+
+
+def reading(summary: RunSummary) -> blocks.Paragraph:
+    """Explain the numbers."""
+    sampled = summary.stored_run.sampled
+    promise = f"{sampled.promise}." if sampled and sampled.replicates else READING
+    return blocks.paragraph(f"{INTERVAL}. {promise}")

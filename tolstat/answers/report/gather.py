@@ -1,16 +1,16 @@
 """The summary and the report of a run, gathered from its file alone."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tolstat.answers import run_answer
-from tolstat.answers.rare.rare_answer import RareSummary, rare_summary
 from tolstat.answers.report.chosen_steps import findings_of
-from tolstat.answers.report.findings import NoCause
 from tolstat.answers.report.integration import (
     integration_of,
     integration_warnings,
@@ -20,6 +20,7 @@ from tolstat.answers.report.main_causes import main_causes
 from tolstat.answers.report.off_centre import OffCentre, off_centre
 from tolstat.answers.report.report_answer import (
     AllLimits,
+    NoCause,
     NumberOfStudy,
     Report,
     RunSummary,
@@ -32,7 +33,6 @@ from tolstat.answers.report.response_summary import (
 )
 from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
-from tolstat.answers.sweep.extremes import Extremes, extremes_of
 from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.moments import unseen
@@ -44,6 +44,10 @@ from tolstat.statistics.summary import Limited, Summary, summarize
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
+
+if TYPE_CHECKING:
+    from tolstat.answers.rare.rare_answer import RareSummary
+    from tolstat.answers.sweep.extremes import Extremes
 
 MOST_DEVIATIONS = 3  # of a worst trial
 FEWEST_WITHIN = 0.1  # of the trials, of which those out of limit differ
@@ -74,11 +78,10 @@ def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
     <tolstat summary: stack-up.h5, 10000 trials; gap undecided>
     """
     run = open_run(run)
-    if run.aim and run.ended:
-        return rare_summary(run)
+    if other := _not_sampled(run, rare=bool(run.ended)):
+        return other
     drawn = drawn_trials(run)
-    if drawn is None:
-        return extremes_of(run)
+    assert drawn
     return summary_of(drawn, run_answer.responses_in_focus(run))
 
 
@@ -116,11 +119,25 @@ def report(
     0.005
     """
     run = open_run(run)
-    if run.aim:
+    return _not_sampled(run, responses) or report_of(run, responses)
+
+
+def _not_sampled(
+    run: Run, responses: Sequence[str] = (), *, rare: bool = True
+) -> RareSummary | Extremes | None:
+    """Return the answer about a run whose trials are no sample of production.
+
+    Each is loaded for its kind of run alone.
+    """
+    if run.aim and rare:
+        from tolstat.answers.rare.rare_answer import rare_summary
+
         return rare_summary(run, responses)
     if drawn_trials(run) is None:
+        from tolstat.answers.sweep.extremes import extremes_of
+
         return extremes_of(run, responses)
-    return report_of(run, responses)
+    return None
 
 
 def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from tolstat.answers.halved_entries import halved_entries
-from tolstat.answers.report.findings import NoCause
+from tolstat.answers.report.report_answer import NoCause
 from tolstat.answers.report.response_summary import Cause, Causes, NamedCause
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.execution.diagnostics.influence import effects_of

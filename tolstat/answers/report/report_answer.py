@@ -1,11 +1,12 @@
-"""The summary and the report of a run, as types. SI."""
+"""The summary, the report and the findings of a run, as types. SI."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from enum import StrEnum
+from typing import Any, NamedTuple
 
 from tolstat.answers.cells import summary_cells
-from tolstat.answers.report.findings import Findings
 from tolstat.answers.report.report_warnings import NumbersWarning, ReportWarning
 from tolstat.answers.report.response_summary import (
     ReportedResponse,
@@ -13,11 +14,110 @@ from tolstat.answers.report.response_summary import (
     by_what_decides,
 )
 from tolstat.answers.run_answer import RunAnswer
-from tolstat.document.inline import Number
-from tolstat.render.serialize import Row
+from tolstat.document.inline import Number, Row
+from tolstat.statistics import estimate
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.yields import Caveat, Verdict
 from tolstat.statistics.summary import Limited
 from tolstat.units.scale import Scale
+
+UNKNOWN_SHARE = Estimate(math.nan)
+
+
+class NoCause(StrEnum):
+    """Why no contributor is named as a cause."""
+
+    NONE_OUT = "no trial out of limit"
+    MOST_OUT = "not named: most trials are out of limit"
+    NOT_SIGNIFICANT = "no significant difference"
+    RANDOM_ONLY = str(estimate.RANDOM_ONLY)
+    OFF_CENTRE = "off centre"
+    JUMPS = "the response jumps"
+    INTEGRATION_ERROR = Caveat.INTEGRATION_ERROR.value
+
+
+# none of the contributors is to be changed for these reasons
+NOT_BY_TOLERANCES = (NoCause.OFF_CENTRE, NoCause.JUMPS, NoCause.INTEGRATION_ERROR)
+
+
+class StepKind(StrEnum):
+    """What a next step does."""
+
+    RESUME = "run missing trials"
+    FINISH = "finish audit and diagnostics"
+    FINER_RUN = "run with finer settings"
+    MEND_FORMULA = "mend formula"
+    CHECK_FORMULA = "check formula"  # a machine may jump so
+    CENTRE = "shift nominal values"
+    HALVE = "halve tolerances"
+    TEST_HALF = "test half tolerances"
+    NOT_HALVED = "tolerances cannot be halved"
+    ADD_TRIALS = "add trials"
+    ALLOCATE = "allocate tolerances"
+
+
+class Evidence(StrEnum):
+    """How well the effect of a step is known."""
+
+    PREDICTED = "predicted"  # by the stored trials
+    UNKNOWN = "unknown"  # a fresh run shows it
+
+
+class Halving(NamedTuple):
+    """The effect of half the tolerances of the main cause of a limit."""
+
+    words: str  # the cause
+    parts: tuple[str, ...]  # contributors
+    entries: Mapping[str, Any]  # of [deviations], as what-if takes them
+    # half the tolerance where it is the same for all, and all that changes; else empty
+    tolerance: str
+    before: Estimate  # fraction out of limit
+    after: Estimate
+    significant: bool  # whether their intervals do not overlap
+    still_missed: bool  # whether the limit is not met with them
+
+
+class LimitFinding(NamedTuple):
+    """What is decided about a limit."""
+
+    verdict: Verdict
+    reason: Caveat  # why it is undecided, or on which condition it is met
+    trials_that_decide: int = 0  # 0 if it is decided, or no number decides
+    seems_missed: bool = False  # whether more trials are out of it than permitted
+    causes: tuple[tuple[str, ...], ...] = ()  # contributors, the main cause first
+    no_cause: str = ""  # why none is named
+    trials_that_tell: int = 0  # of causes, where these are too few
+    # contributor or kind of part with the largest share of the variance, where no
+    # cause is named
+    largest_contribution: str = ""
+    halving: Halving | None = None  # None where it is met or no cause is named
+
+
+class Step(NamedTuple):
+    """A next step: a change of the study, or of the run."""
+
+    kind: StepKind
+    responses: tuple[str, ...] = ()
+    causes_of: tuple[str, ...] = ()  # responses whose causes more trials would tell
+    parts: tuple[str, ...] = ()  # contributors to change
+    entries: Mapping[str, Any] = {}  # of [deviations], as what-if takes them
+    shift: float = math.nan  # of the nominal values of the parts, SI
+    settings: Mapping[str, str] = {}  # as a study has them
+    trials: int = 0  # in all; 0 as they are
+    before: Estimate = UNKNOWN_SHARE  # fraction out of limit of the one response
+    after: Estimate = UNKNOWN_SHARE
+    evidence: Evidence = Evidence.UNKNOWN
+    reason: str = ""  # why it cannot be done
+    commands: tuple[str, ...] = ()  # to type, one after the other
+
+
+class Findings(NamedTuple):
+    """What is decided about a run, the most important first."""
+
+    limits: Mapping[str, LimitFinding]
+    # by response off centre: its shift; without parts where none is known to centre it
+    centring: Mapping[str, Step]
+    steps: tuple[Step, ...]
 
 
 class AllLimits(NamedTuple):

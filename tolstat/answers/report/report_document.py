@@ -3,10 +3,11 @@
 import math
 
 from tolstat.answers.next_steps import command
-from tolstat.answers.report.first_page import MOST_LIMITS, first_page
-from tolstat.answers.report.limits_table import (
+from tolstat.answers.report.first_page import (
     ALL_LIMITS,
     INTERVAL,
+    MOST_LIMITS,
+    first_page,
     limits_table,
     reading,
 )

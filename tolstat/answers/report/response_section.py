@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_replay, typed_setting
 from tolstat.answers.report.finding_words import centring_words
-from tolstat.answers.report.limits_table import (
+from tolstat.answers.report.first_page import (
     CENTRAL,
     at_least,
     explained,

@@ -13,10 +13,10 @@ from tolstat.answers.report.finding_words import (
     off_centre_words,
     what_next,
 )
-from tolstat.answers.report.first_page import lead
-from tolstat.answers.report.limits_table import (
+from tolstat.answers.report.first_page import (
     CENTRAL,
     is_clipped,
+    lead,
     limits_table,
     of_variance,
     reading,

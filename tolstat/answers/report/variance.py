@@ -13,7 +13,6 @@ from tolstat.statistics.intervals.as_sampled import HEAVY
 from tolstat.statistics.point_mass import clipped
 from tolstat.statistics.sensitivity.contributions import Contributions, contributions
 from tolstat.statistics.sensitivity.named_causes import equal_parts
-from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
 
 ROUNDING = 1e-9  # of a share: values above 1 by less are 1
 
@@ -77,6 +76,9 @@ def indices_of(drawn: Drawn, name: str) -> SobolIndices:
 
     Groups with a failed trial are left out and counted.
     """
+    # what no other sampling needs
+    from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
+
     groups, broken = drawn.groups(name)
     indices = sobol_indices(groups, list(drawn.sampled.factors))
     return SobolIndices(

@@ -15,8 +15,7 @@ from tolstat.answers.run_answer import (
     responses_in_focus,
 )
 from tolstat.answers.sweep.curves import point_words
-from tolstat.document.inline import Number
-from tolstat.render.serialize import Row
+from tolstat.document.inline import Number, Row
 from tolstat.statistics.limits.limit import Limit, margins
 from tolstat.status import Status
 from tolstat.store.stored_run import ROUNDING, Run

@@ -11,8 +11,8 @@ from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
 from tolstat.document import blocks
-from tolstat.document.chart_plot import plot_of
-from tolstat.document.inline import Name, Number, Parts, Typed, listed
+from tolstat.document.inline import Name, Number, Parts, Row, Typed, listed
+from tolstat.document.view_content import plot_of
 from tolstat.errors import ModelError, RunFileError
 from tolstat.execution.compatibility import made_differently
 from tolstat.integrator.integrate import observed
@@ -23,7 +23,6 @@ from tolstat.model.description import Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import read, setting_of
 from tolstat.model.view import Chart, in_units, typed_unit
-from tolstat.render.serialize import Row
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status, words_of
 from tolstat.store.open_run import RunSource

@@ -7,9 +7,8 @@ import numpy as np
 
 from tolstat.answers.output_file import check_ending, replace
 from tolstat.document.blocks import Document, Figure, Table, paragraph, table_of
-from tolstat.document.chart_plot import plot_of
 from tolstat.document.inline import counted, say
-from tolstat.document.view_table import view_columns, view_table
+from tolstat.document.view_content import plot_of, view_columns, view_table
 from tolstat.model.view import Chart, View
 from tolstat.render.serialize import csv_text
 

@@ -12,13 +12,13 @@ from tolstat.document.inline import (
     Name,
     Number,
     Parts,
+    Row,
     Word,
     counted,
     listed,
     say,
     text,
 )
-from tolstat.render.serialize import Row
 from tolstat.statistics.intervals.weighted_estimates import ENOUGH
 from tolstat.statistics.summary import QUANTILES, Summary
 from tolstat.units.scale import PER_CENT, Scale, share_words
