@@ -9,8 +9,7 @@ import pytest
 
 import tolstat
 from tests.answers.picture_checks import nothing_overlaps
-from tolstat.answers.sweep.curves import sweeps, swept_axis
-from tolstat.answers.sweep.sweep_figure import save_sweeps, sweep_plot
+from tolstat.answers.sweep.curves import save_sweeps, sweep_plot, sweeps, swept_axis
 from tolstat.answers.views.replay import replay
 from tolstat.answers.views.view_file import draw_view
 from tolstat.errors import QuestionError, RunFileError

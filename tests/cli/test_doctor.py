@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 
 import pytest
 from click.testing import CliRunner
@@ -94,6 +95,7 @@ def test_of_a_new_model_and_a_study(call):
     call("new", "--model", "crank.py")
     found = call("doctor", "crank.py:Crank")
     assert "3 done" in found and "The longest step decides" in found
+    assert re.search(r"largest error, in units of rtol: \w+ [\d.e-]+, \w+ ", found)
     call("new", "crank", "--machine", "crank.py:Crank", "-o", "crank.toml")
     assert "3 done" in call("doctor", "crank.toml", "--machine", "crank.py:Crank")
     assert "no model is called 'crunk'" in call("doctor", "crunk", code=2)

@@ -27,7 +27,7 @@ def shown(cell):
 def test_the_table_by_the_study_that_is_shipped(tmp_path):
     """Each cell beside its print, the curve of its own stiffness."""
     run = tolstat.run("runs/ring-table.toml", output=tmp_path / "table.h5")
-    found = comparisons(run)
+    found = [*comparisons(run)]
     assert [len(each.rows) for each in found] == [6, 6, 6]
     differences = [shown(row[3]) for each in found for row in each.rows]
     assert len(differences) == 18 and np.abs(differences).max() < 0.01

@@ -1,80 +1,122 @@
-"""Documents of checks: of a stored run, and of this computer."""
+"""Documents of checks: of a stored run, of a model, and of this computer."""
 
+import math
+from collections.abc import Mapping
+from enum import Enum, auto
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from tolstat import catalogue
 from tolstat.answers.next_steps import to_resume, to_run_again
-from tolstat.document.blocks import Document, Facts, Paragraph, paragraph, table_of
-from tolstat.document.inline import Parts, Typed, counted, listed, text
+from tolstat.answers.report.finding_words import movement_words
+from tolstat.arrays import Array
+from tolstat.document import blocks
+from tolstat.document.inline import (
+    Name,
+    Number,
+    Parts,
+    Typed,
+    counted,
+    listed,
+    say,
+    text,
+)
 from tolstat.execution.compatibility import why_sampled_differently
-from tolstat.execution.verification import Check, Verification
-from tolstat.status import Status
+from tolstat.execution.diagnostics.audit import finer, phased
+from tolstat.execution.verification import Check, Verification, other_answers
+from tolstat.integrator.examination import (
+    MOST_STEPS,
+    PERMITTED,
+    Examination,
+    examine,
+)
+from tolstat.integrator.integrate import observed
+from tolstat.model import settings as model_settings
+from tolstat.model.checked import described, simulate
+from tolstat.model.contract import Answers, Model
+from tolstat.statistics.integration_error import AuditedResponse
+from tolstat.statistics.limits.limit import Limit
+from tolstat.status import Status, words_of
 from tolstat.store.integrity import ranges_of
+from tolstat.study.given_points import Case
+from tolstat.study.study import load
+from tolstat.units.scale import scale_of
+
+TRIALS = 3
+AUDITED = 24  # trials evaluated again as by an audit
+FROM_ZERO = Limit(0.0, math.inf)  # without limits errors count beside the size
+MISSED = (
+    "Integration errors would leave {} undecided: {}. An event shorter than max_step, "
+    "or a jump of the rates, is missed. Give it marks or a crossing, or let max_step "
+    "be shorter than it."
+)
+SMALL = 1e-6  # SI: deviations, where no study gives tolerances
+DEPENDENT = (
+    "An answer depends on the other trials of its block: compute each row of "
+    "deviations by itself."
+)
+OTHER = 100.0  # times its largest value, or a part of it: a scale to think about
 
 
-def verified_document(path: Path, verification: Verification) -> Document:
+def verified_document(path: Path, verification: Verification) -> blocks.Document:
     """Return the differences of a run from what was written, and the next step."""
-    run = verification.run
+    run, check = verification.run, verification
     stored = int(np.count_nonzero(run.status != Status.NOT_RUN))
     counts = [f"{count} {word}" for word, count in run.counts.items() if count]
-    rows: list[tuple[str, Parts]] = [
-        (f"{run.trials} trials", listed(counts, "")),
-        (f"checksums of {stored} trials and the nominal trial",
-         text(run.damage.words or "all fit")),
-    ]  # fmt: skip
-    for what, trials in (
-        ("status and responses", verification.contradicting),
-        (
-            f"deviations of {run.trials} trials, sampled again",
-            verification.drawn_otherwise,
+    rows = {
+        f"{run.trials} trials": listed(counts, ""),
+        f"checksums of {stored} trials and the nominal trial": text(
+            run.damage.words or "all fit"
         ),
-        (
-            f"{len(verification.evaluated)} trials, evaluated again",
-            verification.different,
-        ),
-        (f"{len(verification.alone)} of them, each alone", verification.dependent),
-    ):
+    }
+    findings = {
+        "status and responses": check.contradicting,
+        f"deviations of {run.trials} trials, sampled again": check.drawn_otherwise,
+        f"{len(check.evaluated)} trials, evaluated again": check.different,
+        f"{len(check.alone)} of them, each alone": check.dependent,
+    }
+    for what, trials in findings.items():
         words = f"different in {ranges_of(trials)}" if len(trials) else "as stored"
-        rows.append((what, text(words)))
-    if verification.nominal_differs:
-        rows.append(("nominal trial, evaluated again", text("different")))
-    redrawn = run.aim and len(
-        verification.drawn_otherwise
-    )  # samples depend on the computer
-    reasons = []
-    if len(verification.different) or verification.nominal_differs or redrawn:
-        reasons = [paragraph(each) for each in verification.reasons]
-    return Document("", (Facts(tuple(rows)), *reasons, _conclusion(path, verification)))
+        rows[what] = text(words)
+    if check.nominal_differs:
+        rows["nominal trial, evaluated again"] = text("different")
+    # samples of a rare run depend on the computer
+    redrawn = run.aim and len(check.drawn_otherwise)
+    differs = len(check.different) or check.nominal_differs or redrawn
+    reasons = map(blocks.paragraph, check.reasons if differs else ())
+    facts = blocks.Facts(tuple(rows.items()))
+    return blocks.Document("", (facts, *reasons, _conclusion(path, check)))
 
 
-def _conclusion(path: Path, verification: Verification) -> Paragraph:
+def _conclusion(path: Path, verification: Verification) -> blocks.Paragraph:
     run = verification.run
     if verification.whole:
-        return paragraph(f"{path} is as it was written")
+        return blocks.paragraph(f"{path} is as it was written")
     if run.damage:
         repair = Typed(to_resume(path, run.machine))
-        return paragraph(f"{path} is damaged. Repair it with: ", repair)
+        return blocks.paragraph(f"{path} is damaged. Repair it with: ", repair)
     why = "its data or its program differ"
     if not verification.reasons:
         why += ", or an answer depends on the other trials of its block"
     if run.aim and len(verification.drawn_otherwise):
         why = why_sampled_differently(run)
     again = to_run_again(run)
-    return paragraph(
+    return blocks.paragraph(
         f"{path} is as it was written, but its study has other results here: {why}",
         ". Run its study again",
         text(": ", Typed(again)) if again else ".",
     )
 
 
-def surroundings_document(places: dict[str, str]) -> Document:
+def surroundings_document(places: dict[str, str]) -> blocks.Document:
     """Return versions, processor, cores, and where compiled code is kept."""
     rows = [{"what": what, "here": here} for what, here in places.items()]
-    return Document("", (table_of(rows, words=["here"]),))
+    return blocks.Document("", (blocks.table_of(rows, words=["here"]),))
 
 
-def check_document(check: Check) -> Document:
+def check_document(check: Check) -> blocks.Document:
     """Return how fast trials are evaluated, and whether they repeat bit for bit."""
     same = "the same trials have the same responses, bit for bit"
     if not check.same:
@@ -82,9 +124,180 @@ def check_document(check: Check) -> Document:
             "the same trials have different responses: memory, processor or compiled "
             "code is damaged; remove the folder of compiled code above, and try again"
         )
-    speed = paragraph(
+    speed = blocks.paragraph(
         f"ready after {check.ready:.1f} s; ", *counted(check.trials, "trial"),
         f" of the stand in {check.seconds:.1f} s: "
         f"{check.trials / check.seconds:.0f} trials/s",
     )  # fmt: skip
-    return Document("", (speed, paragraph(same)))
+    return blocks.Document("", (speed, blocks.paragraph(same)))
+
+
+class Health(Enum):
+    """What an examination finds."""
+
+    GOOD = auto()
+    NO_AUDIT = auto()  # the audit of a run would leave its limits undecided
+    UNHEALTHY = auto()
+
+
+def examined(source: str) -> tuple[blocks.Document, Health]:
+    """Return the examination of a few trials of a model, and its health.
+
+    Parameters
+    ----------
+    what : str
+        A study file, a name of `tolstat.models()`, or FILE.py:NAME.
+
+    Raises
+    ------
+    StudyError, ModelError
+        If there is no such study or model, or it cannot be evaluated.
+    """
+    limits: Mapping[str, Limit] = {}
+    if source.endswith(".toml"):
+        study = load(Path(source))
+        model, settings, limits = study.model, study.settings, study.limits
+        deviations = study.deviations()[:AUDITED]
+    else:
+        model = catalogue.load(source) if ":" in source else catalogue.find(source)
+        settings = model_settings.make(model, None)
+        names = described(model, settings).contributors
+        deviations = SMALL * np.arange(AUDITED)[:, None] * np.ones((1, len(names)))
+    rows = deviations[:TRIALS]
+    with observed() as seen:
+        together = simulate(model, rows, settings)
+    alone = [simulate(model, row[None, :], settings) for row in rows]
+    dependent = bool(other_answers(together, Answers.joined(alone)).any())
+    words = words_of(model.failures)
+    ended = zip(*np.unique(together.status, return_counts=True), strict=True)
+    facts = {
+        "trials": ", ".join(f"{count} {words[code]}" for code, count in ended),
+        "alone and in a block": "different" if dependent else "the same",
+    }
+    advice, states, healthy = [DEPENDENT] * dependent, None, not dependent
+    if seen:
+        longest = max(seen, key=lambda i: int(i.solution.steps.sum()))
+        examination, rtol = examine(longest), longest.block.accuracy.rtol
+        failures = (f"A trial {i.failure}" for i in seen if i.failure)
+        facts |= _facts(examination)
+        advice += _advice(examination, rtol, next(failures, ""))
+        healthy &= not examination.failed.any() and examination.accurate
+        states = _states(examination)
+    else:
+        facts["equations"] = "none are integrated"
+    warnings = _audit(model, settings, deviations, limits)
+    parts = blocks.shown(
+        blocks.Paragraph(text(model.title), "lead"),
+        blocks.Facts(tuple((name, text(fact)) for name, fact in facts.items())),
+        blocks.Bullets((*warnings, *map(text, advice))),
+        states,
+    )
+    usual = Health.GOOD if healthy else Health.UNHEALTHY
+    return blocks.Document("", parts), Health.NO_AUDIT if warnings else usual
+
+
+def _audit(
+    model: Model, settings: Any, rows: Array, limits: Mapping[str, Limit]
+) -> list[Parts]:
+    """Return why an audit of these trials would fail; empty if it would not.
+
+    The trials are evaluated again, and a third time, as an audit does it.
+    """
+    tight, tightest = (finer(model, settings, times) for times in (1, 2))
+    if tight is None or not model.integrates:
+        return []
+    levels = [simulate(model, rows, settings).responses]
+    for times, level in enumerate((tight, tightest or tight), 1):
+        cases = phased(Case(0, len(rows), level), times)
+        parts = [simulate(model, rows[c.first : c.stop], c.settings) for c in cases]
+        levels.append(Answers.joined(parts).responses)
+    trials, none = np.arange(len(rows)), np.zeros(len(rows), np.bool_)
+    warnings, responses = list[Parts](), described(model, settings).responses
+    sizes = np.abs(np.nan_to_num(levels[0])).max(axis=0)
+    for column, response in enumerate(responses):
+        limit = limits.get(response.name, FROM_ZERO)
+        if limits and limit is FROM_ZERO:
+            continue
+        usual, precise, most = (answers[:, column] for answers in levels)
+        audited = AuditedResponse(
+            usual, limit.permitted, trials, precise, ~none, none, trials, most
+        )
+        fails = audited.irregular.any()
+        if limits:  # a verdict depends on more
+            fails |= audited.unsettled.any() or audited.dominant
+        else:  # a residual has no size of its own
+            alike = sizes[[other.unit == response.unit for other in responses]]
+            errors = np.nan_to_num(audited.errors)
+            fails &= errors.max() > PERMITTED * settings.rtol * alike.max()
+        if fails:
+            scale = scale_of(response.unit, response.shown, float(sizes[column]))
+            movement = movement_words(audited.movement, scale)
+            warnings.append(say(MISSED, Name(response.name), movement))
+    return warnings
+
+
+def _facts(examination: Examination) -> dict[str, str]:
+    errors = [f"{name} {error:.2g}" for name, error in examination.errors.items()]
+    rows = {
+        "steps a trial": f"{examination.steps.min()} to {examination.steps.max()}",
+        "largest error, in units of rtol": ", ".join(errors),
+        "steps left at 100 times rtol": f"{examination.looser:.0%}",
+        "with the longest step times 4": f"{examination.longer:.0%}",
+    }
+    if examination.undamped is not None:
+        rows["without damped states"] = f"{examination.undamped:.0%}"
+    return rows
+
+
+def _advice(examination: Examination, rtol: float, failure: str) -> list[str]:
+    advice = list[str]()
+    first = f"State {examination.demanding + 1} demands most steps."
+    if examination.failed.any():
+        advice.append(
+            f"{failure}. Look at the rates of this state there: a branch without a "
+            "crossing, a division by zero, or a stiff part."
+            if failure
+            else f"{first} A trial needs more than {MOST_STEPS} steps."
+        )
+    elif examination.stiff:
+        advice.append(
+            f"{first} The steps hardly depend on rtol: the equations are stiff. If one "
+            "state relaxes much faster than all others, name it in damped."
+        )
+    elif examination.by_longest:
+        advice.append("The longest step decides: a longer one saves steps.")
+    else:
+        advice.append(f"{first} Accuracy decides: a larger rtol saves steps.")
+    if examination.undamped is not None:
+        times = f"{examination.undamped:.2g} times the steps"
+        pays = "pays" if examination.undamped > 1.0 else "does not pay"
+        advice.append(f"Damping {pays}: without it the trials need {times}.")
+    if not examination.accurate:
+        advice.append(
+            f"Errors exceed {PERMITTED:.0f} times rtol = {rtol:g}. A branch of the "
+            "rates without a crossing, or a lambda that is too large, does this."
+        )
+    ratio = examination.scale / examination.proposed
+    unusual = (ratio >= OTHER) | (ratio <= 1.0 / OTHER)
+    if numbers := [str(i + 1) for i in np.flatnonzero(unusual)]:
+        advice.append(
+            f"The scale of state {', '.join(numbers)} differs {OTHER:.0f} times or "
+            "more from its largest value. Keep it where small parts of it count."
+        )
+    return advice
+
+
+def _states(examination: Examination) -> blocks.Table:
+    states = zip(
+        examination.scale, examination.proposed, examination.alone, strict=True
+    )
+    rows: list[dict[str, blocks.Given]] = [
+        {
+            "state": str(number),
+            "scale": Number(scale),
+            "largest value": Number(largest),
+            "steps if only it counts, %": Number(round(100.0 * share)),
+        }
+        for number, (scale, largest, share) in enumerate(states, 1)
+    ]
+    return blocks.table_of(rows, "States")

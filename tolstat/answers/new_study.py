@@ -1,14 +1,18 @@
-"""A commented study of a model: every setting, contributor and response."""
+"""A commented study of a model, and a template of a custom model."""
 
+import keyword
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, groupby, zip_longest
+from importlib.resources import files
+from itertools import groupby, zip_longest
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tolstat import catalogue
 from tolstat.deviations.names import general
+from tolstat.errors import ModelError
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, impossible
 from tolstat.model.contract import Model
@@ -55,31 +59,26 @@ def new_study(model: str | Model) -> str:
     model = catalogue.find(model)
     settings = model_settings.make(model)
     contributors, responses = described(model, settings)
+    links = _links(model)
+    parts = _parts(model, settings, contributors) if links is None else ()
     sections = (
-        _section("[settings]", _settings(model)),
-        _section("[links]", _links(model)),
-        _section(
-            "[deviations]  # +- is three sigma at Cp = 1",
-            _parts(model, settings, contributors),
-        ),
-        _section(
-            "[limits]  # 99.73 % within, unless said otherwise", _limits(responses)
-        ),
+        ("[settings]", _settings(model, linked=links is not None)),
+        ("[links]", links or ()),
+        ("[deviations]  # +- is three sigma at Cp = 1", parts),
+        ("[limits]  # 99.73 % within, unless said otherwise", _limits(responses)),
     )
     title = " ".join((model.title or model.name).split())
-    head = HEAD.format(title=title, name=as_typed(model.name, quoted=True))
-    return "\n".join([head, *chain.from_iterable(sections)])
+    lines = [HEAD.format(title=title, name=as_typed(model.name, quoted=True))]
+    for head, section in sections:
+        if entries := [*section]:
+            lines += [head, *entries, ""]
+    return "\n".join(lines)
 
 
-def _section(head: str, lines: Iterator[str]) -> Iterator[str]:
-    if entries := [*lines]:
-        yield "\n".join([head, *entries, ""])
-
-
-def _settings(model: Model) -> Iterator[str]:
+def _settings(model: Model, *, linked: bool) -> Iterator[str]:
     group = ""
     for setting in model_settings.settings_of(model).values():
-        if setting.name == SETTING and _has_links(model):
+        if setting.name == SETTING and linked:
             continue
         if setting.group != group:
             yield f"# {setting.group}"
@@ -89,23 +88,19 @@ def _settings(model: Model) -> Iterator[str]:
         yield _entry(f"{setting.name} = {_toml(kind, setting.default)}", words)
 
 
-def _has_links(model: Model) -> bool:
-    kind = getattr(model_settings.settings_of(model).get(SETTING), "kind", None)
-    return isinstance(kind, Rows) and kind.named and NOMINAL in kind.columns
-
-
-def _links(model: Model) -> Iterator[str]:
-    if _has_links(model):
-        table = model_settings.settings_of(model)[SETTING]
-        assert isinstance(table.kind, Rows)
-        for name, row in table.default.items():
-            cells = _cells(table.kind, row)
-            yield f'{name} = {{ {cells}, tolerance = "+-0.1 mm" }}'
+def _links(model: Model) -> list[str] | None:
+    """Return the lines of [links]; None for a model without links."""
+    table = model_settings.settings_of(model).get(SETTING)
+    kind = table.kind if table else None
+    if not (
+        table and isinstance(kind, Rows) and kind.named and NOMINAL in kind.columns
+    ):
+        return None
+    rows = {name: _cells(kind, row) for name, row in table.default.items()}
+    return [f'{n} = {{ {cells}, tolerance = "+-0.1 mm" }}' for n, cells in rows.items()]
 
 
 def _parts(model: Model, settings: Any, parts: Sequence[Contributor]) -> Iterator[str]:
-    if _has_links(model):
-        return
     names = dict.fromkeys(general(part.name) for part in parts)
     same = {name: [p for p in parts if general(p.name) == name] for name in names}
     for kind, families in groupby(same.items(), lambda family: family[1][0].part):
@@ -166,3 +161,34 @@ def _entry(line: str, words: str) -> str:
         f"{start:<{column}}# {text}".rstrip()
         for start, text in zip_longest([line], comment or [""], fillvalue="")
     )
+
+
+def new_model(path: Path | str) -> str:
+    """Return a model that runs, for you to change: a slider-crank with a buffer.
+
+    It has states, an integral, peaks, a time at which the rates jump, a crossing and a
+    history.
+
+    Parameters
+    ----------
+    path : path
+        Its file; the name without `.py` is the name of the model.
+
+    Raises
+    ------
+    ModelError
+        If the file has no such name.
+    """
+    path = Path(path)
+    name = path.stem
+    if path.suffix != ".py" or not name.isidentifier() or keyword.iskeyword(name):
+        raise ModelError(
+            f"{path}: a name of letters, digits and _ that ends in .py is expected, "
+            "such as slider_crank.py"
+        )
+    model = "".join(part.capitalize() for part in name.split("_"))
+    template = files("tolstat.answers").joinpath("templates", "model.py.txt")
+    text = template.read_text("utf-8")
+    for key, value in {"name": name, "file": str(path), "model": model}.items():
+        text = text.replace(f"{{{key}}}", value)
+    return text

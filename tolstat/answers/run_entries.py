@@ -22,6 +22,8 @@ from tolstat.store.stored_run import Run
 from tolstat.units.scale import AS_IS
 
 SIZE = AS_IS._replace(most=2)
+# of files that cannot be read; else no run
+STATES: dict[type, str] = {DamagedError: "damaged", FormatError: "other format"}
 
 
 class Entry(NamedTuple):
@@ -82,21 +84,21 @@ class RunIndex(Answer):
     def progress(self) -> blocks.Table:
         """Return a table with a row for each: state, limits, trials."""
         rows: list[dict[str, blocks.Given]] = []
-        for each in self.entries:
-            page, failed = self._relative(each.report), each.failed
-            time = each.written and datetime.fromisoformat(each.written)
-            size = text(Number(each.bytes / 1e6, SIZE), " MB")
+        for entry in self.entries:
+            page, failed = self._relative(entry.report), entry.failed
+            time = entry.written and datetime.fromisoformat(entry.written)
+            size = text(Number(entry.bytes / 1e6, SIZE), " MB")
             rows.append({
-                "study": Link(each.study, page) if page else each.study,
-                "state": each.state,
-                "limits": each.verdicts,
-                "trials": each.progress,
-                "failed": Number(failed) if each.ran and failed is not None else None,
-                "model": each.model,
+                "study": Link(entry.study, page) if page else entry.study,
+                "state": entry.state,
+                "limits": entry.verdicts,
+                "trials": entry.progress,
+                "failed": Number(failed) if entry.ran and failed is not None else None,
+                "model": entry.model,
                 "written": f"{time:%Y-%m-%d %H:%M}" if time else None,
-                "size": size if each.bytes else None,
-                "title": each.title,
-                "s": Number(each.seconds),
+                "size": size if entry.bytes else None,
+                "title": entry.title,
+                "s": Number(entry.seconds),
             })  # fmt: skip
         return blocks.table_of(
             rows, words=["limits", "title"], page_only=["title", "s"], look="dense",
@@ -198,18 +200,11 @@ def _stored_in(folder: Path) -> Iterable[Path]:
 
 def entry_at(path: Path) -> Entry:
     """Return the row of a file, also of one that is no run."""
-    state = "damaged"
     try:
         run = open_run(path, damaged=True)
-        entry = entry_of(run)
-        if run.damage:
-            entry = entry._replace(state=state, problem=run.damage.words)
-        return entry
-    except DamagedError as error:
-        problem = str(error)
-    except FormatError as error:
-        state, problem = "other format", str(error)
+        entry, problem = entry_of(run), run.damage.words
+        return entry._replace(state="damaged", problem=problem) if problem else entry
     except (TolstatError, OSError) as error:
-        state, problem = "no run", str(error)
+        state, problem = STATES.get(type(error), "no run"), str(error)
     size = path.stat().st_size if path.is_file() else 0
     return Entry(path.stem, state=state, bytes=size, run=path, problem=problem)

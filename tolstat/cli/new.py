@@ -4,8 +4,7 @@ from pathlib import Path
 
 import click
 
-from tolstat.answers.new_model import new_model
-from tolstat.answers.new_study import new_study
+from tolstat.answers.new_study import new_model, new_study
 from tolstat.answers.output_file import check_folder
 from tolstat.cli.options import say
 from tolstat.errors import RunFileError

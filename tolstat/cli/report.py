@@ -7,9 +7,9 @@ import click
 
 from tolstat.answers.compare.compare_runs import compare as comparison
 from tolstat.answers.output_file import check_output
+from tolstat.answers.output_file import export as write_trials
 from tolstat.answers.relimit import limited
 from tolstat.answers.report import gather
-from tolstat.answers.trial_export import export as write_trials
 from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
 from tolstat.errors import QuestionError

@@ -14,8 +14,8 @@ from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.gather import summary
 from tolstat.answers.run_entries import RunIndex, entry_of, stored_runs
+from tolstat.answers.sweep.curves import save_sweeps
 from tolstat.answers.sweep.extremes_document import comparisons
-from tolstat.answers.sweep.sweep_figure import save_sweeps
 from tolstat.cli.entry import INTERRUPTED, stop_on_interrupt
 from tolstat.cli.options import path_argument, plot_option, say
 from tolstat.document.blocks import Document

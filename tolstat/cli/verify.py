@@ -6,11 +6,12 @@ from pathlib import Path
 import click
 
 from tolstat.answers.checks import (
+    Health,
     check_document,
+    examined,
     surroundings_document,
     verified_document,
 )
-from tolstat.answers.examined_model import Health, examined
 from tolstat.cli.options import run_file, workers
 from tolstat.execution import verification
 from tolstat.render.screen import show

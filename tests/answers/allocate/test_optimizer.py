@@ -110,7 +110,7 @@ def test_an_infeasible_choice_moves_towards_a_feasible_one():
 
     found = cheapest([variable], about_the_middle, (variable.tightest,))
     assert found.choice[0] == pytest.approx(middle + 0.2, abs=0.01)
-    search = module._Search([variable], about_the_middle, None)
+    search = module._Search([variable], about_the_middle, ())
     within, beyond = np.array([0.5]), np.array([1.0])
     span = variable.loosest - variable.tightest
     (near,) = search._towards(

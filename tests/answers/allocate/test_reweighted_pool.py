@@ -112,6 +112,6 @@ def test_correlated_entries_are_weighted_together(order):
     beyond = np.abs(run.response("gap")) > 0.1e-3
     # few enough to keep all of them
     chosen_logs = tuple(math.log(chosen[n]) for n in lines)
-    weights = pool._weights.over_pool(chosen_logs, exact=False)
+    weights = pool.weights(chosen_logs, exact=False)
     more = np.mean((weights - 1) * pool._out[0])
     assert more == pytest.approx(np.mean((new / old - 1) * beyond), rel=1e-9)

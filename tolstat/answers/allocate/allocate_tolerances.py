@@ -7,23 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.answers.allocate.allocation import (
-    DRAWING,
-    EQUAL_COST,
-    FOUND,
-    TIGHTEST,
-    AllocatedEntry,
-    Allocation,
-)
+from tolstat.answers.allocate import allocation as answer
+from tolstat.answers.allocate import search as searching
+from tolstat.answers.allocate.allocation import AllocatedEntry, Allocation
 from tolstat.answers.allocate.fresh_runs import LONGEST, FreshRuns
-from tolstat.answers.allocate.linear_schemes import linear_choices
-from tolstat.answers.allocate.mean_off_limit import means_off_limit
-from tolstat.answers.allocate.search import (
-    Search,
-    at_equal_cost,
-    own_fractions,
-    points_about,
-)
+from tolstat.answers.allocate.linear_schemes import linear_choices, means_off_limit
+from tolstat.answers.allocate.search import Search
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.run_loop import Progress, Telling
@@ -189,24 +178,24 @@ def _answer(search: Search, lengths: _Lengths) -> Allocation:
         or runs.prove(search.tightest, search.next_seed(), most=runs.longest)
     )
     choice, scheme = proof.choice, proof.scheme
-    proofs = {DRAWING: runs.prove(search.specified, seed)}
-    proofs |= {FOUND: runs.prove(choice, seed)} if proof.met else {TIGHTEST: proof}
-    points = points_about(search, choice)
+    proofs = {answer.DRAWING: runs.prove(search.specified, seed)}
+    name = answer.FOUND if proof.met else answer.TIGHTEST
+    proofs[name] = runs.prove(choice, seed) if proof.met else proof
+    points = searching.points_about(search, choice)
     if proof.met:
-        proofs[EQUAL_COST] = at_equal_cost(search, points, seed)
+        proofs[answer.EQUAL_COST] = searching.at_equal_cost(search, points, seed)
     proofs |= {name: runs.prove(other, seed) for name, other in linear.items()}
     listed = all(entry.offered for entry in search.priced)
+    chosen = zip(search.priced, search.specified, choice, strict=True)
     entries = tuple(
         AllocatedEntry(
             entry.name, len(entry.specified), entry.text(before), entry.text(x),
             entry.cost(before), entry.cost(x), search.at_loosest(i, x),
         )
-        for i, (entry, before, x) in enumerate(
-            zip(search.priced, search.specified, choice, strict=True)
-        )
+        for i, (entry, before, x) in enumerate(chosen)
     )  # fmt: skip
     if listed:
-        points = own_fractions(search, points)
+        points = searching.own_fractions(search, points)
     return Allocation(
         cost=scheme.cost,
         half_widths=scheme.half_widths,

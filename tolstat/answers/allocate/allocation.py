@@ -23,13 +23,17 @@ from tolstat.document.inline import (
     text,
 )
 from tolstat.document.view_content import plot_of
-from tolstat.model.view import Axis, Chart, Curve, Mark, Panel
+from tolstat.model.view import Axis, Chart, Curve, Mark, Picture
 from tolstat.statistics.limits.yields import MET
 
 CHART = "Cost of the cheapest tolerances over the fraction out of any limit"
 OUT = Axis("fraction out of any limit", "1", "ppm", logarithmic=True)
 BELOW = 0.1  # of the least fraction: lower ends of intervals are shown so far
 LOOSEST = text("at its loosest")
+WIDEN = (
+    "Widen a limit, or permit tighter tolerances: no tolerances were shown to meet all "
+    "limits. "
+)
 DRAWING, FOUND, PROOF = "drawing", "found", "proof"
 TIGHTEST, EQUAL_COST = "tightest", "equal_cost"
 WORDS = {
@@ -94,24 +98,18 @@ class Allocation(Answer):
 
     def rows(self) -> list[Row]:
         """Return a row for each scheme: cost, fractions out of limit, tolerances."""
-        return [
-            {
-                "scheme": name,
-                "cost": Number(scheme.cost),
-                "out of any limit [ppm]": ppm(scheme.fraction_out_of_any_limit),
-                **{
-                    f"{limit} out of limit [ppm]": ppm(share)
-                    for limit, share in scheme.fraction_out_of_limit.items()
-                },
-                **{
-                    f"{n} tolerance" if n in scheme.half_widths else n: words
-                    for n, words in scheme.tolerances.items()
-                },
-                "trials": scheme.trials,
-                "seed": scheme.seed,
-            }
-            for name, scheme in self._with_proof.items()
-        ]
+        rows = list[Row]()
+        for name, scheme in self._with_proof.items():
+            row: dict[str, Number | str | int] = {"scheme": name}
+            row["cost"] = Number(scheme.cost)
+            row["out of any limit [ppm]"] = ppm(scheme.fraction_out_of_any_limit)
+            for limit, share in scheme.fraction_out_of_limit.items():
+                row[f"{limit} out of limit [ppm]"] = ppm(share)
+            for entry, words in scheme.tolerances.items():
+                shift = entry not in scheme.half_widths
+                row[entry if shift else f"{entry} tolerance"] = words
+            rows.append({**row, "trials": scheme.trials, "seed": scheme.seed})
+        return rows
 
     @property
     def chart(self) -> Chart:
@@ -162,21 +160,17 @@ class Allocation(Answer):
                 Word("All limits are met", MET), cost, drawing,
                 counted(proof.trials, "trial"), str(proof.seed),
             )  # fmt: skip
+        shares = {n: ppm(share) for n, share in proof.fraction_out_of_limit.items()}
         missed = [
-            text(
-                Name(name), ": ", Word(verdict, verdict), ", ",
-                ppm(proof.fraction_out_of_limit[name]), " out of limit",
-            )
-            for name, verdict in self.verdicts.items()
+            say("{}: {}, {} out of limit", Name(n), Word(verdict, verdict), shares[n])
+            for n, verdict in self.verdicts.items()
             if verdict != MET
-        ]  # fmt: skip
-        widen = None
-        if len(self.off_limit) < len(missed):
-            widen = "Widen a limit, or permit tighter tolerances: no tolerances were "
-            widen += "shown to meet all limits. "
+        ]
         return say(
             "{}{}At the tightest, which cost {} (drawing: {}): {}.",
-            self.off_limit.values(), widen, cost, drawing, listed(missed, ""),
+            self.off_limit.values(),
+            WIDEN if len(self.off_limit) < len(missed) else None,
+            cost, drawing, listed(missed, ""),
         )  # fmt: skip
 
     def _tolerances(self) -> blocks.Table:
@@ -200,18 +194,15 @@ class Allocation(Answer):
         return blocks.table_of(rows, "Tolerances")
 
     def _fractions(self) -> blocks.Table:
-        rows: list[dict[str, blocks.Given]] = [
-            {
-                "tolerances": WORDS[name],
-                "cost": Number(scheme.cost),
-                "any limit": ppm(scheme.fraction_out_of_any_limit),
-                **{n: ppm(scheme.fraction_out_of_limit[n]) for n in self.verdicts},
-                "fresh run": blocks.Cell(
-                    counted(scheme.trials, "trial"), (f"seed {scheme.seed}",)
-                ),
-            }
-            for name, scheme in self._with_proof.items()
-        ]
+        rows = list[dict[str, blocks.Given]]()
+        for name, scheme in self._with_proof.items():
+            row: dict[str, blocks.Given] = {"tolerances": WORDS[name]}
+            row["cost"] = Number(scheme.cost)
+            row["any limit"] = ppm(scheme.fraction_out_of_any_limit)
+            row |= {n: ppm(scheme.fraction_out_of_limit[n]) for n in self.verdicts}
+            trials = counted(scheme.trials, "trial")
+            row["fresh run"] = blocks.Cell(trials, (f"seed {scheme.seed}",))
+            rows.append(row)
         title = "Fraction out of limit in fresh runs, ppm, with 95 % intervals"
         return blocks.table_of(rows, title)
 
@@ -293,11 +284,5 @@ def trade_off_chart(
     # an interval that reaches far below all else leaves no room for that
     uppers = [s.fraction_out_of_any_limit.upper for s in schemes.values()]
     least = BELOW * min([*fractions.tolist(), *(mark.at for mark in marks), *uppers])
-    panel = Panel("cost", tuple(curve.name for curve in curves))
-    return Chart(
-        OUT._replace(least=least),
-        fractions,
-        tuple(curves),
-        marks=tuple(marks),
-        panels=(panel,),
-    )
+    axis, picture = OUT._replace(least=least), Picture("cost", *curves)
+    return Chart.of(axis, fractions, picture, marks=tuple(marks))

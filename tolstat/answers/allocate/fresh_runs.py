@@ -141,7 +141,7 @@ class FreshRuns:
     def as_written(self, choice: Choice) -> Choice:
         """Return the choice that a file holds, whose digits are few."""
         written = self.written(choice).deviating.priced
-        return tuple(each.specified_choice for each in written)
+        return tuple(entry.specified_choice for entry in written)
 
     def prove(self, choice: Choice, seed: int, *, most: int = 0) -> Proof:
         """Return a fresh run of a choice as written; its earlier trials are kept.
@@ -158,11 +158,13 @@ class FreshRuns:
         evaluate_stages(
             study.model, until, begun, self.workers, self.tell, doing="fresh run"
         )
-        tolerances, half_widths = {}, {}
-        for entry, x in self._chosen(choice):
-            tolerances[entry.name] = entry.text(x)
-            if not isinstance(entry, Shift):
-                half_widths[entry.name] = _typed(half_of(entry.distributions(x)))
+        chosen = [*self._chosen(choice)]
+        tolerances = {entry.name: entry.text(x) for entry, x in chosen}
+        half_widths = {
+            entry.name: _typed(half_of(entry.distributions(x)))
+            for entry, x in chosen
+            if not isinstance(entry, Shift)
+        }
         shares = {n: y.fraction_out_of_limit for n, y in until.yields.items()}
         within_all = joint_yield(
             until.flags, until.sample, dict.fromkeys(shares, WITHIN)
@@ -197,12 +199,8 @@ class FreshRuns:
 
 def out_of_each_limit(limits: Mapping[str, Limit], trials: Trials) -> Truths:
     """Return which trials are out of each limit, or failed: bool[limit, trial]."""
-    return np.array(
-        [
-            ~within(trials.response(name), limit.permitted)
-            for name, limit in limits.items()
-        ]
-    )
+    pairs = ((trials.response(name), limit) for name, limit in limits.items())
+    return np.array([~within(values, limit.permitted) for values, limit in pairs])
 
 
 def _typed(x: float) -> float:

@@ -1,27 +1,36 @@
-"""Tolerances by linear tolerance analysis: worst case, and root sum square."""
+"""Linear tolerance analysis: worst case, root sum square, and means off a limit."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from scipy.special import log_ndtr
 
+from tolstat.answers.allocate.fresh_runs import FreshRuns, Proof
 from tolstat.answers.allocate.optimizer import Choice, cheapest
 from tolstat.answers.allocate.search import Search
 from tolstat.arrays import Array
 from tolstat.deviations.dependence import correlations
-from tolstat.deviations.spread import Spread, spread_of
+from tolstat.deviations.names import expand
+from tolstat.deviations.spread import Shifted, Spread, spread_of, zone_of
+from tolstat.document.inline import Name, Number, Parts, say
 from tolstat.execution.diagnostics.influence import (
     slopes,
     slopes_by_name,
     tolerance_ends,
 )
 from tolstat.execution.workers.block_scheduler import Workers
-from tolstat.statistics.limits.limit import Limit
+from tolstat.model.description import Contributor
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.as_sampled import mean_as_sampled
+from tolstat.statistics.limits.limit import Limit, within
+from tolstat.statistics.limits.yields import MET
 from tolstat.statistics.sensitivity.linear import Scatter, root_sum_square
-from tolstat.study.cost_entry import distributions_of
+from tolstat.study.cost_entry import SHIFT, distributions_of
 from tolstat.study.study import Study
+from tolstat.units.scale import scale_of
 
 
 class LinearSchemes:
@@ -37,14 +46,12 @@ class LinearSchemes:
         lower, upper = tolerance_ends(study)
         middle, usual = np.where(lower == upper, lower, 0.0), (upper - lower) / 6
         contributors, responses = study.description
-        self.names = [
-            c.name for c, size in zip(contributors, usual, strict=True) if size
-        ]
+        deviating = zip(contributors, usual, strict=True)
+        self.names = [part.name for part, size in deviating if size]
         table = slopes(study.model, study.settings, usual, workers, middle)
         alone = workers.simulate(study.model, middle[None, :], study.settings)
-        nominal = dict(
-            zip([r.name for r in responses], alone.responses[0].tolist(), strict=True)
-        )
+        values = zip(responses, alone.responses[0].tolist(), strict=True)
+        nominal = {response.name: value for response, value in values}
         by_name = slopes_by_name(study, table, usual > 0)
         self.nominal = {name: nominal[name] for name in self.limits}
         self.slopes = {name: by_name.get(name, {}) for name in self.limits}
@@ -54,16 +61,15 @@ class LinearSchemes:
         """Return how far the worst corner exceeds each end, in rooms: float64[end]."""
         spreads, excess = self._spreads(choice), []
         for name, limit in self.limits.items():
-            rooms = np.array(
-                [self.nominal[name] - limit.lower, limit.upper - self.nominal[name]]
-            )
-            widest = max(abs(room) for room in rooms if np.isfinite(room))
-            for sign, room in zip((-1, 1), rooms.tolist(), strict=True):
+            nominal = self.nominal[name]
+            rooms = nominal - limit.lower, limit.upper - nominal
+            widest = max(abs(room) for room in rooms if math.isfinite(room))
+            for sign, room in zip((-1, 1), rooms, strict=True):
                 reach = sum(
                     max(sign * slope * x for x in spreads[part][:2])
                     for part, slope in self.slopes[name].items()
                 )
-                if np.isfinite(room):
+                if math.isfinite(room):
                     excess.append((reach - room) / (widest or abs(reach) or 1.0))
         return np.array(excess)
 
@@ -79,16 +85,11 @@ class LinearSchemes:
             np.array([spreads[name].mean for name in self.names]),
             sigma[:, None] * self.correlation * sigma,
         )
-        linear = (
-            root_sum_square(self.nominal[name], self.slopes[name], scatter)
-            for name in self.limits
-        )
-        return np.array(
-            [
-                _above(response.mean, response.sigma, limit)
-                for response, limit in zip(linear, self.limits.values(), strict=True)
-            ]
-        )
+        excess = []
+        for name, limit in self.limits.items():
+            linear = root_sum_square(self.nominal[name], self.slopes[name], scatter)
+            excess.append(_above(linear.mean, linear.sigma, limit))
+        return np.array(excess)
 
     def _spreads(self, choice: Choice) -> dict[str, Spread]:
         new = {**self._specified, **distributions_of(self.priced, choice)}
@@ -125,3 +126,60 @@ def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, str]]:
         else:
             omitted[name] = "no tolerances meet the limits"
     return choices, omitted
+
+
+HALF = 0.5  # of the fraction permitted: a shift leaves no more out of a limit
+
+
+def means_off_limit(runs: FreshRuns, tightest: Proof) -> Iterator[tuple[str, Parts]]:
+    """Yield limits that are not met because of a mean, and what to permit."""
+    study, linear = runs.study, LinearSchemes(runs.study, runs.workers)
+    tight = runs.written(tightest.choice).at_random(tightest.scheme.seed, runs.trials)
+    answers = runs.workers.simulate(study.model, tight.deviations(), study.settings)
+    contributors, responses = study.description
+    parts = {contributor.name: contributor for contributor in contributors}
+    for response, column in zip(responses, answers.responses.T, strict=True):
+        values, limit = column[np.isfinite(column)], study.limits.get(response.name)
+        if limit is None or tightest.yields[response.name].verdict == MET:
+            continue
+        (lower, upper), share = limit.permitted, HALF * (1 - limit.demanded)
+        tails = np.quantile(values, [share, 1 - share]) if len(values) else np.zeros(2)
+        room = np.array(limit.permitted) - tails
+        needed = float(np.mean(room[np.isfinite(room)]))
+        out = [np.mean(~within(column + by, limit.permitted)) for by in (0.0, needed)]
+        if not out[1] <= 2 * share < out[0]:
+            continue  # the spread is too wide, or trials are too few
+        shifts = []
+        for entry in study.document.deviations:
+            members = expand(entry, [*parts])
+            specified = tight.deviating.distributions[members[0]]
+            slope = sum(linear.slopes[response.name].get(part, 0.0) for part in members)
+            if (zone := zone_of(specified)) and slope and math.isfinite(slope):
+                size, by = abs(needed / slope) / zone.half, needed / slope
+                by += specified.by if isinstance(specified, Shifted) else 0.0
+                new = SHIFT + entry not in tightest.scheme.tolerances
+                shifts.append((new, size, entry, parts[members[0]], by))
+        mean = mean_as_sampled(values)
+        beyond = np.array([max(lower - x, x - upper) for x in mean[:3]])
+        size, *ends = (math.copysign(1.0, beyond[0]) * beyond).tolist()
+        distance = Estimate(size, min(ends), max(ends), mean.reason)
+        unit = study.shown.get(response.name, response.shown)
+        yield response.name, say(
+            "{}: the mean lies {} {} the limit; no permitted tolerance meets it.{} ",
+            Name(response.name), Number(distance, scale_of(response.unit, unit, size)),
+            "outside" if beyond[0] > 0 else "inside, but too near an end of",
+            _permit(*min(shifts)[2:], study.shown) if shifts else None,
+        )  # fmt: skip
+
+
+def _permit(
+    entry: str, part: Contributor, by: float, units: Mapping[str, str]
+) -> Parts:
+    """Return what to type so that a shift is permitted: its size, rounded up."""
+    scale = scale_of(part.unit, units.get(part.name, part.shown), abs(by))
+    digit = 10.0 ** math.floor(math.log10(size := abs(scale.factor * by)))
+    return say(
+        ' Permit a shift of {} by about {}: `shift = "+-{} {}"` in its cost.',
+        Name(entry), Number(float(f"{by:.2g}"), scale),
+        f"{math.ceil(size / digit) * digit:.6g}", scale.mark,
+    )  # fmt: skip

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import combinations, product
 from typing import NamedTuple
 
@@ -72,26 +73,26 @@ def cheapest(
     Cheapest or None
         None where nothing tried is within the bounds.
     """
-    search = _Search(variables, excess, start)
+    halfway = tuple(
+        float((v.options - 1) // 2) if v.options else 0.5 * (v.tightest + v.loosest)
+        for v in variables
+    )
+    search = _Search(variables, excess, start or halfway)
     count = math.prod(variable.options or 1 for variable in variables)
     exhaustive = count <= (MOST_SOLVED if search.continuous else MOST_TRIED)
     best = search.of_all() if exhaustive else search.exchanged()
     return Cheapest(best, search.cost(best), exhaustive) if best else None
 
 
+@dataclass(frozen=True)
 class _Search:
-    def __init__(
-        self,
-        variables: Sequence[DesignVariable],
-        excess: Excess,
-        start: Choice | None,
-    ) -> None:
-        self.variables, self.excess = variables, excess
-        self.continuous = [i for i, v in enumerate(variables) if not v.options]
-        self.start = start or tuple(
-            float((v.options - 1) // 2) if v.options else 0.5 * (v.tightest + v.loosest)
-            for v in variables
-        )
+    variables: Sequence[DesignVariable]
+    excess: Excess
+    start: Choice
+
+    @property
+    def continuous(self) -> list[int]:
+        return [i for i, v in enumerate(self.variables) if not v.options]
 
     def cost(self, choice: Choice) -> float:
         return sum(v.cost(x) for v, x in zip(self.variables, choice, strict=True))
@@ -178,22 +179,18 @@ class _Search:
             out = float(np.mean(self.excess(choice_at(share)))) if shift.any() else 0.0
             return self.cost(choice_at(share)) / scale + CENTRING * out
 
+        def room(share: Array) -> Array:
+            return -self.excess(choice_at(share))
+
         with np.errstate(invalid="ignore"):  # an excess may be infinite
             solved = minimize(
-                objective,
-                begin,
-                method="SLSQP",
-                bounds=[(0.0, 1.0)] * len(span),
-                constraints={
-                    "type": "ineq",
-                    "fun": lambda share: -self.excess(choice_at(share)),
-                },
+                objective, begin, method="SLSQP", bounds=[(0.0, 1.0)] * len(span),
+                constraints={"type": "ineq", "fun": room},
                 options={"maxiter": MOST_STEPS, "eps": STEP, "ftol": 1e-5},
-            ).x
+            ).x  # fmt: skip
         solved = np.where(np.isfinite(solved), np.clip(solved, 0.0, 1.0), begin)
-        safe = [
-            share for share in (begin, middle, tight) if self.within(choice_at(share))
-        ]
+        starts = begin, middle, tight
+        safe = [share for share in starts if self.within(choice_at(share))]
         if self.within(choice_at(solved)):
             choices = [choice_at(share) for share in (solved, *safe)]
             if shift.any():  # far within bounds slopes say little

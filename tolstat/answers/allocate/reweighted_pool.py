@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, lru_cache, partial
+from functools import cache, cached_property, lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -36,14 +36,14 @@ class Pool:
     """
 
     def __init__(self, study: Study) -> None:
-        self.study = study
+        self.study, self._priced = study, study.deviating.priced
         self.trials = 0
         self._sampled: list[tuple[Choice, int]] = []  # how many with which tolerances
+        self._loosest = _loosest(study)
         # of those out of limit, and of some within all limits
-        self._deviations = {name: np.zeros(0) for name in _loosest(study)}
+        self._deviations = {name: np.zeros(0) for name in self._loosest}
         self._out = np.zeros((len(study.limits) + 1, 0), np.bool_)  # the last: of any
         self._times = np.zeros(0)  # how many each stands for
-        self._weights = _Weights(study, self._deviations, self._sampled)
 
     def add(self, choice: Choice, seed: int, out_of_limit: Truths) -> None:
         """Take the trials of a run; deviations are sampled again rather than stored."""
@@ -61,7 +61,8 @@ class Pool:
         self._times = np.hstack([self._times, np.where(out[rows], 1.0, float(step))])
         self._sampled.append((choice, trials))
         self.trials += trials
-        self._weights = _Weights(self.study, self._deviations, self._sampled)
+        for name in ("_ratio", "_mixtures", "_by_block"):  # of fewer trials
+            vars(self).pop(name, None)
 
     def upper_ends(
         self, choice: Choice, miss: float = MISS, *, exact: bool = False
@@ -73,13 +74,66 @@ class Pool:
         is larger with the chance `miss`. Exact weights are computed instead of
         interpolated, which takes longer.
         """
-        weights = self._weights.over_pool(choice, exact=exact) / self.trials
+        weights = self.weights(choice, exact=exact) / self.trials
         counted = weights * self._times
         total = counted.sum()  # 0 where no trial is like it
         usual = float((counted * weights).sum() / total) if total else 1.0
         return np.array(
             [gamma_ends(weights[out], usual, 1 - 2 * miss)[1] for out in self._out]
         )
+
+    @cached_property
+    def _ratio(self) -> DensityRatio:
+        """Densities over that of the loosest tolerances, which the mixture contains.
+
+        Where that is negligible, any other number would do.
+        """
+        dependence = self.study.deviating.dependence
+        return DensityRatio(self._deviations, self._loosest, dependence)
+
+    @cached_property
+    def _mixtures(self) -> dict[bool, Array]:
+        """Densities of the pool over those of the loosest: exact ones, and others."""
+        return {}
+
+    @cached_property
+    def _by_block(self) -> list[tuple[tuple[int, ...], Weighting]]:
+        """Weights of each block, by its entries: the tables are large."""
+        weightings: list[tuple[tuple[int, ...], Weighting]] = []
+        for block in _blocks(self.study):
+            entry = self._priced[block.entries[0]]
+            weighting: Weighting = partial(self._exact, entries=block.entries)
+            if block.alone and entry.law:
+                weighting = _Table(entry, self._deviations).weights
+            weightings.append((block.entries, lru_cache(CACHED)(weighting)))
+        return weightings
+
+    def weights(self, choice: Choice, *, exact: bool) -> Array:
+        """Return the density of each with a choice over that of the pool.
+
+        Exact ones are computed without tables, which blur the end of a zone.
+        """
+        over_loosest = self._exact if exact else self._interpolated
+        if exact not in self._mixtures:
+            parts = (
+                n / self.trials * over_loosest(other) for other, n in self._sampled
+            )
+            self._mixtures[exact] = np.asarray(sum(parts))
+        return np.asarray(over_loosest(choice) / self._mixtures[exact])
+
+    def _interpolated(self, choice: Choice) -> Array:
+        """Return the densities over those of the loosest, block by block."""
+        factors = (
+            weighting(tuple(choice[i] for i in entries))
+            for entries, weighting in self._by_block
+        )
+        return np.asarray(math.prod(factors))
+
+    def _exact(self, choice: Choice, entries: Sequence[int] | None = None) -> Array:
+        """Return the densities of some entries, or all, over those of the loosest."""
+        numbers = range(len(choice)) if entries is None else entries
+        new = distributions_of([self._priced[i] for i in numbers], choice)
+        return self._ratio.weights(new)
 
 
 class _Block(NamedTuple):
@@ -103,72 +157,12 @@ def _blocks(study: Study) -> list[_Block]:
         joints += [equal_parts(name, dependence) for name in parts]
         names = frozenset(name for joint in joints for name in joint)
         joined = [block for block in blocks if block.names & names]
+        entries = tuple(sorted(sum((block.entries for block in joined), (i,))))
+        names = names.union(*(block.names for block in joined))
+        alone = not joined and all(len(joint) == 1 for joint in joints)
         blocks = [block for block in blocks if block not in joined]
-        blocks.append(
-            _Block(
-                tuple(sorted(sum((block.entries for block in joined), (i,)))),
-                names.union(*(block.names for block in joined)),
-                not joined and all(len(joint) == 1 for joint in joints),
-            )
-        )
+        blocks.append(_Block(entries, names, alone))
     return blocks
-
-
-class _Weights:
-    """Weights of trials with these deviations, which were sampled with some choices."""
-
-    def __init__(
-        self,
-        study: Study,
-        deviations: Mapping[str, Array],
-        sampled: Sequence[tuple[Choice, int]],
-    ) -> None:
-        self._study, self._deviations, self._sampled = study, deviations, sampled
-        self._priced = study.deviating.priced
-        # densities are over that of the loosest tolerances, which the mixture contains:
-        # where that is negligible, any other number would do
-        self._ratio = DensityRatio(
-            deviations, _loosest(study), study.deviating.dependence
-        )
-        self._mixtures: dict[bool, Array] = {}
-
-    @cached_property
-    def _by_block(self) -> list[tuple[tuple[int, ...], Weighting]]:
-        """Weights of each block, by its entries: the tables are large."""
-        weightings: list[tuple[tuple[int, ...], Weighting]] = []
-        for block in _blocks(self._study):
-            entry = self._priced[block.entries[0]]
-            weighting: Weighting = partial(self._exact, entries=block.entries)
-            if block.alone and entry.law:
-                weighting = _Table(entry, self._deviations).weights
-            weightings.append((block.entries, lru_cache(CACHED)(weighting)))
-        return weightings
-
-    def over_pool(self, choice: Choice, *, exact: bool) -> Array:
-        """Return the density of each with a choice over that of the pool.
-
-        Exact ones are computed without tables, which blur the end of a zone.
-        """
-        over_loosest = self._exact if exact else self._interpolated
-        if exact not in self._mixtures:
-            trials = sum(n for _, n in self._sampled)
-            parts = (n / trials * over_loosest(other) for other, n in self._sampled)
-            self._mixtures[exact] = np.asarray(sum(parts))
-        return np.asarray(over_loosest(choice) / self._mixtures[exact])
-
-    def _interpolated(self, choice: Choice) -> Array:
-        """Return the densities over those of the loosest, block by block."""
-        factors = (
-            weighting(tuple(choice[i] for i in entries))
-            for entries, weighting in self._by_block
-        )
-        return np.asarray(math.prod(factors))
-
-    def _exact(self, choice: Choice, entries: Sequence[int] | None = None) -> Array:
-        """Return the densities of some entries, or all, over those of the loosest."""
-        numbers = range(len(choice)) if entries is None else entries
-        new = distributions_of([self._priced[i] for i in numbers], choice)
-        return self._ratio.weights(new)
 
 
 def _loosest(study: Study) -> dict[str, Distribution]:
@@ -193,7 +187,7 @@ class _Table:
         scores = np.linspace(-FARTHEST, FARTHEST, NODES)
         nodes = widest[self._name].deviations(np.asarray(ndtr(scores), np.float64))
         self._ratio = DensityRatio({self._name: nodes}, widest, Dependence())
-        self._columns: dict[int, tuple[Array, Array]] = {}
+        self._column = cache(self._weights_at)
         self._positions = []
         for name in loosest:
             position = np.interp(deviations[name], nodes, np.arange(float(NODES)))
@@ -218,16 +212,14 @@ class _Table:
             weights *= column[below] + rest * step[below]
         return weights
 
-    def _column(self, number: int) -> tuple[Array, Array]:
+    def _weights_at(self, number: int) -> tuple[Array, Array]:
         """Return weights with one of the tolerances, and their logarithms."""
-        if number not in self._columns:
-            tightest, loosest = self._entry.ends
-            chosen = tightest + (loosest - tightest) * number / TOLERANCES
-            new = {self._name: self._entry.distributions(chosen)[self._name]}
-            weights = self._ratio.weights(new)
-            with np.errstate(divide="ignore"):
-                self._columns[number] = weights, np.log(weights)
-        return self._columns[number]
+        tightest, loosest = self._entry.ends
+        chosen = tightest + (loosest - tightest) * number / TOLERANCES
+        new = {self._name: self._entry.distributions(chosen)[self._name]}
+        weights = self._ratio.weights(new)
+        with np.errstate(divide="ignore"):
+            return weights, np.log(weights)
 
 
 def with_choice(study: Study, choice: Choice, seed: int, trials: int) -> Study:

@@ -11,13 +11,9 @@ from itertools import compress
 
 import numpy as np
 
+from tolstat.answers.allocate import optimizer
 from tolstat.answers.allocate.fresh_runs import FreshRuns, Proof
-from tolstat.answers.allocate.optimizer import (
-    Cheapest,
-    Choice,
-    DesignVariable,
-    cheapest,
-)
+from tolstat.answers.allocate.optimizer import Cheapest, Choice, DesignVariable
 from tolstat.answers.allocate.reweighted_pool import MISS, Pool, with_choice
 from tolstat.arrays import Array
 from tolstat.execution.run_loop import Progress
@@ -116,7 +112,7 @@ class Search:
         for number in range(1, MOST_PROVED + 1):
             self.runs.tell(Progress(0, 0, 0, f"search {number}"))
             excess = self.above(times * self.permitted)
-            solved = cheapest(self.variables, excess, start)
+            solved = optimizer.cheapest(self.variables, excess, start)
             if solved is None and (best or self.at_tightest):
                 break
             # where weights show nothing that meets the limits, a run may
@@ -212,7 +208,7 @@ class Search:
     def cheapest_for(self, share: float, start: Choice) -> Cheapest | None:
         """Return the cheapest tolerances with a median fraction out of any limit."""
         excess = self._excess(slice(-1, None), np.array([share]), EVEN)
-        return cheapest(self.variables, excess, start)
+        return optimizer.cheapest(self.variables, excess, start)
 
     def out_of_any_limit(self, choice: Choice) -> float:
         """Return the median of the fraction out of any limit."""
@@ -291,12 +287,9 @@ def at_equal_cost(search: Search, points: list[Point], seed: int) -> Proof:
 
     It is the drawing's run if a run does not confirm the weighted trials.
     """
-    specified = search.runs.prove(search.specified, seed)
-    spent = search.runs.prove(for_equal_cost(search, points), seed)
-    return min(
-        (spent, specified),
-        key=lambda proof: proof.scheme.fraction_out_of_any_limit.value,
-    )
+    choices = for_equal_cost(search, points), search.specified
+    proofs = (search.runs.prove(choice, seed) for choice in choices)
+    return min(proofs, key=lambda p: p.scheme.fraction_out_of_any_limit.value)
 
 
 def for_equal_cost(search: Search, points: list[Point]) -> Choice:

@@ -101,15 +101,15 @@ def extremes_of(run: Run, chosen: Sequence[str] = ()) -> Extremes:
 
     `chosen`: the responses that its page draws; by default the one that decides.
     """
-    responses, out_of_any = {}, run.status != Status.DONE
-    for name in (response.name for response in run.responses):
-        limit = run.limits.get(name)
-        out = run.beyond(name) if limit else np.zeros(run.trials, dtype=np.bool_)
-        out_of_any = out_of_any | out
-        nominal, ends = run.nominal_values[name], _ends(run, name)
-        responses[name] = ResponseExtremes(
-            nominal, run.scales[name], *ends, limit, int(np.count_nonzero(out))
+    out_of_limit = {name: run.beyond(name) for name in run.limits}
+    out_of_any = np.any([run.status != Status.DONE, *out_of_limit.values()], axis=0)
+    responses = {
+        name: ResponseExtremes(
+            run.nominal_values[name], run.scales[name], *_ends(run, name),
+            run.limits.get(name), int(np.count_nonzero(out_of_limit.get(name, ()))),
         )
+        for name in (response.name for response in run.responses)
+    }  # fmt: skip
     best, worst = _best_and_worst(run)
     by_default = [worst.response] if worst else responses_in_focus(run)[:1]
     focus = responses_in_focus(run, chosen) if chosen else by_default
@@ -149,8 +149,6 @@ def _ends(run: Run, name: str) -> tuple[Extreme | None, Extreme | None]:
     if np.ptp(values) <= ROUNDING * np.abs(values).max():
         same = Extreme(float(values[0]), None)
         return same, same
-    least, largest = (
-        Extreme(float(values[i]), int(done[i]))
-        for i in (values.argmin(), values.argmax())
-    )
+    ends = values.argmin(), values.argmax()
+    least, largest = (Extreme(float(values[i]), int(done[i])) for i in ends)
     return least, largest

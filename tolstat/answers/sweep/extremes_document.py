@@ -1,6 +1,7 @@
 """Document about a run of given trials: extremes, limits, trials, reference."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -9,27 +10,14 @@ from tolstat.answers.report.finding_words import in_words, what_next
 from tolstat.answers.report.report_document import sheet
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sweep.curves import (
-    TAKEN,
-    Sweep,
-    axis_scale,
+    grid_axis,
+    point_figure,
     point_words,
     sweeps,
 )
 from tolstat.answers.sweep.extremes import Extreme, Extremes, Point
-from tolstat.answers.sweep.sweep_figure import point_figure
-from tolstat.document.blocks import (
-    Block,
-    Document,
-    Figure,
-    Given,
-    Paragraph,
-    Section,
-    Table,
-    note,
-    paragraph,
-    shown,
-    table_of,
-)
+from tolstat.document import blocks
+from tolstat.document.blocks import Document, Given, Section, Table, table_of
 from tolstat.document.inline import (
     Name,
     Number,
@@ -53,23 +41,22 @@ MOST_ROWS = 40
 
 def extremes_document(extremes: Extremes) -> Document:
     """Return limits, picture, next steps, responses, trials of a table, reference."""
-    run, pictures, trials = extremes.stored_run, list[Figure](), tuple[Block, ...]()
-    if extremes.ran:
-        pictures = [point_figure(run, name) for name in extremes.focus]
-        trials = (_responses(extremes), *table_rows(run), *comparisons(run))
+    run, ran = extremes.stored_run, extremes.ran > 0
+    pictures = (point_figure(run, name) for name in extremes.focus if ran)
     figures = Section(f"Trials of the {extremes.sampling}", (*pictures,), "", 3, True)
+    trials = [_responses(extremes), *table_rows(run), *comparisons(run)] if ran else ()
     return sheet(
         f"{extremes.trials} trials of a {extremes.sampling}",
         extremes,
-        shown(
+        blocks.shown(
             in_words(extremes.warnings),
-            Paragraph(_lead(extremes), "lead"),
+            blocks.Paragraph(_lead(extremes), "lead"),
             _limits(extremes),
             figures,
             what_next(_next_steps(extremes)),
-            *map(note, extremes.notes),
+            *map(blocks.note, extremes.notes),
         ),
-        Section("Responses", trials, "responses"),
+        Section("Responses", tuple(trials), "responses"),
         role="",
     )
 
@@ -169,7 +156,7 @@ def _extreme(head: str, extreme: Extreme | None, scale: Scale) -> dict[str, Give
     return {head: Number(extreme.value, scale), f"{head} in trial": trial}
 
 
-def table_rows(run: Run) -> list[Block]:
+def table_rows(run: Run) -> list[blocks.Block]:
     """Return the trials of a table: their deviations, responses and statuses.
 
     A row has the deviations that differ between trials, the limited responses (or the
@@ -195,16 +182,16 @@ def table_rows(run: Run) -> list[Block]:
         out = ", ".join(name for name, trials in out_of.items() if trials[trial])
         rows.append({**row, "status": run.ended_as(trial), "out of limit": out})
     table = table_of(rows, f"{run.title}: trials", words=["out of limit"])
-    blocks: list[Block] = [table]
+    parts: list[blocks.Block] = [table]
     if common := [(f"{n} ", _cell(run, n, 0)) for n in same if deviations[n][0]]:
-        blocks.append(paragraph("in all trials: ", listed(common, "")))
+        parts.append(blocks.paragraph("in all trials: ", listed(common, "")))
     if len(rows) < run.trials:
-        blocks.append(paragraph(
+        parts.append(blocks.paragraph(
             f"the first {len(rows)} of ", counted(run.trials, "trial"),
             f'; tolstat.open("{run.path}").frame() has all. One of them: ',
             Typed(command("trial", run.path, "NUMBER", machine=run.machine)),
         ))  # fmt: skip
-    return blocks
+    return parts
 
 
 def _cell(run: Run, name: str, trial: int) -> str | Number:
@@ -212,48 +199,42 @@ def _cell(run: Run, name: str, trial: int) -> str | Number:
     return "failed" if math.isnan(value) else Number(value, run.scales[name])
 
 
-def comparisons(run: Run) -> list[Table]:
+def comparisons(run: Run) -> Iterator[Table]:
     """Compare a grid run with its reference: a table for each response and curve.
 
     Points with values on other axes are compared with the curve on which they lie.
-    Empty where a run has no reference.
+    None where a run has no reference.
     """
-    if not run.reference:
-        return []
-    axis, *others = run.reference.columns
-    return [
-        table
-        for response in [name for name in others if name not in run.grid]
+    if run.reference is None:
+        return
+    columns, label = run.reference.columns, run.reference.label
+    axis, *others = columns
+    curves = (
+        (response, sweep)
+        for response in others
+        if response not in run.grid
         for sweep in sweeps(run, axis, response)
-        if (table := _compared(run, axis, response, sweep))
-    ]
-
-
-def _compared(run: Run, axis: str, response: str, sweep: Sweep) -> Table | None:
-    assert run.reference
-    columns = run.reference.columns
-    on = np.full(len(columns[axis]), True)
-    for name in [name for name in sweep.at if name in columns]:
-        on &= np.isclose(columns[name], sweep.at[name], rtol=1e-9, atol=0.0)
-    if not on.any():
-        return None
-    along, scale = axis_scale(run, axis), run.scales[response]._replace(least=0.0)
-    points, reference = columns[axis][on], columns[response][on]
-    values = np.interp(points, sweep.x, sweep.y, left=np.nan, right=np.nan)
-    rows = [
-        {
-            along.label(axis.removeprefix(TAKEN)): Number(x, along),
-            "reference": Number(a, scale),
-            "run": Number(b, scale),
-            "difference": Number(b - a, scale),
-        }
-        for x, a, b in np.transpose([points, reference, values]).tolist()
-    ]
-    title = f"{scale.label(response)}: {run.reference.label}"
-    return table_of(
-        rows,
-        f"{title} ({sweep.label})" if sweep.label else title,
-        caption=()
-        if np.isin(points, sweep.x).all()
-        else text("between points: linear"),
     )
+    for response, sweep in curves:
+        on = np.full(len(columns[axis]), True)
+        for name in sweep.at.keys() & columns.keys():
+            on &= np.isclose(columns[name], sweep.at[name], rtol=1e-9, atol=0.0)
+        if not on.any():
+            continue
+        along, scale = grid_axis(run, axis), run.scales[response]._replace(least=0.0)
+        points, reference = columns[axis][on], columns[response][on]
+        values = np.interp(points, sweep.x, sweep.y, left=np.nan, right=np.nan)
+        rows = [
+            {
+                along.scale.label(along.title): Number(x, along.scale),
+                "reference": Number(a, scale),
+                "run": Number(b, scale),
+                "difference": Number(b - a, scale),
+            }
+            for x, a, b in np.transpose([points, reference, values]).tolist()
+        ]
+        title = f"{scale.label(response)}: {label}"
+        title += f" ({sweep.label})" * bool(sweep.label)
+        exact = np.isin(points, sweep.x).all()
+        caption = text(None if exact else "between points: linear")
+        yield table_of(rows, title, caption=caption)

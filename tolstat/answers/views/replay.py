@@ -1,7 +1,7 @@
 """One trial simulated again: its deviations, responses and history."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -23,7 +23,7 @@ from tolstat.model.description import Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import read, setting_of
 from tolstat.model.view import Chart, in_units, typed_unit
-from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.limit import NO_LIMIT, Limit
 from tolstat.status import Status, words_of
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
@@ -89,24 +89,26 @@ class Replay(Answer):
 
     def document(self) -> blocks.Document:
         """Return deviations, responses, and whether these are as stored."""
-        moved = {name: each for name, each in self.contributors.items() if each.value}
+        moved = {name: part for name, part in self.contributors.items() if part.value}
         inputs: list[dict[str, blocks.Given]] = [
-            {"contributor": Name(name), "deviation": each.words, "": each.sentence}
-            for name, each in (*self.settings.items(), *moved.items())
+            {"contributor": Name(name), "deviation": part.words, "": part.sentence}
+            for name, part in (*self.settings.items(), *moved.items())
         ]
         responses: list[dict[str, blocks.Given]] = [
-            {"response": Name(name), "value": each.words,
-             "limit": each.limit + (": out of limit" if each.out_of_limit else "")}
-            for name, each in self.responses.items()
-        ]  # fmt: skip
-        tables = (
+            {
+                "response": Name(name),
+                "value": response.words,
+                "limit": response.limit + ": out of limit" * response.out_of_limit,
+            }
+            for name, response in self.responses.items()
+        ]
+        steps = None if self.steps is None else f"{self.steps} steps"
+        title = ", ".join(filter(None, [self._short, steps, self.failed_at]))
+        return blocks.Document(title, blocks.shown(
             blocks.table_of(inputs, words=[""]),
             blocks.table_of(responses, words=["limit"]),
-        )
-        steps = f", {self.steps} steps" if self.steps is not None else ""
-        where = f", {self.failed_at}" if self.failed_at else ""
-        title = f"{self.title}: {self.status}{steps}{where}"
-        return blocks.Document(title, blocks.shown(*tables, *self._remarks()))
+            *self._remarks(),
+        ))  # fmt: skip
 
     def _remarks(self) -> Iterator[blocks.Block]:
         """Say whether the trial is as stored, and show how it moved."""
@@ -174,19 +176,19 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         raise RunFileError(f"{run.path}: trial {index} has not run")
     loaded, scales = catalogue.find(model or run.model), run.scales
     settings = read(loaded, settings_with_links(run.study.table, loaded))
-    swept, row = dict[str, Quantity](), {each.name: 0.0 for each in run.contributors}
+    swept, row = dict[str, Quantity](), {part.name: 0.0 for part in run.contributors}
     if index is not None:
-        settings = replace(settings, **_swept(run, index, loaded))
+        swept = {
+            setting_name(column.name): Quantity(
+                run.column(column.name)[index].item(), scales[column.name]
+            )
+            for column in run.swept
+        }
+        settings = replace(settings, **dict(_changed_settings(run, swept, loaded)))
         row = {name: float(run.column(name)[index]) for name in row}
-        for column in (each.name for each in run.swept):
-            value = run.column(column)[index].item()
-            swept[setting_name(column)] = Quantity(value, scales[column])
-    typed = {each.name: each.shown for each in run.responses}
+    typed = {response.name: response.shown for response in run.responses}
     typed |= typed_units(run.study.table)
-    trial = _simulated(
-        loaded, settings, row, run.responses, run.limits, lambda r, _: scales[r.name],
-        typed,
-    )  # fmt: skip
+    trial = _simulated(loaded, settings, row, run.responses, run.limits, typed, scales)
     which = "nominal trial" if index is None else f"trial {index}"
     return replace(
         trial,
@@ -196,7 +198,7 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         stored=True,
         differences=tuple(_differences(run, index, trial)),
         reason="; ".join(made_differently(run, loaded.source_digest)),
-        damage=run.damage.words if run.damage else "",
+        damage=run.damage.words,
         repair=to_resume(run.path, run.machine),
         contributors={
             part.name: Quantity(row[part.name], scales[part.name], part.sentence)
@@ -208,16 +210,9 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
 def nominal_trial(study: Study) -> Replay:
     """Return the simulated nominal trial of a study."""
     contributors, responses = study.description
-
-    def scale(response: Response, value: float) -> Scale:
-        unit = typed_unit(response, study.shown)
-        limit = study.limits.get(response.name)
-        ends = limit.asked if limit else ()
-        return scale_of(response.unit, unit, abs(value)).telling(0.0, ends)
-
     row = {part.name: 0.0 for part in contributors}
     model, settings, limits = study.model, study.settings, study.limits
-    trial = _simulated(model, settings, row, responses, limits, scale, study.shown)
+    trial = _simulated(model, settings, row, responses, limits, study.shown, {})
     return replace(trial, title=f"{study.title}: nominal trial")
 
 
@@ -227,10 +222,13 @@ def _simulated(
     row: dict[str, float],
     responses: tuple[Response, ...],
     limits: Mapping[str, Limit],
-    scale: Callable[[Response, float], Scale],
     typed: Mapping[str, str],
+    scales: Mapping[str, Scale],
 ) -> Replay:
-    """Return the simulated trial of a row of deviations, SI."""
+    """Return the simulated trial of a row of deviations, SI.
+
+    A response without a scale is shown in its typed unit, by its size and limit.
+    """
     deviations, chart = np.array(list(row.values())), None
     with observed() as seen:
         if model.moves:
@@ -241,30 +239,30 @@ def _simulated(
     ended = next((response.failure for response in seen if response.failure), "")
     quantities = {}
     for response, value in zip(responses, outcome.responses[0].tolist(), strict=True):
-        limit_words, out = "", False
-        if limit := limits.get(response.name):
-            limit_words, out = limit.words, not limit.lower <= value <= limit.upper
-        shown_as = scale(response, value)
-        quantities[response.name] = Quantity(
-            value, shown_as, response.sentence, limit_words, out
-        )
+        limit, name = limits.get(response.name, NO_LIMIT), response.name
+        unit = typed_unit(response, typed)
+        fitting = scale_of(response.unit, unit, abs(value)).telling(0.0, limit.asked)
+        quantity = Quantity(value, scales.get(name, fitting), response.sentence)
+        if name in limits:
+            out = not limit.lower <= value <= limit.upper
+            quantity = quantity._replace(limit=limit.words, out_of_limit=out)
+        quantities[name] = quantity
     status = words_of(model.failures)[int(outcome.status[0])]
     steps = None if outcome.steps is None else int(outcome.steps[0])
     return Replay("", None, status, steps, ended, {}, row, quantities, history=chart)
 
 
-def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:
-    """Return the settings that a grid changed for one trial."""
-    changes: dict[str, Any] = {}
-    for swept in run.swept:
-        name = setting_name(swept.name)
-        value, kind = run.column(swept.name)[index].item(), setting_of(model, name).kind
+def _changed_settings(
+    run: Run, swept: Mapping[str, Quantity], model: Model
+) -> Iterator[tuple[str, Any]]:
+    """Yield the settings that a grid changed for one trial, as the model reads them."""
+    for name, (value, *_) in swept.items():
+        kind = setting_of(model, name).kind
         if isinstance(value, str):
             typed = run.study.table["grid"][name]
-            changes[name] = kind.read(next(t for t in typed if as_typed(t) == value))
+            yield name, kind.read(next(t for t in typed if as_typed(t) == value))
         else:
-            changes[name] = kind.checked(value)
-    return changes
+            yield name, kind.checked(value)
 
 
 def _differences(run: Run, index: int | None, trial: Replay) -> Iterator[str]:
@@ -275,9 +273,8 @@ def _differences(run: Run, index: int | None, trial: Replay) -> Iterator[str]:
         stored["status"] = run.ended_as(index)
         stored["steps"] = None if run.steps is None else run.steps[index]
     for name, quantity in trial.responses.items():
-        value, expected = np.float64(quantity.value), np.float64(stored[name])
-        both = np.isnan(value) and np.isnan(expected)
-        if not both and value.tobytes() != expected.tobytes():
+        values = np.array([quantity.value, stored[name]], dtype=np.float64)
+        if len({*values.view(np.uint64).tolist()}) > 1 and not np.isnan(values).all():
             yield name
     if trial.status != stored["status"]:
         yield "status"
