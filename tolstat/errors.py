@@ -25,7 +25,6 @@ class Remedy(StrEnum):
     EXTEND = "extend"
     EXPORT = "export"
     PLOT = "plot"
-    REPORT = "report"
     CUSTOM_MODEL = "custom model"
 
 

@@ -6,7 +6,7 @@ import re
 import types
 from collections.abc import Mapping, Sequence
 from dataclasses import is_dataclass
-from enum import Enum, StrEnum
+from enum import Enum
 from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -44,8 +44,6 @@ def schema_of(answer: type, name: str) -> dict[str, Any]:
 def _schema(hint: Any, shared: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of a type; that of a record is put among the shared ones."""
     origin, given = get_origin(hint), get_args(hint)
-    if isinstance(hint, type) and issubclass(hint, StrEnum):
-        return {"type": SIMPLE[str]}
     if hint in SIMPLE:
         return {"type": SIMPLE[hint]}
     if hint is float:

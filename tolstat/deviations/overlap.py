@@ -9,9 +9,10 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
 from tolstat.arrays import Array, Truths
-from tolstat.deviations.density_ratio import Density, DensityRatio
+from tolstat.deviations.density_ratio import FARTHEST, Density, DensityRatio
 from tolstat.deviations.dependence import Dependence, dependent_groups, joined
 from tolstat.deviations.distributions import Distribution
 from tolstat.errors import DistributionError
@@ -90,6 +91,28 @@ def overlap_of(
     best = int(np.argmin(NONE_MET * heavy / trials + above))
     efficiency, cut = 1 / weights.mean(), max(float(above[best]), 0.0)
     return Overlap(float(efficiency), float(heavy[best]), cut)
+
+
+class Uncovered(NamedTuple):
+    """What weighted trials far in the tails cannot show."""
+
+    trials: Truths  # outside the sampled densities: these have no ratio
+    units: float  # greatest share of the new units there, or outside the new densities
+
+
+def uncovered(
+    deviations: Mapping[str, Array],
+    distributions: Mapping[str, Distribution],
+    new: Mapping[str, Distribution],
+) -> Uncovered:
+    """Return which trials and units lie where densities are not tabulated."""
+    trials, units = np.zeros(len(next(iter(deviations.values()))), np.bool_), 0.0
+    for name in new:
+        sampled = Density(distributions[name])
+        trials |= _outside(deviations[name], sampled)
+        lower, upper = Density(new[name]).scores(np.array(sampled.ends))
+        units += float(ndtr(lower) + ndtr(-upper) + 2 * ndtr(-FARTHEST))
+    return Uncovered(trials, units)
 
 
 def _outside(parts: Array, sampled: Density) -> Truths:

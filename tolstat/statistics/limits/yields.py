@@ -10,6 +10,7 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.weighted_estimates import unmet
 from tolstat.statistics.limits.audited_response import AuditedResponse
 from tolstat.statistics.limits.limit import DEMANDED, within
 from tolstat.statistics.limits.sample_size import (
@@ -95,6 +96,11 @@ def yield_of(
         (ends, audited), limit, demanded, sample.done, good,
         lambda units: _most(units, sample),
     )  # fmt: skip
+    out_of_limit = sample.share(~good, ran)
+    if (weights := sample.weights) and weights.searched and judged == MET:
+        missed = unmet(weights.values) + weights.cut
+        if out_of_limit.upper + missed > 1 - demanded:
+            reason = Caveat.MISSED_KIND
     needed, more = 0, judged == UNDECIDED and not reason
     if more and sample.replicates:
         needed = replicates_that_decide(good[ran], sample.replicate[ran], demanded)
@@ -103,7 +109,7 @@ def yield_of(
         needed = trials_that_decide(int(out), int(trials), 1 - demanded)
         needed = grown(needed * sample.each) if needed else 0
     most = _most(good | ~sample.done, sample)
-    return Yield(sample.share(~good, ran), least, most, judged, needed, reason)
+    return Yield(out_of_limit, least, most, judged, needed, reason)
 
 
 def judged_with(
