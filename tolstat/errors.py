@@ -23,7 +23,6 @@ class Remedy(StrEnum):
     EXTEND = "extend"
     EXPORT = "export"
     PLOT = "plot"
-    REPORT = "report"
     CUSTOM_MODEL = "custom model"
 
 

@@ -355,10 +355,10 @@ def the_command_runs(found):
     assert done.exit_code == 0 and "bit for bit as stored" in done.output
 
 
-def rows_out_of_sight_make_no_row_high_on_a_phone(path, folder, most):
+def rows_out_of_sight_make_no_row_high_on_a_phone(path, folder, most, where=""):
     """Commands and intervals of a dense table stand in one line."""
     height = "e => e.getBoundingClientRect().height"
-    rows = f"[...document.querySelectorAll('.dense tbody tr')].map({height})"
+    rows = f"[...document.querySelectorAll('{where} .dense tbody tr')].map({height})"
     high = asked(path, folder, 390, rows)
     assert len(high) >= 2 and max(high) <= most
 

@@ -260,15 +260,11 @@ def test_a_forged_response_changes_later_samples(run):
     assert otherwise[0] == led and len(otherwise) > 0.98 * (5000 - led)
 
 
-def test_a_rare_run_is_no_sample_of_production(run, tmp_path):
+def test_a_rare_run_cannot_be_extended(run):
     with pytest.raises(StudyError, match="depends on the number of trials"):
         tolstat.extend(run.path, 8000)
-    with pytest.raises(QuestionError, match="are no random sample"):
-        tolstat.compare(run, run)
-    with pytest.raises(QuestionError, match="are no random sample"):
-        tolstat.what_if(run, {"A": "+-0.1 mm"})
-    with pytest.raises(QuestionError, match="is sampled for one limit, that of"):
-        tolstat.limited(run, {"gap": ">= 0.1 mm"})
+    with pytest.raises(QuestionError, match="cannot answer for another end"):
+        tolstat.limited(run, {"gap": "<= 2 mm"})
     with pytest.raises(StudyError, match="did you mean 'gap'"):
         tolstat.limited(run, {"gab": ">= 0.1 mm"})
     assert run.diagnostics.halved == {}
@@ -281,11 +277,72 @@ def test_a_rare_run_is_no_sample_of_production(run, tmp_path):
     )
 
 
+def holds(estimate, truth, widest):
+    """Whether an interval holds the truth, and its ends are near each other."""
+    assert estimate.lower < truth < estimate.upper < widest * estimate.lower
+    return True
+
+
+@pytest.mark.parametrize(("limit", "widest"), [(0.1, 3), (0.3, 1.6), (0.5, 4)])
+def test_a_rare_run_answers_for_limits_beside_its_own(run, limit, widest):
+    summary = tolstat.summary(tolstat.limited(run, {"gap": f">= {limit} mm"}))
+    truth = norm.sf((1 - limit) / SIGMA)
+    assert holds(summary.fraction_out_of_limit, truth, widest)
+
+
+@pytest.mark.parametrize(
+    ("entries", "times"),
+    [
+        ({"A": "+-0.15 mm"}, (0.5, 1)),
+        ({"B": "+-0.3 mm"}, (1, 0.75)),
+        ({"A": "+-0.33 mm", "B": "+-0.44 mm"}, (1.1, 1.1)),
+    ],
+)
+def test_what_if_of_a_rare_run_multiplies_both_ratios(run, entries, times):
+    sigma = np.hypot(0.1 * times[0], 0.4 / 3 * times[1])
+    found = tolstat.what_if(run, entries)
+    response = found.responses["gap"]
+    scenario = response.scenario.limited.yields.fraction_out_of_limit
+    assert holds(scenario, norm.sf(0.8 / sigma), 25)
+    before = response.baseline.limited.yields
+    assert before.fraction_out_of_limit == rare_summary(run).fraction_out_of_limit
+    assert before.verdict == "met"
+    words = words_in(*found.document().blocks)
+    assert "that the last stage met" in words and "anytime-valid" not in words
+
+
+def test_a_rare_run_is_compared_by_its_fractions(run, tmp_path):
+    table = tomllib.loads(CHAIN) | {"seed": 4}
+    table["links"]["B"]["tolerance"] = "+-0.44 mm"
+    other = tolstat.run(table, output=tmp_path / "other.h5")
+    found = tolstat.compare(run, other)
+    (difference,) = found.differences
+    assert difference.pairing.kind == "unpaired"
+    less = difference.limits["gap"].fraction_out_of_limit_difference
+    truth = norm.sf(0.8 / np.hypot(0.1, 0.44 / 3)) - norm.sf(DISTANCE)
+    assert less.lower < truth < less.upper and less.lower > 0
+    assert difference.limits["gap"].moments_ppk_difference.reason
+    words = words_in(*found.document().blocks)
+    assert "more trials out of the limit of gap" in words
+    assert "trials may decide" not in words
+    (same,) = tolstat.compare(run, run).differences
+    assert same.findings.neither == ("gap",)
+
+
+def test_the_report_of_a_rare_run_has_all_responses(run):
+    gap = rare_summary(run).responses["gap"]
+    few = gap.quantiles[0.5].reason  # of the last stage of 5000 trials
+    assert few or gap.quantiles[0.5].lower < 1e-3 < gap.quantiles[0.5].upper
+    assert gap.mean.value == pytest.approx(1e-3, rel=0.05)
+    assert gap.sigma.value == pytest.approx(SIGMA * 1e-3, rel=0.2)
+    assert math.isnan(gap.least) and gap.weighted
+
+
 @pytest.mark.parametrize(
     ("asked", "limits"),
     [
-        (("report", "--limit", "gap >= 0.1 mm"), {"gap": ">= 0.1 mm"}),
-        (("what-if", "A=+-0.1 mm"), {"gap": ">= 0.2 mm"}),
+        (("report", "--limit", "gap <= 2 mm"), {"gap": "<= 2 mm"}),
+        (("what-if", "A=+-2 mm"), {"gap": ">= 0.2 mm"}),
     ],
 )
 def test_the_study_written_by_a_refusal_runs(run, asked, limits):
@@ -303,12 +360,6 @@ def test_the_study_written_by_a_refusal_runs(run, asked, limits):
     assert command("run", path, "--trials", "5000").exit_code == 0
 
 
-def test_a_comparison_needs_random_trials(run):
-    refused = command("compare", run.path, run.path)
-    assert refused.exit_code == 2
-    assert 'need a run with sampling = "random"' in refused.output
-
-
 def test_another_response_needs_a_separate_run(toy, tmp_path):
     study = {
         "model": "toy", "trials": 5000, "seed": 1, "sampling": {"rare": "gap"},
@@ -316,22 +367,20 @@ def test_another_response_needs_a_separate_run(toy, tmp_path):
         "limits": {"gap": "<= 4 mm", "ratio": "<= 0.85"},
     }  # fmt: skip
     run = tolstat.run(study, model=toy, output=tmp_path / "run.h5")
-    with pytest.raises(QuestionError) as refused:
-        rare_summary(run, ["ratio"])
-    assert "answers for gap only" in str(refused.value)
-    with pytest.raises(QuestionError):
-        tolstat.limited(run, {"ratio": "<= 0.8"})
+    summary = rare_summary(run, ["ratio"])
+    ratio = summary.responses["ratio"].limited.yields
+    assert ratio.verdict == "undecided" and not ratio.needed
+    assert ratio.fraction_out_of_limit.upper > 1e-3  # its trials were not searched
+    words = words_in(*summary.document().blocks)
+    assert "Only the limit of gap was searched. Few trials tell of ratio" in words
+    other = tolstat.limited(run, {"ratio": "<= 0.8"})
+    assert rare_summary(other).limits["ratio"].limit.upper == 0.8
     text = tolstat.fresh_study(run, {}, limits={"ratio": "<= 0.8"}, model=toy)
     fresh = tomllib.loads(text)
     assert fresh["limits"] == {"gap": "<= 4 mm", "ratio": "<= 0.8"}
     assert fresh["sampling"] == {"rare": "ratio"}
     with pytest.raises(QuestionError, match="response rato: unknown; did you mean"):
         rare_summary(run, ["rato"])
-    only = tolstat.run(
-        {**study, "limits": {"gap": "<= 4 mm"}}, model=toy, output=tmp_path / "only.h5"
-    )
-    with pytest.raises(QuestionError, match="answers for gap only"):
-        rare_summary(only, ["ratio"])
 
 
 def test_an_unfinished_search_is_reported_with_its_interval(tmp_path):

@@ -230,7 +230,6 @@ def _typed(advice: Advice) -> str:
             "continues with what the run has stored",
         ),
         Remedy.EXTEND: (extend, "adds them"),
-        Remedy.REPORT: (("report", path), "writes it"),
         Remedy.EXPORT: (("export", path, "-o", table), "shows them"),
         Remedy.PLOT: (("show", path, "--plot", picture, *response), "shows them"),
     }

@@ -1,5 +1,6 @@
 """Other limits for a stored run; nothing is simulated."""
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -46,7 +47,7 @@ def limited(
     StudyError
         If a limit cannot be read, or there is no such response.
     QuestionError
-        If it is a rare run.
+        If it is a rare run that searched another end of the limit.
 
     Examples
     --------
@@ -71,12 +72,13 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     check_section("limits", limits, problems)
     read = read_limits(limits, run.responses, problems)
     problems.raise_if_any()
-    if run.aim:
-        raise QuestionError(
-            f"{run.path}: a rare run is sampled for one limit, that of {run.aim} in "
-            "its study, and cannot answer for another"
-        )
     before = run.limits
+    searched = [limits[run.aim] for limits in (before, read) if run.aim in limits]
+    if len({tuple(map(math.isfinite, limit.permitted)) for limit in searched}) > 1:
+        raise QuestionError(
+            f"{run.path}: a rare run is sampled for one limit, {before[run.aim].words} "
+            f"of {run.aim}; it cannot answer for another end"
+        )
     for name, entry in limits.items():
         for response in expand(name, list(read)):
             if isinstance(entry, str) and response in before:

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.answers.answer import Answer
-from tolstat.answers.rare.rare_answer import RareSummary, rare_summary
 from tolstat.answers.report.report_warnings import turning
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document import blocks
@@ -155,14 +154,12 @@ def entry_of(run: Run) -> Entry:
     )
 
 
-def judged(run: Run) -> Mapping[str, Yield | RareSummary]:
+def judged(run: Run) -> Mapping[str, Yield]:
     """Return the verdict on each limit, from the trials that ran; none of a grid."""
-    if run.aim:
-        return {run.aim: rare_summary(run)} if run.ended else {}
     if (drawn := drawn_trials(run)) is None or not drawn.sample.ran.any():
         return {}
     yields = {
-        name: yield_of(drawn.values(name), drawn.sample, limit.permitted,
+        name: yield_of(drawn.values(name), drawn.sample_for(name), limit.permitted,
                        limit.demanded, drawn.ends(name), drawn.audited(name))
         for name, limit in run.limits.items()
     }  # fmt: skip

@@ -1,14 +1,18 @@
 """The trials of a run that its statistics rest on."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
+from tolstat.deviations.rare_search import AS_STUDY
+from tolstat.deviations.rare_stage import DISTANCE, WEIGHT
 from tolstat.deviations.samplers import OWN
 from tolstat.errors import Advice, QuestionError, Remedy
 from tolstat.statistics.integration_error import AuditedResponse, response_ends
+from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import NO_LIMIT, within
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
@@ -21,20 +25,38 @@ class Drawn(NamedTuple):
 
     run: Run  # all of it
     sampled: Sampled  # how
-    # int64[n], those that statistics rest on: all, or the independent ones of a run
-    # made for Sobol' indices
+    # int64[n], those that statistics rest on: all, the independent ones of a run made
+    # for Sobol' indices, or the weighted ones of a rare run
     trials: NDArray[np.int64]
     sample: Sample  # these trials
 
     def values(self, name: str) -> Array:
         """Return a response or contributor of these trials, SI."""
         column: Array = self.run.column(name)
-        return column[self.trials] if self.grouped else column
+        return column[self.trials] if len(self.trials) < self.run.trials else column
 
     @property
     def trials_done(self) -> NDArray[np.int64]:
-        """Those of these trials that are done."""
+        """Those of these trials that are done, to see whether a response jumps.
+
+        Of a rare run those of any stage. But the median of all deviations lies on a
+        step of symmetric parts, to no side of it.
+        """
+        if self.run.aim:
+            off_median = self.run.column(DISTANCE) > 0
+            return np.flatnonzero((self.run.status == Status.DONE) & off_median)
         return self.trials[self.sample.done]
+
+    def sample_for(self, *responses: str) -> Sample:
+        """Return these trials for the limits of responses.
+
+        A rare run has searched for trials out of one limit.
+        """
+        weights = self.sample.weights
+        if weights and {*responses} == {self.run.aim}:
+            searched = replace(weights, searched=True)
+            return self.sample._replace(weights=searched)
+        return self.sample
 
     def done(self, name: str) -> Array:
         """Return a response or contributor of those that are done, SI."""
@@ -57,7 +79,7 @@ class Drawn(NamedTuple):
     @property
     def grouped(self) -> bool:
         """Whether the run was made for Sobol' indices."""
-        return len(self.trials) < self.run.trials
+        return self.sampled.group > 1
 
     def groups(self, response: str) -> tuple[Array, int]:
         """Return float64[group, 2 + factor] of whole groups, and how many are not."""
@@ -99,8 +121,14 @@ def changes_of(run: Run, name: str) -> Truths:
 
 def drawn_trials(run: Run) -> Drawn | None:
     """Return the trials of a run; None if they are no sample: see `no_sample`."""
-    if run.sampled is None or not run.sampled.sample:
+    if run.sampled is None:
         return None
+    if run.aim:
+        weights = run.column(WEIGHT)
+        trials = np.flatnonzero((run.status != Status.NOT_RUN) & ~np.isnan(weights))
+        weighted = Weights(weights[trials], 1 / AS_STUDY)
+        sample = Sample(run.status[trials], weights=weighted)
+        return Drawn(run, run.sampled, trials, sample)
     trials = np.arange(run.trials)
     group = run.sampled.group
     if group > 1:
@@ -112,13 +140,6 @@ def drawn_trials(run: Run) -> Drawn | None:
 
 def no_sample(run: Run) -> QuestionError:
     """Return the error that says why the trials of a run are no sample."""
-    if run.aim:
-        return QuestionError(
-            f"{run.path}: trials of a rare run are no random sample; its report has "
-            f"the fraction out of the limit of {run.aim}; all other answers need a run "
-            'with sampling = "random"',
-            Advice(Remedy.REPORT, run.path, run.machine),
-        )
     return QuestionError(
         f"{run.path}: trials of a grid or a table are no sample: no statistics",
         Advice(

@@ -8,7 +8,6 @@ from typing import ClassVar, NamedTuple
 
 import click
 
-from tolstat.answers.rare.rare_answer import rare_summary
 from tolstat.answers.report.finding_words import sentences
 from tolstat.answers.report.report_warnings import (
     jumping,
@@ -82,9 +81,7 @@ def checked(runs: Iterable[Run]) -> LimitCheck:
 
 
 def _warnings_of(run: Run) -> list[str]:
-    if run.aim and run.ended:
-        warnings = rare_summary(run).warnings
-    elif sample := drawn_trials(run):
+    if sample := drawn_trials(run):
         clusters = jumping(run, sample.trials_done, run.limits)
         warnings = warnings_of(sample, clusters)
     else:
@@ -109,10 +106,13 @@ def _limits_of(run: Run) -> list[CheckedLimit]:
         )
     if not (yields := judged(run)):
         raise no_sample(run)
-    checks = []
-    for name, limit in run.limits.items():
-        verdict: tuple[Verdict, str] = UNDECIDED, f"a rare run judges {run.aim} only"
-        if name in yields:
-            verdict = yields[name].verdict, yields[name].reason
-        checks.append(CheckedLimit(run.path.name, name, limit.words, *verdict))
-    return checks
+    aim = f"a rare run searches the limit of {run.aim}"
+    return [
+        CheckedLimit(
+            run.path.name, name, limit.words, judgement.verdict,
+            judgement.reason
+            or aim * (judgement.verdict == UNDECIDED and run.aim not in ("", name)),
+        )
+        for name, limit in run.limits.items()
+        for judgement in [yields[name]]
+    ]  # fmt: skip

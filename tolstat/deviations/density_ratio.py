@@ -235,6 +235,28 @@ def overlap_of(
     return Overlap(float(efficiency), float(heavy[best]), cut)
 
 
+class Uncovered(NamedTuple):
+    """What weighted trials far in the tails cannot show."""
+
+    trials: Truths  # outside the sampled densities: these have no ratio
+    units: float  # greatest share of the new units there, or outside the new densities
+
+
+def uncovered(
+    deviations: Mapping[str, Array],
+    distributions: Mapping[str, Distribution],
+    new: Mapping[str, Distribution],
+) -> Uncovered:
+    """Return which trials and units lie where densities are not tabulated."""
+    trials, units = np.zeros(len(next(iter(deviations.values()))), np.bool_), 0.0
+    for name in new:
+        sampled = Density(distributions[name])
+        trials |= _outside(deviations[name], sampled)
+        lower, upper = Density(new[name]).scores(np.array(sampled.ends))
+        units += float(ndtr(lower) + ndtr(-upper) + 2 * ndtr(-FARTHEST))
+    return Uncovered(trials, units)
+
+
 def _outside(parts: Array, sampled: Density) -> Truths:
     """Return which of float64[part] parts lie outside a sampled distribution."""
     lower, upper = sampled.ends

@@ -60,9 +60,14 @@ class Sample(NamedTuple):
         return ran
 
     @property
+    def failed_trials(self) -> Truths:
+        """Which trials ran and failed."""
+        return self.ran & ~self.done
+
+    @property
     def failed(self) -> int:
         """Number of the trials that ran and failed."""
-        return int(np.count_nonzero(self.ran) - np.count_nonzero(self.done))
+        return int(np.count_nonzero(self.failed_trials))
 
     @property
     def replicate(self) -> Integers:

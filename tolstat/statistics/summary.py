@@ -200,6 +200,11 @@ class Summary:
     quantiles: dict[float, Estimate]  # quantile by share, for `QUANTILES`
     limited: Limited | None  # None without a limit
 
+    @property
+    def weighted(self) -> bool:
+        """Whether trials are weighted: without extremes, or a number that decides."""
+        return math.isnan(self.least) and math.isfinite(self.quantiles[0.5].value)
+
 
 def summarize(
     values: Array,
@@ -216,7 +221,7 @@ def summarize(
     """
     done = values[sample.done]
     limited = None
-    if limit is not None and sample.ran.any():
+    if limit is not None and (sample.weights or sample.ran.any()):
         judged = yield_of(
             values, sample, limit.permitted, limit.demanded, ends, audited
         )

@@ -1,5 +1,6 @@
 """Two or more runs compared: trial by trial where they are paired."""
 
+import math
 from collections.abc import Mapping, Sequence
 from string import ascii_uppercase
 
@@ -11,22 +12,31 @@ from tolstat.answers.compare.comparison import (
     Design,
     DesignResponse,
     Difference,
+    LimitDifference,
     ResponseDifference,
     SignificantChanges,
     limits_of,
 )
-from tolstat.answers.compare.limit_difference import LimitDifference, limit_difference
 from tolstat.answers.compare.pairing import NOT_PAIRED, Pairing, pair_of
-from tolstat.answers.report.gather import summaries_of
 from tolstat.answers.report.report_warnings import jumping, warnings_of
+from tolstat.answers.report.summaries import summaries_of
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.errors import QuestionError
-from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
+from tolstat.statistics.estimate import RANDOM_ONLY, Estimate, without_interval
+from tolstat.statistics.intervals.moments import Reach
+from tolstat.statistics.intervals.replicates import mean_of_replicates
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.limits.difference import correlation_of_quantiles, difference
+from tolstat.statistics.limits.difference import (
+    correlation_of_quantiles,
+    correlation_of_shares,
+    difference,
+    difference_of_ppk,
+    exchange,
+)
+from tolstat.statistics.limits.limit import within
 from tolstat.statistics.sample import Sample, quantiles_at
-from tolstat.statistics.summary import Summary, summarize
+from tolstat.statistics.summary import Summary, by_share, summarize
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
@@ -148,7 +158,7 @@ def _that_differ(
 def _response(
     pair: Pairing, name: str, before: Summary, after: Summary
 ) -> ResponseDifference:
-    limit, sample = limit_difference(pair, name), pair.sample
+    limit, sample = _limit_difference(pair, name), pair.sample
     if sample is None:
         return ResponseDifference(
             None,
@@ -188,6 +198,49 @@ def _of_quantiles(pair: Pairing, name: str, sample: Sample) -> dict[float, Estim
             correlation = correlation_of_quantiles(*both, (a, b))
             differences[share] = difference(a, b, correlation)
     return differences
+
+
+def _limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
+    """Return the difference in trials out of the limit of a response of both runs.
+
+    Paired runs are compared by the trials that ran in both. None where neither study
+    limits the response.
+    """
+    both = pair.first, pair.second
+    a, b = (design.run.limits.get(name) for design in both)
+    if (limit := a or b) is None:
+        return None
+    limits = a or limit, b or limit
+    sample = pair.sample
+    samples = [sample or design.sample_for(name) for design in both]
+    out = [
+        ~(within(values, limit.permitted) & ran.done)
+        for values, limit, ran in zip(pair.values(name), limits, samples, strict=True)
+    ]
+    before, after = (
+        ran.share(flags, ran.ran, proportion)
+        for flags, ran in zip(out, samples, strict=True)
+    )
+    ppks = by_share(before, limits[0]), by_share(after, limits[1])
+    more, together, worse, better = difference(before, after), 0.0, None, None
+    if sample:
+        first, second = (~flags[sample.ran] for flags in out)
+        worse, better, more = exchange(first, second)
+        together = correlation_of_shares(first, second)
+        if sample.replicates:
+            less, ends = first.astype(float) - second, Reach((-1.0, 1.0))
+            more = mean_of_replicates(less, sample.replicate[sample.ran], ends)
+    moments = Estimate(math.nan, reason=RANDOM_ONLY)
+    if not any(ran.weights for ran in samples):
+        moments = difference_of_ppk(*pair.done(name), limits)
+    ppk_more = difference(*ppks, together)
+    if any(ran.replicates for ran in samples):
+        moments = without_interval(moments)
+        ppk_more = without_interval(ppk_more) if sample else ppk_more
+    return LimitDifference(
+        (limits[0].words, limits[1].words), (before, after), worse, better, more, ppks,
+        ppk_more, moments,
+    )  # fmt: skip
 
 
 def _range_of_difference(

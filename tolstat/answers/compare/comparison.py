@@ -6,13 +6,34 @@ from typing import NamedTuple
 
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import NONE, number_cells
-from tolstat.answers.compare.limit_difference import LimitDifference
 from tolstat.answers.compare.pairing import Pairing
 from tolstat.answers.report.report_warnings import ReportWarning
 from tolstat.document.inline import Number, Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import Summary
 from tolstat.units.scale import PER_CENT, PPM, Scale, share_words
+
+
+class LimitDifference(NamedTuple):
+    """Two designs and their limits; differences are second less first."""
+
+    # the limit of each, or that of the other where it has none
+    limits: tuple[str, str]
+    # of each, for a single look; failed trials are out of limit
+    fractions_out_of_limit: tuple[Estimate, Estimate]
+    worse: int | None  # trials within in the first and out of limit in the second
+    better: int | None  # the reverse; None of unpaired runs
+    fraction_out_of_limit_difference: Estimate
+    equivalent_ppks: tuple[Estimate, Estimate]
+    equivalent_ppk_difference: Estimate
+    moments_ppk_difference: Estimate
+
+    @property
+    def significant(self) -> int:
+        """1 for significantly more trials out of limit in the second, -1 for fewer."""
+        difference = self.fraction_out_of_limit_difference
+        return int(difference.lower > 0) - int(difference.upper < 0)
+
 
 UNLIMITED = LimitDifference(
     ("", ""), (NONE, NONE), None, None, NONE, (NONE, NONE), NONE, NONE

@@ -1,14 +1,35 @@
-"""Document of a comparison: significant differences, each design less the first."""
+"""Document of a comparison: significant differences, each design less A; figures."""
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm, verdict_cell
 from tolstat.answers.compare.comparison import Comparison, Design, Difference
-from tolstat.answers.compare.comparison_figures import figures_of
+from tolstat.answers.compare.pairing import Pairing
 from tolstat.answers.report.finding_words import sentences
+from tolstat.answers.report.response_figures import (
+    PROBABILITY,
+    STRAIGHT,
+    edges_of,
+    figure_of,
+    limit_rules,
+    line_at,
+    points_of,
+)
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell, Given, Section, Table, note, table_of
-from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
+from tolstat.document.inline import (
+    Name,
+    Number,
+    Parts,
+    Word,
+    counted,
+    listed,
+    say,
+    text,
+)
+from tolstat.document.plot import Histogram, PlotAxis, curve
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import PER_CENT, Scale, share_words
 
@@ -88,7 +109,9 @@ def _verdicts(comparison: Comparison) -> Section:
         {
             "response": text(Name(name), f" {design.label}"),
             "limit": limit_cell(limited.limit),
-            "verdict": verdict_cell(limited.yields),
+            "verdict": Word(limited.yields.words, limited.yields.verdict)
+            if response.weighted
+            else verdict_cell(limited.yields),
             "out of limit, ppm": ppm(
                 limited.yields.fraction_out_of_limit, design.done + design.failed
             ),
@@ -248,7 +271,7 @@ class _Pair:
         ]
         less = _quantiles(self.difference.responses[name].quantiles, scale)
         rows.append({"design": f"{self.b} - A", **less})
-        figures = figures_of(self.pairing, self.designs, name, scale)
+        figures = _figures_of(self.pairing, self.designs, name, scale)
         return Section(
             f"{name}, {self.b} and A",
             (
@@ -259,3 +282,49 @@ class _Pair:
             anchor=f"{self.b}-{name}",
             page_only=True,
         )
+
+
+def _figures_of(
+    pairing: Pairing, designs: tuple[Design, Design], name: str, scale: Scale
+) -> Iterator[blocks.Figure]:
+    """Draw a response in focus: its distributions and, if paired, differences."""
+    if any(drawn.sample.weights for drawn in (pairing.first, pairing.second)):
+        return  # weighted trials are not spread as units are
+    a, b = (design.responses[name] for design in designs)
+    label, times = designs[1].label, scale.factor
+    first, second = pairing.done(name)
+    whose = f"All trials done: {len(first)} of A, {len(second)} of {label}."
+    if pairing.paired:
+        failed = f"{pairing.failed} failed in either"
+        whose = f"The {len(first)} that are done in both; {failed}."
+    yield figure_of(
+        f"Distributions of {name} in A and in {label}",
+        PlotAxis(scale.label(name)),
+        PROBABILITY,
+        points_of(first, times, "first", "A"),
+        points_of(second, times, "second", label),
+        *limit_rules(a if a.limited else b, scale),
+        caption=f"Fraction below. {STRAIGHT} {whose}",
+    )
+    if not pairing.paired:
+        return
+    less = times * (second - first)
+    counts, edges = np.histogram(less, edges_of(less))
+    yield figure_of(
+        f"Histogram of the differences of {name}, {label} less A",
+        PlotAxis(scale.label(f"{label} - A of {name}")),
+        PlotAxis("trials per bin", "symlog", (0.0, 1.5 * float(counts.max()))),
+        Histogram(edges, counts.astype(float), "third"),
+        line_at(0.0, "no difference", "ink", "-"),
+        caption="Differences trial by trial, of those that are done in both.",
+    )
+    x, y = times * first, times * second
+    ends = np.array([min(x.min(), y.min()), max(x.max(), y.max())])
+    yield figure_of(
+        f"{name} of each trial in {label} over the same trial in A",
+        PlotAxis(scale.label(f"A: {name}")),
+        PlotAxis(scale.label(f"{label}: {name}")),
+        curve(x, y, look="faint"),
+        curve(ends, ends, "ink", "no difference"),
+        caption=f"Each trial that is done in both: in {label} over A.",
+    )

@@ -119,6 +119,9 @@ def _in_both(a: Sample, b: Sample) -> Sample:
 
 def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
     """Return how the first trials of two runs are paired, and the evidence."""
+    for design in (A, B):
+        if design.sample.weights:
+            return UNPAIRED, f"trials of {design.run.path.name} are weighted"
     for what, a, b in (
         ("seeds", A.sampled.seed, B.sampled.seed),
         ("samplings", A.run.sampling, B.run.sampling),

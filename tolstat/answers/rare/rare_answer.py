@@ -13,16 +13,21 @@ from scipy.special import ndtr, ndtri
 from tolstat.answers import run_answer
 from tolstat.answers.cells import limit_cells
 from tolstat.answers.report.chosen_steps import finer_run
-from tolstat.answers.report.report_answer import Findings, LimitFinding
+from tolstat.answers.report.report_answer import Findings, LimitFinding, RunSummary
 from tolstat.answers.report.report_warnings import (
-    ReportWarning,
     jump_warnings,
     jumping,
     warnings_of_run,
 )
-from tolstat.answers.sampled_trials import audited_of, changes_of, ends_of
-from tolstat.arrays import Truths
-from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE, WEIGHT
+from tolstat.answers.report.response_summary import ResponseSummary
+from tolstat.answers.report.summaries import (
+    all_limits,
+    numbers_of_study,
+    summaries_of,
+)
+from tolstat.answers.sampled_trials import changes_of, drawn_trials
+from tolstat.arrays import Integers
+from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE
 from tolstat.document.inline import Number, Row
 from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import Estimate
@@ -37,14 +42,10 @@ from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import (
     INTEGRATION_ERROR,
     JUMP,
-    MET,
-    UNDECIDED,
     Caveat,
     Verdict,
-    judged_with,
     worded,
 )
-from tolstat.statistics.summary import by_share
 from tolstat.status import Status
 from tolstat.store.run_records import SCORES, Assumed
 from tolstat.store.stored_run import Run
@@ -137,16 +138,14 @@ class Stages(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class RareSummary(run_answer.RunAnswer):
-    """The answer about a rare run and its limit.
+class RareSummary(RunSummary):
+    """The answer about a rare run and the limit that it searched.
 
-    Its trials are those of all stages. Those of the last one are counted and give the
-    failed fraction. `unseen` limits (97.5 %) the fraction of any kind of out-of-limit
-    trial that the last stage did not meet.
+    Its trials are those of all stages. Those of the last one, weighted, are counted and
+    give all responses and the failed fraction. `unseen` limits (97.5 %) the fraction of
+    any kind of out-of-limit trial that the last stage did not meet.
     """
 
-    # what a reader has to know before the verdict
-    warnings: tuple[ReportWarning, ...]
     trials_out_of_limit: int  # trials of the last stage
     response: str  # the limited response
     sentence: str
@@ -169,7 +168,6 @@ class RareSummary(run_answer.RunAnswer):
     failure_points: tuple[FailurePoint, ...]  # that were met, the most probable first
     precise: int  # trials evaluated again more precisely
     changed: int  # those of them that change sides of the limit
-    findings: Findings  # of its limit
     answers = "rare"
 
     @property
@@ -206,77 +204,76 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     Raises
     ------
     QuestionError
-        If no trial has run, or another response is requested.
+        If no trial has run, or a response is unknown.
     """
-    name, limit = run.aim, run.limits[run.aim]
-    sentences = {response.name: response.sentence for response in run.responses}
-    for other in run_answer.responses_in_focus(run, chosen or name):
-        if other != name:
-            raise QuestionError(
-                f'response {other}: {run.path} has sampling = "rare" and answers for '
-                f"{name} only"
-            )
-    if not run.ended:
+    name, limit, drawn = run.aim, run.limits[run.aim], drawn_trials(run)
+    run_answer.responses_in_focus(run, chosen)
+    if drawn is None or not run.ended:
         raise QuestionError(f"{run.path}: no trial has run; there is nothing to report")
-    ran = run.status != Status.NOT_RUN
-    out, stage, weights = run.beyond(name), run.column(STAGE), run.column(WEIGHT)
-    last = ran & ~np.isnan(weights)
-    share = rare_share(out[last], weights[last])
-    failures = rare_share(run.status[last] > Status.DONE, weights[last])
+    summaries = summaries_of(drawn)
+    responses = {
+        response.name: ResponseSummary(
+            **vars(summaries[response.name]),
+            nominal=run.nominal_values[response.name],
+            sentence=response.sentence,
+            scale=run.scales[response.name],
+            causes=None, contributions=None, members={}, off_centre=None,
+        )
+        for response in run.responses
+    }  # fmt: skip
+    judged, aim = responses[name].limited, responses[name]
+    assert judged and drawn.sample.weights
+    yields, weights = judged.yields, drawn.sample.weights.values
+    share, out = yields.fraction_out_of_limit, run.beyond(name)
+    failures = rare_share(drawn.sample.failed_trials, weights)
     if failures.value > 0:  # failed trials are out of limit: no more than these
         failures = failures._replace(upper=min(failures.upper, share.upper))
-    unseen = unmet(weights[last]) if last.any() else math.nan
+    unseen = unmet(weights) if len(weights) else math.nan
     points, changes = failure_points(run, out), changes_of(run, name)
-    verdict, reason = judged_with(
-        (ends_of(run, name), audited_of(run, name)), limit.permitted, limit.demanded,
-        run.status == Status.DONE, ran & ~out,
-        lambda good: rare_share(~good[last], weights[last]).complement,
-    )  # fmt: skip
-    if verdict == MET and share.upper + unseen > 1 - limit.demanded:
-        reason = Caveat.MISSED_KIND
-    # the median of all deviations lies on a step of symmetric parts, to no side of it
-    off_median = (run.status == Status.DONE) & (run.column(DISTANCE) > 0)
-    clusters = jumping(run, np.flatnonzero(off_median), [name])
-    plain = plain_trials(share)
-    if name in clusters and clusters[name].turn:  # no trials decide
-        verdict, reason, plain = UNDECIDED, JUMP, math.nan
-    few, failing = _too_few(weights[last & out]), _failing(run, failures)
-    assert run.sampled
+    clusters = jumping(run, drawn.trials_done, [name])
+    few = _too_few(weights[out[drawn.trials]])
     trials = run_answer.TrialCounts(
         run.trials, run.ended, run.ended - run.failed, run.failed,
-        int(np.count_nonzero(last)), run.counts, failures, unseen,
-        run.sampling, run.sampled.promise,
-        (*few, failing, *run_answer.notes_of(replace(run, warnings=()), None)),
+        len(drawn.trials), run.counts, failures, unseen,
+        run.sampling, drawn.sampled.promise,
+        (*few, _failing(run, failures),
+         *run_answer.notes_of(replace(run, warnings=()), None)),
     )  # fmt: skip
+    findings = {
+        n: LimitFinding(x.limited.yields.verdict, x.limited.yields.reason)
+        for n, x in responses.items()
+        if x.limited
+    }
+    rough = [name] if yields.reason == INTEGRATION_ERROR else []
+    finer = finer_run(run, rough)
     return RareSummary(
         **run_answer.fields_of(run, trials),
         warnings=(*warnings_of_run(run), *jump_warnings(run, clusters)),
-        trials_out_of_limit=int(np.count_nonzero(out[last])),
+        unseen_errors="",
+        all_limits=all_limits(drawn),
+        responses=responses,
+        numbers=numbers_of_study(run),
+        findings=Findings(findings, {}, (finer,) if finer else ()),
+        trials_out_of_limit=int(np.count_nonzero(out[drawn.trials])),
         response=name,
-        sentence=sentences[name],
-        scale=run.scales[name],
-        nominal=run.nominal_values[name],
+        sentence=aim.sentence,
+        scale=aim.scale,
+        nominal=aim.nominal,
         limit=limit,
-        demanded_ppk=limit.ppk,
+        demanded_ppk=judged.demanded_ppk,
         fraction_out_of_limit=share,
-        within=share.complement,
-        verdict=verdict,
-        reason=reason,
-        equivalent_ppk=by_share(share, limit),
-        plain_trials=plain,
+        within=yields.within,
+        verdict=yields.verdict,
+        reason=yields.reason,
+        equivalent_ppk=judged.equivalent_ppk,
+        # where it jumps no trials decide
+        plain_trials=math.nan if yields.reason == JUMP else plain_trials(share),
         first_order=float(ndtr(-points[0].distance)) if points else math.nan,
-        stages=tuple(_stages(run, stage, ran & ~last, last)),
+        stages=tuple(_stages(run, drawn.trials)),
         failure_points=points,
         precise=len(changes),
         changed=int(np.count_nonzero(changes)),
-        findings=_findings(run, LimitFinding(verdict, reason)),
     )
-
-
-def _findings(run: Run, limit: LimitFinding) -> Findings:
-    rough = [run.aim] if limit.reason == INTEGRATION_ERROR else []
-    finer = finer_run(run, rough)
-    return Findings({run.aim: limit}, {}, (finer,) if finer else ())
 
 
 def _too_few(weights: NDArray[np.float64]) -> list[str]:
@@ -304,9 +301,10 @@ def _failing(run: Run, share: Estimate) -> str:
     return f"{note}; of the trials sampled near the limit: {words}"
 
 
-def _stages(
-    run: Run, stage: NDArray[np.float64], search: Truths, last: Truths
-) -> Iterator[Stages]:
+def _stages(run: Run, estimate: Integers) -> Iterator[Stages]:
+    stage, last = run.column(STAGE), np.zeros(run.trials, np.bool_)
+    last[estimate] = True
+    search = (run.status != Status.NOT_RUN) & ~last
     for purpose, trials in (
         ("greater spread", search & (stage == 0)),
         ("search", search & (stage > 0)),

@@ -4,8 +4,9 @@ from tolstat.answers.cells import ppm
 from tolstat.answers.next_steps import to_replay
 from tolstat.answers.rare.rare_answer import FailurePoint, RareSummary
 from tolstat.answers.report.finding_words import in_words, step_words
-from tolstat.answers.report.first_page import INTERVAL, PICTURE, limit_row
+from tolstat.answers.report.first_page import INTERVAL, PICTURE, limit_row, ranges_of
 from tolstat.answers.report.report_document import assumptions_section, sheet
+from tolstat.answers.report.summary_document import assumption, responses_table
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
@@ -51,18 +52,26 @@ def rare_document(summary: RareSummary) -> blocks.Document:
         _verdict(summary),
         _failure_points(summary),
         _stages(summary),
+        _responses(summary),
         assumptions_section(assumptions, notes),
     )
 
 
 def _verdict(summary: RareSummary) -> tuple[blocks.Block, ...]:
-    row = limit_row(
-        Cell((Name(summary.response),), text(summary.sentence)), summary.limit,
-        Cell((Word(summary.verdict, summary.verdict),),
-             text(f"({summary.reason})" if summary.reason else None)),
-        Cell((ppm(summary.fraction_out_of_limit),)),
-        summary.equivalent_ppk,
-    )  # fmt: skip
+    limits, aim = summary.limits, summary.response
+    others = [name for name in summary.stored_run.limits if name != aim]
+    rows = [
+        limit_row(
+            Cell((Name(name),), text(summary.responses[name].sentence)), limited.limit,
+            Cell((Word(yields.verdict, yields.verdict),),
+                 text(f"({yields.reason})" if yields.reason else None)),
+            Cell((ppm(yields.fraction_out_of_limit),)),
+            limited.equivalent_ppk,
+        )
+        for name in (aim, *others)
+        for limited in [limits[name]]
+        for yields in [limited.yields]
+    ]  # fmt: skip
     sentences = [
         step_words(summary.stored_run, step) for step in summary.findings.steps
     ]
@@ -83,20 +92,20 @@ def _verdict(summary: RareSummary) -> tuple[blocks.Block, ...]:
         ),
         *map(text, trials.notes),
     ]  # fmt: skip
-    if others := [n for n in summary.stored_run.limits if n != summary.response]:
-        words = f"Not judged: {', '.join(others)}. Each needs a separate run."
+    if others:
+        words = (
+            f"Only the limit of {aim} was searched. Few trials tell of "
+            f"{', '.join(others)}; a run of its own tells more."
+        )
         notes.append(text(words))
-    share, permitted = summary.fraction_out_of_limit, 1 - summary.limit.demanded
     lead = say("The limit is {}. Out of limit: {}.",
-               Word(summary.verdict, summary.verdict), ppm(share))  # fmt: skip
-    against = blocks.Range(summary.response, share, permitted, summary.verdict)
-    words = f"Fraction out of limit of {summary.response} in ppm"
-    ranges = blocks.Ranges(words, (against,), PPM, "permitted")
+               Word(summary.verdict, summary.verdict),
+               ppm(summary.fraction_out_of_limit))  # fmt: skip
     return blocks.shown(
         in_words(summary.warnings),
         blocks.Paragraph(lead, "lead"),
-        blocks.table_of([row], look="verdicts"),
-        blocks.Section(PICTURE, (ranges,), level=3, page_only=True),
+        blocks.table_of(rows, look="verdicts"),
+        blocks.Section(PICTURE, (ranges_of(summary),), level=3, page_only=True),
         *map(blocks.paragraph, sentences),
         *map(blocks.note, notes),
     )
@@ -172,6 +181,13 @@ def _failure_points(summary: RareSummary) -> blocks.Section | None:
     note = blocks.note(say(FIRST_ORDER, Number(summary.first_order, PPM)))
     table = blocks.table_of(rows, words=[again], look="dense")
     return blocks.Section("Most probable failure points", (table, note), page_only=True)
+
+
+def _responses(summary: RareSummary) -> blocks.Section:
+    """Return the numbers of all responses, from the weighted trials."""
+    note = blocks.note("All numbers are of the last stage, each trial weighted.")
+    parts = (responses_table(summary), note, assumption(summary))
+    return blocks.Section("Summary", parts, "summary", page_only=True)
 
 
 def _stages(summary: RareSummary) -> blocks.Section:

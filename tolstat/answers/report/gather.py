@@ -18,29 +18,27 @@ from tolstat.answers.report.integration import (
 )
 from tolstat.answers.report.main_causes import main_causes
 from tolstat.answers.report.off_centre import OffCentre, off_centre
-from tolstat.answers.report.report_answer import (
-    AllLimits,
-    NoCause,
-    NumberOfStudy,
-    Report,
-    RunSummary,
-)
-from tolstat.answers.report.report_warnings import jumping, turning, warnings_of
+from tolstat.answers.report.report_answer import NoCause, Report, RunSummary
+from tolstat.answers.report.report_warnings import jumping, warnings_of
 from tolstat.answers.report.response_summary import (
     ReportedResponse,
     ResponseSummary,
     WorstTrial,
 )
+from tolstat.answers.report.summaries import (
+    all_limits,
+    numbers_of_study,
+    reportable,
+    summaries_of,
+)
 from tolstat.answers.report.variance import contributions_of, indices_of
-from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
-from tolstat.errors import QuestionError
-from tolstat.statistics.estimate import CONFIDENCE
+from tolstat.answers.sampled_trials import Drawn, drawn_trials
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
-from tolstat.statistics.limits.yields import INTEGRATION_ERROR, joint_yield
+from tolstat.statistics.limits.yields import INTEGRATION_ERROR
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sensitivity import linear
-from tolstat.statistics.summary import Limited, Summary, summarize
+from tolstat.statistics.summary import Limited
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
@@ -140,45 +138,6 @@ def _not_sampled(
     return None
 
 
-def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
-    """Return the sampled trials of a report, and its responses in focus.
-
-    Raises
-    ------
-    QuestionError
-        If the trials were not sampled, none has run, or a response is unknown.
-    """
-    if (drawn := drawn_trials(run)) is None:
-        raise no_sample(run)
-    if not np.any(drawn.sample.ran):
-        raise QuestionError(f"{run.path}: no trial has run; there is nothing to report")
-    return drawn, run_answer.responses_in_focus(run, chosen)
-
-
-def summaries_of(drawn: Drawn) -> dict[str, Summary]:
-    """Return a summary of every response of a run whose trials were sampled.
-
-    A limited response that jumps as an angle has no verdict.
-    """
-    limits = drawn.run.limits
-    summaries = {
-        response.name: summarize(
-            drawn.values(response.name),
-            drawn.sample,
-            limits.get(response.name),
-            response.range,
-            drawn.ends(response.name),
-            drawn.audited(response.name),
-        )
-        for response in drawn.run.responses
-    }
-    for name in turning(drawn.run, drawn.trials_done):
-        if limited := summaries[name].limited:
-            limited = limited._replace(yields=limited.yields.jumping)
-            summaries[name] = replace(summaries[name], limited=limited)
-    return summaries
-
-
 def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     """Return the summary of a sampled run: limits, main causes, responses."""
     run, sample = drawn.run, drawn.sample
@@ -231,12 +190,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         unseen_errors=unseen_errors(drawn, summaries),
         all_limits=all_limits(drawn),
         responses=responses,
-        numbers={
-            number.name: NumberOfStudy(
-                number.value, run.scale_of(number), number.sentence, number.caveat
-            )
-            for number in run.numbers
-        },
+        numbers=numbers_of_study(run),
         findings=findings_of(run, responses, warnings),
     )
 
@@ -335,14 +289,3 @@ def _worst_trials(
         )
         for trial in run.worst_trials(response)
     )
-
-
-def all_limits(drawn: Drawn) -> AllLimits | None:
-    """Return the yield of all limits at once; None without any."""
-    limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
-    if not limits or not drawn.sample.ran.any():
-        return None
-    values = {name: drawn.values(name) for name in limits}
-    within = joint_yield(values, drawn.sample, limits)
-    n = len(limits)
-    return AllLimits(n, within, min(n * (1 - CONFIDENCE) / 2, 1.0))

@@ -38,6 +38,7 @@ AS_SAMPLED = "As sampled: holds if no rarer kind of trial exists than those seen
 FOR_ANY = "For any distribution instead, as trials are few, or few dominate"
 LOW = [share_words(share) for share in QUANTILES if share < 0.5]
 HIGH = [share_words(share) for share in QUANTILES if share > 0.5]
+EXTREMES = ("least", "largest")  # of trials; weighted ones have none
 MEDIAN, LARGEST_SHARE = share_words(0.5), "main contribution"
 
 
@@ -85,6 +86,7 @@ def responses_table(summary: RunSummary, names: Sequence[str] = ()) -> blocks.Ta
             **{
                 STARRED.get(n, n): x
                 for n, x in numbers_of(response, response.scale).items()
+                if not (response.weighted and n in EXTREMES)
             },
             LARGEST_SHARE: _largest_share(response) if names else None,
         }
@@ -94,7 +96,7 @@ def responses_table(summary: RunSummary, names: Sequence[str] = ()) -> blocks.Ta
     ]
     ends = [limited.limit.permitted for limited in summary.limits.values()]
     ends = ends or [(0.0, 0.0)]
-    hidden = ["least", "largest"] + [MEDIAN] * bool(summary.limits)
+    hidden = [*EXTREMES] + [MEDIAN] * bool(summary.limits)
     hidden += LOW if all(lower == -math.inf for lower, _ in ends) else []
     hidden += HIGH if all(upper == math.inf for _, upper in ends) else []
     caption = () if names and summary.limits else rests_on(summary)

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from tolstat.answers.relimit import with_limits
-from tolstat.answers.report.gather import all_limits, reportable, summaries_of
+from tolstat.answers.report.summaries import all_limits, reportable, summaries_of
 from tolstat.answers.run_answer import notes_of
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.answers.what_if.what_if_answer import (
@@ -13,7 +13,12 @@ from tolstat.answers.what_if.what_if_answer import (
     ResponseWhatIf,
     WhatIf,
 )
-from tolstat.deviations.density_ratio import DensityRatio, check_overlap, overlap_of
+from tolstat.deviations.density_ratio import (
+    DensityRatio,
+    check_overlap,
+    overlap_of,
+    uncovered,
+)
 from tolstat.deviations.names import expand
 from tolstat.errors import (
     Advice,
@@ -28,6 +33,7 @@ from tolstat.execution.planning import planned_run
 from tolstat.execution.stages import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
+from tolstat.statistics.intervals.weighted_estimates import unmet
 from tolstat.statistics.intervals.weights import (
     LEAST_EFFECTIVE,
     Weights,
@@ -42,6 +48,7 @@ from tolstat.study.editor import Entries
 from tolstat.study.problems import Problems
 from tolstat.study.study import Study
 from tolstat.study.study_schema import check_section
+from tolstat.units.scale import PPM
 
 
 def what_if(
@@ -58,7 +65,7 @@ def what_if(
     Parameters
     ----------
     run : Run or path
-        Of random trials.
+        Of random trials, or rare: then for the limit that it searched.
     deviations : mapping of str to str or dict
         `{"rod_length": "+-0.6 mm"}` is another tolerance of the same distribution. A
         dict is a whole entry, as the section [deviations] of a study has it.
@@ -105,6 +112,7 @@ def what_if(
     problems.raise_if_any()
     trials = reweighted(scenario, study, drawn, problems)
     weighted = drawn._replace(sample=drawn.sample._replace(weights=trials.weights))
+    unmet_kinds = (_unmet_kinds(run, trials.weights),) if run.aim else ()
     before, after = summaries_of(drawn), summaries_of(weighted)
     before_all, after_all = all_limits(drawn), all_limits(weighted)
     # numbers of the tolerances are those of the baseline
@@ -132,7 +140,15 @@ def what_if(
             )
             for response in run.responses
         },
-        (*scenario.warnings, *notes),
+        (*scenario.warnings, *unmet_kinds, *notes),
+    )
+
+
+def _unmet_kinds(run: Run, weights: Weights) -> str:
+    share = PPM.words(min(unmet(weights.values) + weights.cut, 1.0))
+    return (
+        f"the interval of the limit of {run.aim} holds for the kinds of out-of-limit "
+        f"trials that the last stage met; one that it never met may make up {share}"
     )
 
 
@@ -223,10 +239,12 @@ def _together(
     scenario: Deviations, study: Study, drawn: Drawn, left: dict[str, float]
 ) -> Reweighted:
     """Return the trials weighted for all changes at once."""
-    trials, new, baseline = len(drawn.trials), scenario.distributions, study.deviating
+    new, baseline = scenario.distributions, study.deviating
+    before = drawn.sample.weights
+    trials = before.number if before else len(drawn.trials)
     overlap = overlap_of(baseline.distributions, baseline.dependence, new, trials)
     expected = overlap.efficiency * trials
-    if expected < LEAST_EFFECTIVE:
+    if expected < LEAST_EFFECTIVE and not before:
         least = sorted(left, key=left.__getitem__)
         each = ", ".join(f"{name} alone {100 * left[name]:.2g} %" for name in least)
         raise DistributionError(
@@ -235,7 +253,15 @@ def _together(
         )
     values = {name: drawn.values(name) for name in baseline.distributions}
     ratio = DensityRatio(values, baseline.distributions, baseline.dependence)
-    weights = Weights(ratio.weights(new), overlap.most, overlap.cut)
-    if weights.too_few:
+    ratios = ratio.weights(new)
+    weights = Weights(ratios, overlap.most, overlap.cut)
+    if before:  # what is above either cap stays above the product of both
+        outside = uncovered(values, baseline.distributions, new)
+        ratios[outside.trials] = 0.0
+        weights = Weights(
+            before.values * ratios, before.most * overlap.most, overlap.cut,
+            uncovered=outside.units,
+        )  # fmt: skip
+    elif weights.too_few:
         raise DistributionError(weights.too_few)
     return Reweighted(left, expected, weights)

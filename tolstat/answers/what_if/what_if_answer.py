@@ -213,9 +213,13 @@ class WhatIf(Answer):
                 )
             )
         yield from map(blocks.note, self.notes)
+        weighted = any(each.baseline.weighted for each in self.responses.values())
         yield blocks.note(
             "Each number has its 95 % interval below it: of fractions out of limit "
-            "from weighted counts, of all others for any distribution. Fractions and "
-            "verdicts of the baseline are anytime-valid, those of the scenario for a "
-            "single look. So they may differ although the trials are equal."
+            "from weighted counts, of all others for any distribution.",
+            None
+            if weighted
+            else " Fractions and verdicts of the baseline are "
+            "anytime-valid, those of the scenario for a single look. So they may "
+            "differ although the trials are equal.",
         )

@@ -34,11 +34,18 @@ def weighted_share(units: Truths, weights: Weights) -> Estimate:
     Estimate
         With the gamma interval of a sum of weighted counts. The next unit is assumed as
         heavy as the heaviest trial: conservative, and above zero even if no trial has
-        the property. A value above one half is 1 less the share of the other units.
+        the property. Of trials that were searched, that of `rare_share`, unless other
+        distributions leave few of them. A value above one half is 1 less the share of
+        the other units.
     """
+    values, n = weights.values, len(weights.values)
+    if weights.searched:
+        # other distributions than the study's: no kind of unit limits the next weight
+        few = weights.uncovered and effective_number(values[units]) <= FEW
+        if not few:
+            return rare_share(units, values, weights.uncovered)
     if weights.too_few:
         return Estimate(math.nan, reason=weights.too_few)
-    values, n = weights.values, len(weights.values)
     counted = weights.capped[units] / n
     lower, upper = gamma_ends(counted, weights.most / n)
     upper = min(upper + weights.cut, 1.0)
@@ -121,7 +128,7 @@ def _first_gain(gain: Callable[[int], float], expected: Array) -> int:
     return high
 
 
-def rare_share(out: Truths, weights: Array) -> Estimate:
+def rare_share(out: Truths, weights: Array, uncovered: float = 0.0) -> Estimate:
     """Estimate the share of units out of limit.
 
     Parameters
@@ -130,6 +137,8 @@ def rare_share(out: Truths, weights: Array) -> Estimate:
         Which of the independent trials are out of limit.
     weights : float64[trial]
         Density of each trial in the study over its density in the sample.
+    uncovered : float
+        Greatest share of the units that no trial stands for: they may be out of limit.
 
     Returns
     -------
@@ -151,7 +160,8 @@ def rare_share(out: Truths, weights: Array) -> Estimate:
     if worth == FEW:
         next_one = max(next_one, weights.max() / n)
     lower, upper = gamma_ends(counts, float(next_one))
-    return Estimate(float(min(counts.sum(), 1.0)), lower, min(upper, 1.0))
+    value, upper = float(min(counts.sum(), 1.0)), min(upper + uncovered, 1.0)
+    return Estimate(value, min(lower, 1.0), upper)
 
 
 def unmet(weights: Array) -> float:

@@ -6,6 +6,7 @@ A weighted trial stands for units of another distribution.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +17,7 @@ from tolstat.statistics.estimate import Lack, Reason
 LEAST_EFFECTIVE = 150  # with fewer, one heavy trial dominates
 
 
+@dataclass(eq=False)
 class Weights:
     """How many units each trial stands for, one on average.
 
@@ -29,13 +31,23 @@ class Weights:
     cut : float
         Greatest share of the new units above the cap: in intervals they may lie
         anywhere.
+    uncovered : float
+        Greatest share of the new units that no trial stands for.
+    searched : bool
+        Whether trials with the property in question were searched: their own weights
+        limit their share.
     """
 
-    def __init__(
-        self, values: Array, most: float | None = None, cut: float = 0.0
-    ) -> None:
-        self.values, self.cut = values, cut
-        self.most = float(values.max()) if most is None else most
+    values: Array
+    most: float = math.nan
+    cut: float = 0.0
+    uncovered: float = 0.0
+    searched: bool = False
+
+    def __post_init__(self) -> None:
+        """Take the largest weight as the cap where none is given."""
+        if math.isnan(self.most):
+            self.most = float(self.values.max())
 
     @cached_property
     def capped(self) -> Array:
@@ -63,12 +75,15 @@ class Weights:
 
     def part(self, trials: Integers) -> Weights:
         """Return the weights of some trials, in order, chosen independently of them."""
-        return Weights(self.values[trials], self.most, self.cut)
+        return replace(self, values=self.values[trials])
 
     def selected(self, trials: Truths) -> Weights:
         """Return the weights of a selection; all units above the cap may be in it."""
         inverse = len(trials) / max(int(np.count_nonzero(trials)), 1)
-        return Weights(self.values[trials], self.most, self.cut * inverse)
+        return replace(
+            self, values=self.values[trials], cut=self.cut * inverse,
+            uncovered=self.uncovered * inverse,
+        )  # fmt: skip
 
 
 def effective_number(weights: Array) -> int:

@@ -21,6 +21,7 @@ from tolstat.statistics.intervals.replicates import (
     never_met,
 )
 from tolstat.statistics.intervals.shares import PRIOR, evidence_against
+from tolstat.statistics.intervals.weighted_estimates import unmet
 from tolstat.statistics.limits.limit import DEMANDED, within
 from tolstat.statistics.sample import Sample
 
@@ -190,6 +191,11 @@ def yield_of(
         (ends, audited), limit, demanded, sample.done, good,
         lambda units: _most(units, sample),
     )  # fmt: skip
+    out_of_limit = sample.share(~good, ran)
+    if (weights := sample.weights) and weights.searched and judged == MET:
+        missed = unmet(weights.values) + weights.cut
+        if out_of_limit.upper + missed > 1 - demanded:
+            reason = Caveat.MISSED_KIND
     needed, more = 0, judged == UNDECIDED and not reason
     if more and sample.replicates:
         needed = replicates_that_decide(good[ran], sample.replicate[ran], demanded)
@@ -198,7 +204,7 @@ def yield_of(
         needed = trials_that_decide(int(out), int(trials), 1 - demanded)
         needed = grown(needed * sample.each) if needed else 0
     most = _most(good | ~sample.done, sample)
-    return Yield(sample.share(~good, ran), least, most, judged, needed, reason)
+    return Yield(out_of_limit, least, most, judged, needed, reason)
 
 
 def judged_with(

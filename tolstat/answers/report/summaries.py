@@ -1,0 +1,76 @@
+"""Summaries of all responses of a run, whatever its sampling."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tolstat.answers import run_answer
+from tolstat.answers.report.report_answer import AllLimits, NumberOfStudy
+from tolstat.answers.report.report_warnings import turning
+from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
+from tolstat.errors import QuestionError
+from tolstat.statistics.estimate import CONFIDENCE
+from tolstat.statistics.limits.yields import joint_yield
+from tolstat.statistics.summary import Summary, summarize
+from tolstat.store.stored_run import Run
+
+
+def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
+    """Return the sampled trials of a report, and its responses in focus.
+
+    Raises
+    ------
+    QuestionError
+        If the trials were not sampled, none has run, or a response is unknown.
+    """
+    if (drawn := drawn_trials(run)) is None:
+        raise no_sample(run)
+    if not np.any(drawn.sample.ran):
+        raise QuestionError(f"{run.path}: no trial has run; there is nothing to report")
+    return drawn, run_answer.responses_in_focus(run, chosen)
+
+
+def summaries_of(drawn: Drawn) -> dict[str, Summary]:
+    """Return a summary of every response of a run whose trials were sampled.
+
+    A limited response that jumps as an angle has no verdict.
+    """
+    limits = drawn.run.limits
+    summaries = {
+        response.name: summarize(
+            drawn.values(response.name),
+            drawn.sample_for(response.name),
+            limits.get(response.name),
+            response.range,
+            drawn.ends(response.name),
+            drawn.audited(response.name),
+        )
+        for response in drawn.run.responses
+    }
+    for name in turning(drawn.run, drawn.trials_done):
+        if limited := summaries[name].limited:
+            limited = limited._replace(yields=limited.yields.jumping)
+            summaries[name] = replace(summaries[name], limited=limited)
+    return summaries
+
+
+def all_limits(drawn: Drawn) -> AllLimits | None:
+    """Return the yield of all limits at once; None without any."""
+    limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
+    if not limits or not drawn.sample.ran.any():
+        return None
+    values = {name: drawn.values(name) for name in limits}
+    within = joint_yield(values, drawn.sample_for(*limits), limits)
+    n = len(limits)
+    return AllLimits(n, within, min(n * (1 - CONFIDENCE) / 2, 1.0))
+
+
+def numbers_of_study(run: Run) -> dict[str, NumberOfStudy]:
+    """Return the numbers of the study of a run, by name."""
+    return {
+        number.name: NumberOfStudy(
+            number.value, run.scale_of(number), number.sentence, number.caveat
+        )
+        for number in run.numbers
+    }
