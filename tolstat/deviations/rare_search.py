@@ -8,7 +8,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.deviations.many_directions import normal_of
 from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal, tempered
-from tolstat.deviations.rare_stage import RareStage, normal_scores, stage_of
+from tolstat.deviations.rare_stage import AS_STUDY, RareStage, normal_scores, stage_of
 from tolstat.deviations.samplers import uniform
 from tolstat.deviations.subset_simulation import relaxed, slope
 
@@ -24,7 +24,7 @@ FARTHER = 16.0  # squared distance, beyond subset simulation's, that is still fa
 LEAST_RISE = 1.3  # of effective sample sizes, from which the first stage is used
 LIGHTEST = -14.0  # logarithm of a weight over the largest; lighter ones are left out
 ADDED, ADDED_SHARE = 10, 0.03  # parts added to the fits; share of each
-AS_STUDY, WIDE = 0.1, 0.05  # shares of a stage: as the study, twice as wide
+WIDE = 0.05  # share of a stage that is twice as wide as the study
 OF_POINTS, OF_POINTS_LAST = 0.5, 0.2  # about likely points: in a stage, the last
 LEAST_SHARE = 0.1  # of either of two fits
 
