@@ -13,7 +13,13 @@ from tolstat.deviations.mixture import (
     normal_of,
     tempered,
 )
-from tolstat.deviations.rare_stage import Found, RandomNumbers, Stages, stage_of
+from tolstat.deviations.rare_stage import (
+    AS_STUDY,
+    Found,
+    RandomNumbers,
+    Stages,
+    stage_of,
+)
 from tolstat.deviations.subset_simulation import relaxed, slope
 
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
@@ -28,7 +34,7 @@ FARTHER = 16.0  # squared distance, beyond subset simulation's, that is still fa
 LEAST_RISE = 1.3  # of effective sample sizes, from which the first stage is used
 LIGHTEST = -14.0  # logarithm of a weight over the largest; lighter ones are left out
 ADDED, ADDED_SHARE = 10, 0.03  # parts added to the fits; share of each
-AS_STUDY, WIDE = 0.1, 0.05  # shares of a stage: as the study, twice as wide
+WIDE = 0.05  # share of a stage that is twice as wide as the study
 OF_POINTS, OF_POINTS_LAST = 0.5, 0.2  # about likely points: in a stage, the last
 LEAST_SHARE = 0.1  # of either of two fits
 

@@ -11,6 +11,7 @@ from tolstat.arrays import Array, Integers
 from tolstat.deviations.samplers import Stage, uniform
 
 LEAST_UNIT = 2.0**-53
+AS_STUDY = 0.1  # share of a stage as in the study: no weight is above one over it
 # columns of the sampling of each trial; no response can have these names
 STAGE, SPREAD, DISTANCE, WEIGHT = (
     "rare-stage", "rare-spread", "rare-distance", "rare-weight",

@@ -19,7 +19,7 @@ import tolstat
 from tests.conftest import Toy
 from tolstat.answers.report import variance as contributing
 from tolstat.answers.report.gather import report_of
-from tolstat.answers.report.variance import at_most_all
+from tolstat.answers.report.main_causes import at_most_all
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.cli.main import main
 from tolstat.errors import QuestionError

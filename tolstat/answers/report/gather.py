@@ -16,7 +16,11 @@ from tolstat.answers.report.integration import (
     integration_warnings,
     unseen_errors,
 )
-from tolstat.answers.report.main_causes import main_causes
+from tolstat.answers.report.main_causes import (
+    contributions_of,
+    indices_of,
+    main_causes,
+)
 from tolstat.answers.report.off_centre import OffCentre, off_centre
 from tolstat.answers.report.report_answer import NoCause, Report, RunSummary
 from tolstat.answers.report.report_warnings import jumping, warnings_of
@@ -31,7 +35,6 @@ from tolstat.answers.report.summaries import (
     reportable,
     summaries_of,
 )
-from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
