@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import tolstat
-from tolstat.answers.report.gather import summaries_of
+from tolstat.answers.report.summaries import summaries_of
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.catalogue import load as load_machine
 from tolstat.statistics.estimate import Estimate
