@@ -20,9 +20,9 @@ include_patterns = [
     "runs/**/*.md",
     "runs/**/*.ipynb",
     "tolstat/**/index.md",
-    "tests/benchmarks/index.md",
-    "tests/coverage/index.md",
-    "tests/coverage/rare.md",
+    "tests/studies/benchmarks/index.md",
+    "tests/studies/coverage/index.md",
+    "tests/studies/coverage/rare.md",
     ".github/*.md",
 ]
 exclude_patterns = ["contents.md"]

@@ -16,9 +16,9 @@ from click.testing import CliRunner
 from scipy.stats import norm
 
 import tolstat
-from tests.benchmarks.what_if import CASES, compared
 from tests.conftest import TOY_STUDY, Toy
 from tests.store.tampering import resealed
+from tests.studies.benchmarks.what_if import CASES, compared
 from tolstat.cli.main import main
 from tolstat.deviations.names import expand
 from tolstat.errors import QuestionError, RunFileError, StudyError

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.coverage.rare_problems import RARE_PROBLEMS, sought
 from tests.deviations.searched import led
+from tests.studies.coverage.rare_problems import RARE_PROBLEMS, sought
 from tolstat.deviations.mixture import normal_of
 from tolstat.deviations.rare import LAST_SHARE, Rare
 from tolstat.statistics.intervals.weighted_estimates import rare_share

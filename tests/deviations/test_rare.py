@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ndtri
 from scipy.stats import chi2, norm
 
-from tests.coverage.rare_problems import RARE_PROBLEMS, RareProblem, sought
+from tests.studies.coverage.rare_problems import RARE_PROBLEMS, RareProblem, sought
 from tolstat.deviations.distributions import Normal, Tolerance
 from tolstat.deviations.mixture import centred, fitted
 from tolstat.deviations.rare import Rare

@@ -65,7 +65,9 @@ def copied(tmp_path_factory):
     """A copy of the package, of the coverage's problems and of a model of one's own."""
     tmp_path = tmp_path_factory.mktemp("digest")
     shutil.copytree(ROOT / "tolstat", tmp_path / "tolstat")
-    shutil.copytree(ROOT / "tests/coverage", tmp_path / "tests/coverage")
+    shutil.copytree(
+        ROOT / "tests/studies/coverage", tmp_path / "tests/studies/coverage"
+    )
     (tmp_path / "tests/__init__.py").touch()
     (tmp_path / "own").mkdir()
     (tmp_path / "own/own.py").write_text(OWN)
@@ -102,7 +104,7 @@ def digests(tree):
     for name in sorted(COMPILED):
         roots[name] = [tree / "tolstat" / name, *engine]
     for name in ("one_response", "halving_problems"):
-        roots[name] = [tree / f"tests/coverage/{name}.py"]
+        roots[name] = [tree / f"tests/studies/coverage/{name}.py"]
     return {name: digest.digest(*files) for name, files in roots.items()}
 
 
@@ -133,7 +135,7 @@ WORDS = [
     pytest.param("tolstat/catalogue.py", '"ring": ', '"rings": ', id="what no model imports"),
     pytest.param("own/own.py", '"""A sum."""', '"""Sum."""', id="own docstring"),
     pytest.param("own/unused.py", "5.0", "6.0", id="own file, not imported"),
-    pytest.param("tests/coverage/problems.py", "rods of +-0.9 mm, of", "rods, of", id="docstring of a problem"),
+    pytest.param("tests/studies/coverage/problems.py", "rods of +-0.9 mm, of", "rods, of", id="docstring of a problem"),
     pytest.param("tolstat/statistics/intervals/weights.py", '"""Return bounds of', '"""Return ends of', id="docstring of an interval"),
 ]  # fmt: skip
 
@@ -169,7 +171,7 @@ CODE = [
     pytest.param("tolstat/deviations/samplers.py", "* 2.0**BITS", "* 2.5**BITS", {"one_response"}, id="sampler"),
     pytest.param("tolstat/deviations/distributions.py", "-np.log", "np.log", {"halving_problems", *MODELS, *OF_STAND}, id="distribution"),
     pytest.param("tolstat/statistics/intervals/weights.py", "MOST_STAKED = 0.75", "MOST_STAKED = 0.76", {"one_response", "halving_problems"}, id="interval"),
-    pytest.param("tests/coverage/problems.py", "SIZES = (50,", "SIZES = (51,", {"one_response", "halving_problems"}, id="problem"),
+    pytest.param("tests/studies/coverage/problems.py", "SIZES = (50,", "SIZES = (51,", {"one_response", "halving_problems"}, id="problem"),
 ]  # fmt: skip
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.benchmarks.accuracy import (
+from tests.studies.benchmarks.accuracy import (
     BOUNDS,
     STUDY,
     claimed,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tests.coverage.problems import PROBLEMS
+from tests.studies.coverage.problems import PROBLEMS
 from tolstat.statistics.clusters import clusters_of
 
 TURN = 2 * math.pi

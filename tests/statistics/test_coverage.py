@@ -7,12 +7,12 @@ import pandas as pd
 import pytest
 from scipy.stats import binom
 
-from tests.coverage.appendix import LEAST, PAGE, page
-from tests.coverage.comparing_problems import intervals as of_designs
-from tests.coverage.halving_problems import intervals as of_halving
-from tests.coverage.index_problems import intervals as of_indices
-from tests.coverage.measure import FAMILIES, TABLE, digest, measure
-from tests.coverage.one_response import failing, intervals, until_quantile
+from tests.studies.coverage.appendix import LEAST, PAGE, page
+from tests.studies.coverage.comparing_problems import intervals as of_designs
+from tests.studies.coverage.halving_problems import intervals as of_halving
+from tests.studies.coverage.index_problems import intervals as of_indices
+from tests.studies.coverage.measure import FAMILIES, TABLE, digest, measure
+from tests.studies.coverage.one_response import failing, intervals, until_quantile
 from tolstat.statistics.intervals.shares import quantiles
 from tolstat.statistics.precision import FIRST_STAGE
 
@@ -27,7 +27,7 @@ def table():
 
 
 def test_the_table_is_of_this_code_and_whole(table):
-    """Else: python -m tests.coverage.measure."""
+    """Else: python -m tests.studies.coverage.measure."""
     codes = {digest(family): family for family in FAMILIES}
     assert set(table["code"]) == set(codes)
     for code, family in codes.items():
@@ -38,7 +38,7 @@ def test_the_table_is_of_this_code_and_whole(table):
 
 
 def test_the_page_matches_the_table():
-    """Else: python -m tests.coverage.appendix."""
+    """Else: python -m tests.studies.coverage.appendix."""
     assert PAGE.read_text() == page()
 
 

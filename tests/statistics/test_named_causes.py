@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.coverage.causes import (
+from tests.statistics.failing_parts import parts, worst
+from tests.studies.coverage.causes import (
     OUT,
     PROBLEMS,
     STUDIES,
@@ -15,7 +16,6 @@ from tests.coverage.causes import (
     innocent,
     rates,
 )
-from tests.statistics.failing_parts import parts, worst
 from tolstat.statistics.sensitivity.named_causes import Effect, named_causes
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from tests.coverage.rare_problems import RARE_PROBLEMS, sought
+from tests.studies.coverage.rare_problems import RARE_PROBLEMS, sought
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.weighted_estimates import (
     plain_trials,

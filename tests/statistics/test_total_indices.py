@@ -7,7 +7,7 @@ import openturns as ot
 import pytest
 from SALib.analyze import sobol as salib
 
-from tests.coverage.index_problems import INDEX_PROBLEMS, design
+from tests.studies.coverage.index_problems import INDEX_PROBLEMS, design
 from tolstat.statistics.sensitivity.contributions import contributions
 from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
 

@@ -1,4 +1,4 @@
-"""Intervals of weighted trials: effect of cap and cut. See tests/coverage too."""
+"""Intervals of weighted trials: effect of cap and cut. See tests.studies.coverage."""
 
 from __future__ import annotations
 

@@ -125,7 +125,7 @@ def next_stage(trials: int, needed: float) -> int:
     ----------
     C. Stein, A two-sample test for a linear hypothesis whose power is independent of
     the variance, Ann. Math. Stat. 16 (1945) 243-258: few looks, far apart, keep
-    the coverage of the last interval nearly nominal; measured in tests/coverage.
+    the coverage of the last interval nearly nominal: see tests/studies/coverage.
     """
     most = min(needed, MOST_GROWTH * trials)
     return STAGE_MULTIPLE * math.ceil(most / STAGE_MULTIPLE)

@@ -1,6 +1,6 @@
 """How often causes of out-of-limit trials are named rightly, on planted problems.
 
-    python -m tests.coverage.causes       # causes.csv, and its table in README.md
+    python -m tests.studies.coverage.causes       # causes.csv, and its table in README.md
 
 Of each problem and number out of limit, 200 studies of 2048 trials. "wrong", of a
 limit: a named part is not in the formula, two parts are named as a pair that is none,

@@ -20,7 +20,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from tests.benchmarks.accuracy import ENERGIES, Responses
+from tests.studies.benchmarks.accuracy import ENERGIES, Responses
 from tolstat.machines.stand import motion as equations
 from tolstat.machines.stand.declarations import END, WINDOW
 from tolstat.machines.stand.machine import marks_of, start_of

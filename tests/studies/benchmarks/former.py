@@ -1,11 +1,11 @@
 """Two engines with the former settings, without the scales of the states.
 
     pip install numbalsoda   # optional; needs a Fortran compiler
-    python -m tests.benchmarks.former   # 2 min
+    python -m tests.studies.benchmarks.former   # 2 min
 
 SciPy's RK45 with sizes of elastic deflections and their speeds that were guessed; one
 absolute tolerance, SI, for numbalsoda, which has the energies in its error control.
-Beside `tests.benchmarks.engines`: what a fair setting makes of these two.
+Beside `tests.studies.benchmarks.engines`: what a fair setting makes of these two.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 from numba import carray, cfunc, types
 
-from tests.benchmarks.engines import (
+from tests.studies.benchmarks.engines import (
     STUDY,
     TRIALS,
     beside,
@@ -24,7 +24,7 @@ from tests.benchmarks.engines import (
     ladder,
     print_line,
 )
-from tests.benchmarks.peers import (
+from tests.studies.benchmarks.peers import (
     Engine,
     Machines,
     N,

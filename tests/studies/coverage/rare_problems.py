@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.stats import chi2, norm, truncnorm, weibull_min
 
-from tests.coverage.rare_collections import COLLECTED
+from tests.studies.coverage.rare_collections import COLLECTED
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions import (
     Lognormal,

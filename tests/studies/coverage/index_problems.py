@@ -10,7 +10,7 @@ from scipy.integrate import trapezoid
 from scipy.special import ndtri
 from scipy.stats import norm, qmc
 
-from tests.coverage.problems import SIZES
+from tests.studies.coverage.problems import SIZES
 from tolstat.statistics.point_mass import clipped
 from tolstat.statistics.sensitivity.contributions import contributions
 from tolstat.statistics.sensitivity.sobol_indices import sobol_indices

@@ -1,6 +1,6 @@
 """Twenty what-ifs against twenty fresh runs, with other seeds.
 
-python -m tests.benchmarks.what_if            # all, a few minutes; prints a table
+python -m tests.studies.benchmarks.what_if            # all, a few minutes; prints a table
 
 A what-if holds where its interval and that of the fresh run have a number in common. All
 machines but the stand are cheap: their fresh runs have ten times the trials.
@@ -20,7 +20,7 @@ from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.catalogue import load as load_machine
 from tolstat.statistics.estimate import Estimate
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 STACK = """\
 model = "stack"
 trials = {trials}

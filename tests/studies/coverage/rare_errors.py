@@ -1,8 +1,8 @@
 """Errors of the estimates of rare runs, from the studies of the coverage table.
 
-    python -m tests.coverage.rare_errors
+    python -m tests.studies.coverage.rare_errors
 
-It writes tests/coverage/rare.md: for each problem the root-mean-square error over the
+It writes tests/studies/coverage/rare.md: for each problem the root-mean-square error over the
 true fraction, how often the 95 % interval contains this fraction, and half the width of
 the interval over the standard deviation of the estimates.
 """
@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.coverage.measure import PARTS
-from tests.coverage.rare_problems import JOBS, RARE_PROBLEMS, intervals
+from tests.studies.coverage.measure import PARTS
+from tests.studies.coverage.rare_problems import JOBS, RARE_PROBLEMS, intervals
 
 PAGE = Path(__file__).with_name("rare.md")
 HEAD = """# Rare failures: errors of the estimates
@@ -31,7 +31,7 @@ Of {studies} studies of each problem:
 
 A missed aim is in bold type. The coverage is uncertain by 4 percentage points.
 
-*`python -m tests.coverage.rare_errors`, 2026-11-26.*
+*`python -m tests.studies.coverage.rare_errors`, 2026-11-26.*
 
 | problem | parts | trials | rms error, % | coverage, % | half width / sigma |
 |---|---|---|---|---|---|

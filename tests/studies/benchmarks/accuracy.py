@@ -1,6 +1,6 @@
 """Time and error of the default settings of the stand.
 
-    python -m tests.benchmarks.accuracy
+    python -m tests.studies.benchmarks.accuracy
 
 256 machines drawn as in runs/khpt75.toml, at several settings, against rtol 1e-9 with a
 step limit of 1e-4 s; and what the audit of such a run, at a thousandth of the default
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tests.deviations.drawing import draw
 from tolstat.study.study import Study, load
 
-STUDY = Path(__file__).parents[2] / "runs" / "khpt75.toml"
+STUDY = Path(__file__).parents[3] / "runs" / "khpt75.toml"
 ENERGIES = ("drive", "slide", "guide", "roll", "spin", "damping", "contact")
 PEAKS = (
     "rod_force", "rod_tension", "rod_compression", "shaft_9_moment", "shaft_12_moment",

@@ -1,7 +1,7 @@
 """Trajectories per second and core: tolstat's engine against others.
 
     pip install heyoka diffrax numbalsoda     # each is optional
-    python -m tests.benchmarks.engines --picture tests/benchmarks/engines.svg
+    python -m tests.studies.benchmarks.engines --picture tests/studies/benchmarks/engines.svg
 
 All integrate the same 64 machines of runs/khpt75.toml by the same equations, on one
 core. Each runs at the loosest tolerance of 1e-2, 1e-3, ... at which its energies meet
@@ -29,9 +29,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tests.benchmarks.accuracy import ENERGIES, STUDY, Responses
-from tests.benchmarks.accuracy import machines as drawn
-from tests.benchmarks.peers import (
+from tests.studies.benchmarks.accuracy import ENERGIES, STUDY, Responses
+from tests.studies.benchmarks.accuracy import machines as drawn
+from tests.studies.benchmarks.peers import (
     PEERS,
     Engine,
     Machines,
@@ -180,7 +180,7 @@ def two_workers(machines: Machines) -> None:
 
 def million(trials: int) -> None:
     """Run a study of many trials in a process of its own."""
-    command = [sys.executable, "-m", "tests.benchmarks.many", str(trials)]
+    command = [sys.executable, "-m", "tests.studies.benchmarks.many", str(trials)]
     told = json.loads(
         subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
     )

@@ -1,6 +1,6 @@
 """Results of an audit against all trials of a study integrated again.
 
-python -m tests.benchmarks.auditing
+python -m tests.studies.benchmarks.auditing
 
 Prints, for limited responses, how far the claimed moves of mean and sigma are off (root
 of the mean square over choices of the random trials), with these alone and with those

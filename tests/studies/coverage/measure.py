@@ -1,6 +1,6 @@
-"""How often intervals cover what they claim: written to tests/coverage/table.csv.
+"""How often intervals cover what they claim: written to tests/studies/coverage/table.csv.
 
-    python -m tests.coverage.measure          # what changed since; --all: everything
+    python -m tests.studies.coverage.measure          # what changed since; --all: everything
 
 Exact intervals may miss too seldom, but not too often; approximate ones are offered
 only where they cover at least 93 % on every problem. "offered" is the share of studies
@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from tests.coverage import (
+from tests.studies.coverage import (
     comparing_problems,
     halving_problems,
     index_problems,

@@ -1,6 +1,6 @@
 """Run a study with two workers in a separate process, and print its time.
 
-    python -m tests.benchmarks.many 20000
+    python -m tests.studies.benchmarks.many 20000
 
 Prints seconds, peak memory and size of the file, in bytes, as JSON.
 """
@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 
 import tolstat
 
-STUDY = Path(__file__).parents[2] / "runs" / "khpt75.toml"
+STUDY = Path(__file__).parents[3] / "runs" / "khpt75.toml"
 
 
 def peak_memory() -> int:

@@ -1,6 +1,6 @@
-"""The measured coverage as a page: tests/coverage/README.md, made of table.csv.
+"""The measured coverage as a page: tests/studies/coverage/README.md, made of table.csv.
 
-python -m tests.coverage.appendix         # writes it; a test holds the page to it
+python -m tests.studies.coverage.appendix         # writes it; a test holds the page to it
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binomtest
 
-from tests.coverage import causes, widths
-from tests.coverage.measure import TABLE
-from tests.coverage.rare_problems import RARE_PROBLEMS
+from tests.studies.coverage import causes, widths
+from tests.studies.coverage.measure import TABLE
+from tests.studies.coverage.rare_problems import RARE_PROBLEMS
 
 ENOUGH = 100  # intervals, from which the least coverage is told
 LEAST = 0.005  # of the studies: with fewer intervals their coverage is not known
@@ -31,14 +31,14 @@ and size. There are exceptions:
 - 100 to 1000 studies of what was measured last, 40 to 120 with 10 000 trials:
   contributions, Ppk by moments, numbers "as printed", stopping rules, paired quantiles.
 
-*Measured by `python -m tests.coverage.measure`, 2026-11-22 to 26, three hours of
-processor time, into [`table.csv`](table.csv). This page by `python -m
-tests.coverage.appendix`.* Tests hold the table to the code, the page to the table,
-and new studies to both.
+*Measured by `python -m tests.studies.coverage.measure`, 2026-11-22 to 26, three hours
+of processor time, into [`table.csv`](table.csv). This page by `python -m
+tests.studies.coverage.appendix`.* Tests hold the table to the code, the page to the
+table, and new studies to both.
 
 ## Widths
 
-*`python -m tests.coverage.widths`, 2026-11-24.*
+*`python -m tests.studies.coverage.widths`, 2026-11-24.*
 
 {widths}
 
@@ -84,7 +84,7 @@ Each cell is 200 studies of 2048 trials with 20 contributors, unless said otherw
 - "Right": the first named cause is a planted one.
 - With a second limit, "wrong" is the mean over both limits. "Right" holds for both.
 
-*`python -m tests.coverage.causes`, 2026-11-25, 10 minutes of processor time.*
+*`python -m tests.studies.coverage.causes`, 2026-11-25, 10 minutes of processor time.*
 
 {causes}
 

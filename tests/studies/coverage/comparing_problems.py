@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from scipy.stats import norm
 
-from tests.coverage.problems import SIZES
+from tests.studies.coverage.problems import SIZES
 from tolstat.statistics.intervals.moments import mean_of
 from tolstat.statistics.intervals.shares import proportion, quantiles
 from tolstat.statistics.limits.difference import (

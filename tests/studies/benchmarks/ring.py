@@ -1,6 +1,6 @@
 """Rings a second on one core: tolstat's engine beside SciPy's RK45 and LSODA.
 
-    python -m tests.benchmarks.ring
+    python -m tests.studies.benchmarks.ring
 
 The same machines of runs/ring.toml, 3 s each, N = 6. Each engine runs at the loosest
 tolerance of 1e-2, 1e-3, ... at which the smallest depth of cut of every machine is
@@ -23,7 +23,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from tests.benchmarks.accuracy import machines as drawn
+from tests.studies.benchmarks.accuracy import machines as drawn
 from tolstat.machines.ring.harmonics import harmonics
 from tolstat.machines.ring.linear import _solved, ring_matrix
 from tolstat.machines.ring.parameters import build, scale_of

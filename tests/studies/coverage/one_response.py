@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from tests.coverage.problems import PROBLEMS, SIZES, limit_of, simulated
+from tests.studies.coverage.problems import PROBLEMS, SIZES, limit_of, simulated
 from tolstat.deviations.samplers import REPLICATES, Latin, Sobol
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.replicates import share_from_replicates

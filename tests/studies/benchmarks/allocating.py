@@ -1,6 +1,6 @@
 """Cost of allocated tolerances above a known optimum.
 
-python -m tests.benchmarks.allocating         # two minutes; prints a table
+python -m tests.studies.benchmarks.allocating         # two minutes; prints a table
 
 Sums of parts with reciprocal costs: of normal parts the optimum is Lagrange's, of
 uniform ones that cost alike all tolerances are the same. By default, ten seeds each.

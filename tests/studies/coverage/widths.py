@@ -1,6 +1,6 @@
-"""How wide intervals as sampled are, beside their goals: tests/coverage/widths.csv.
+"""How wide intervals as sampled are, beside their goals: tests/studies/coverage/widths.csv.
 
-python -m tests.coverage.widths           # half a minute
+python -m tests.studies.coverage.widths           # half a minute
 """
 
 from __future__ import annotations

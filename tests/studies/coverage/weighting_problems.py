@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import lognorm, norm
 
-from tests.coverage.halving_problems import of_scores
+from tests.studies.coverage.halving_problems import of_scores
 from tolstat.deviations.density_ratio import DensityRatio, check_overlap, overlap_of
 from tolstat.deviations.dependence import Batch, Dependence, joined
 from tolstat.deviations.distributions import Normal, Tolerance

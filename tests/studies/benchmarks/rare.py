@@ -1,6 +1,6 @@
 """Rare failures beside OpenTURNS, at no more evaluations.
 
-    python -m tests.benchmarks.rare
+    python -m tests.studies.benchmarks.rare
 
 For each problem: evaluations, root-mean-square error over the share, and how often the
 interval at 95 % holds it, of some studies. FORM has no interval.
@@ -12,7 +12,7 @@ import numpy as np
 import openturns as ot
 from scipy.stats import norm
 
-from tests.coverage.rare_problems import RARE_PROBLEMS, SIZE, sought
+from tests.studies.coverage.rare_problems import RARE_PROBLEMS, SIZE, sought
 from tolstat.statistics.intervals.weighted_estimates import rare_share
 
 STUDIES = 10

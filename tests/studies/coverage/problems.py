@@ -133,7 +133,7 @@ def simulated():
     """
     # by its name: a change of what simulates leaves the table as it is
     tolstat = import_module("tolstat")
-    runs = Path(__file__).parents[2] / "runs"
+    runs = Path(__file__).parents[3] / "runs"
     found = {}
     study = tolstat.run(
         runs / "khpt75.toml", trials=SIMULATED, seed=1, force=True, output=POPULATION

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-from tests.coverage.problems import SIZES
+from tests.studies.coverage.problems import SIZES
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.dependence import Dependence, joined
 from tolstat.deviations.distributions import (

@@ -1,7 +1,7 @@
 """Step loads of the rolling block by the second and core: tolstat against heyoka.
 
     pip install heyoka
-    python -m tests.benchmarks.drive
+    python -m tests.studies.benchmarks.drive
 
 Both follow the same drives of runs/rolling-block.toml through their step loads of one
 second, by the same equations. The error is that of the elastic moments at 50 times,
@@ -23,8 +23,8 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.benchmarks.engines import REPEATS, seconds
 from tests.conftest import ROOT
+from tests.studies.benchmarks.engines import REPEATS, seconds
 from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.modes import (
     Drive,
