@@ -25,7 +25,11 @@ include_patterns = [
     "tests/studies/coverage/rare.md",
     ".github/*.md",
 ]
-exclude_patterns = ["contents.md"]
+exclude_patterns = [
+    "contents.md",
+    ".github/PULL_REQUEST_TEMPLATE.md",
+    ".github/SECURITY.md",
+]
 
 nb_execution_mode = "off"  # the suite runs them; their outputs are stored
 myst_heading_anchors = 4

@@ -10,7 +10,8 @@ import pytest
 
 import tolstat
 from tests.conftest import ROOT
-from tolstat.statistics.intervals.shares import proportion, quantiles
+from tolstat.statistics.intervals.quantiles import quantiles
+from tolstat.statistics.intervals.shares import proportion
 
 PUBLIC = {name: getattr(tolstat, name) for name in tolstat.__all__}
 PUBLIC |= {each.__name__: each for each in (quantiles, proportion)}

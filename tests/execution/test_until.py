@@ -11,7 +11,7 @@ import pytest
 import tolstat
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
-from tolstat.statistics.intervals.shares import quantiles
+from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.study.study import load
 
 STUDY = """\

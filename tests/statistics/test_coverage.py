@@ -13,7 +13,7 @@ from tests.studies.coverage.halving_problems import intervals as of_halving
 from tests.studies.coverage.index_problems import intervals as of_indices
 from tests.studies.coverage.measure import FAMILIES, TABLE, digest, measure
 from tests.studies.coverage.one_response import failing, intervals, until_quantile
-from tolstat.statistics.intervals.shares import quantiles
+from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.statistics.precision import FIRST_STAGE
 
 SURE = 3.5  # standard errors

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.shares import quantiles
+from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.statistics.limits.difference import (
     LEAST_OF_MOMENTS,
     MOST_CORRELATED,

@@ -8,12 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom, binomtest
 
-from tolstat.statistics.intervals.shares import (
-    _binomial_quantile,
-    anytime_valid,
-    proportion,
-    quantiles,
-)
+from tolstat.statistics.intervals.quantiles import _binomial_quantile, quantiles
+from tolstat.statistics.intervals.shares import anytime_valid, proportion
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import summarize

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tolstat.statistics.intervals.moments import mean_of, sigma_of
-from tolstat.statistics.intervals.shares import quantiles
+from tolstat.statistics.intervals.quantiles import quantiles
 
 N = 1_000_000
 

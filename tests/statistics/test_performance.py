@@ -15,7 +15,8 @@ from tolstat.statistics.intervals.moments import (
     sigma_of,
     unseen,
 )
-from tolstat.statistics.intervals.shares import anytime_valid, quantiles
+from tolstat.statistics.intervals.quantiles import quantiles
+from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.statistics.intervals.weights import least_mean, mean_between
 from tolstat.statistics.limits.limit import Limit, ppk_of, yield_of_ppk
 from tolstat.statistics.limits.yields import joint_yield, yield_of

@@ -207,7 +207,7 @@ def test_two_runs_started_together(toy_study, tmp_path):
     assert sorted(codes) == [0, 1]
     loser, winner = codes.index(1), codes.index(0)
     words = said[loser].splitlines()[-1]
-    assert "is being written by process" in words or "exists already" in words
+    assert "is being written by" in words or "exists already" in words
     run = tolstat.open(toy_study.with_suffix(".h5"))
     assert run.sampled.seed == 5 + winner and run.ended == 40000
 

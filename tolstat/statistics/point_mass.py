@@ -12,8 +12,9 @@ import numpy as np
 from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.as_sampled import PARTS, skewness
+from tolstat.statistics.intervals.quantiles import median_unbiased
 from tolstat.statistics.intervals.replicates import share_from_replicates
-from tolstat.statistics.intervals.shares import anytime_valid, median_unbiased
+from tolstat.statistics.intervals.shares import anytime_valid
 
 LEAST_EQUAL = 0.005  # least fraction of the trials in a point mass
 NEAR_RANGE = 1e-4  # of the range of 99.5 % of the trials: closer values count as equal

@@ -13,19 +13,18 @@ from tolstat.arrays import Array, Integers, Truths
 from tolstat.statistics.estimate import NONE_DONE, RANDOM_ONLY, Estimate, Lack, Reason
 from tolstat.statistics.intervals.as_sampled import mean_as_sampled, sigma_as_sampled
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, mean_of, sigma_of
+from tolstat.statistics.intervals.quantiles import (
+    median_unbiased,
+    quantiles,
+    worst_side,
+)
 from tolstat.statistics.intervals.replicates import (
     mean_of_replicates,
     quantile_of_replicates,
     share_from_replicates,
     sigma_of_replicates,
 )
-from tolstat.statistics.intervals.shares import (
-    anytime_valid,
-    median_unbiased,
-    proportion,
-    quantiles,
-    worst_side,
-)
+from tolstat.statistics.intervals.shares import anytime_valid, proportion
 from tolstat.statistics.intervals.weighted_estimates import (
     weighted_quantiles,
     weighted_share,

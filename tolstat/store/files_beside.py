@@ -61,7 +61,8 @@ class Lock(AbstractContextManager["Lock"]):
                     "give the run another name"
                 )
             if not lock(file):
-                holder = words.strip() or "another process"
+                file.seek(0)  # its holder may have written its name since
+                holder = file.read().strip() or "another process"
                 file.close()
                 raise RunFileError(
                     f"{self.path} is being written by {holder}; wait for it, or give "

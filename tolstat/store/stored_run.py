@@ -49,8 +49,6 @@ class Run(Plan):
     ----------
     path : Path
         Its file; of a run in memory `IN_MEMORY`, which is no file.
-    plan : Plan
-        What it was asked to do; its attributes are also those of the run.
     replaces : str
         What identifies the run that it replaced; empty if there was none.
     stopped : Stopped or None
@@ -87,7 +85,7 @@ class Run(Plan):
 
     @property
     def plan(self) -> Plan:
-        """What the run was asked to do."""
+        """What the run was asked to do; its attributes are also those of the run."""
         return Plan(**{field.name: getattr(self, field.name) for field in fields(Plan)})
 
     def __fspath__(self) -> str:

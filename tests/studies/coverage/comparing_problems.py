@@ -9,7 +9,8 @@ from scipy.stats import norm
 
 from tests.studies.coverage.problems import SIZES
 from tolstat.statistics.intervals.moments import mean_of
-from tolstat.statistics.intervals.shares import proportion, quantiles
+from tolstat.statistics.intervals.quantiles import quantiles
+from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.difference import (
     correlation_of_quantiles,
     correlation_of_shares,

@@ -258,6 +258,8 @@ def no_cause(finding: LimitFinding) -> str:
 def rests_on(summary: RunSummary) -> Parts:
     """Say how many trials the numbers of a table rest on."""
     trials = summary.trials
+    if summary.stored_run.aim:
+        return text(counted(trials.counted, "weighted trial"), " of the last stage")
     part: Parts = ()
     if trials.counted < trials.ran:
         part = say(", of the {} that statistics rest on", Number(trials.counted))

@@ -14,7 +14,7 @@ from scipy.special import stdtrit
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.statistics.estimate import Estimate, Lack, Reason, enclosing
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, few_leave
-from tolstat.statistics.intervals.shares import median_unbiased
+from tolstat.statistics.intervals.quantiles import median_unbiased
 
 LEAST_IN_EACH = 16
 LEAST_OUTSIDE = 30  # expected trials outside a quantile
