@@ -26,8 +26,15 @@ ROOT = Path(__file__).parents[1]
 LONGEST = ("test_tutorial.py", "test_shifts.py", "test_mutants.py", "test_kills.py")
 
 
+# rooms whose tests compile nothing, draw nothing and sample little
+QUICK = ("model", "study", "units")
+
+
 def pytest_collection_modifyitems(items):
-    """Put the longest files first, all others in their order."""
+    """Mark what is quick, by its room; put the longest files first."""
+    for item in items:
+        if item.path.parent.name in QUICK and item.path.name not in LONGEST:
+            item.add_marker("quick")
     items.sort(key=lambda item: item.path.name not in LONGEST)
 
 

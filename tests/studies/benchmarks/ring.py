@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from tests.studies.benchmarks.accuracy import machines as drawn
-from tolstat.machines.ring.harmonics import harmonics
-from tolstat.machines.ring.linear import _solved, ring_matrix
+from tolstat.machines.ring.harmonics import harmonics, inverse
+from tolstat.machines.ring.linear import ring_matrix
 from tolstat.machines.ring.parameters import build, scale_of
 from tolstat.study.study import Study, load
 
@@ -62,8 +62,12 @@ def systems(deviations: Array, settings: object) -> list[tuple[Array, ...]]:
     for i, (a, b) in enumerate(
         ((r.tool_place.u_a, r.tool_place.u_b), (r.tool_place.v_a, r.tool_place.v_b))
     ):
-        push[i, :, 2 * n : 3 * n] = _solved(a, r.on.s, C) / r.pi_chi[:, None]
-        push[i, :, 3 * n : 4 * n] = _solved(b, r.on.t, C) / r.pi_chi[:, None]
+        push[i, :, 2 * n : 3 * n] = (inverse(r.on.s, C) @ a[..., None])[
+            ..., 0
+        ] / r.pi_chi[:, None]
+        push[i, :, 3 * n : 4 * n] = (inverse(r.on.t, C) @ b[..., None])[
+            ..., 0
+        ] / r.pi_chi[:, None]
     push[0, :, 4 * n + 1] = 1.0 / r.m_c
     sees = np.zeros((len(r.nu), 4 * n + 2))
     sees[:, : 2 * n] = np.hstack([r.tool_place.u_a, r.tool_place.u_b])
