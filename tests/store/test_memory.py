@@ -56,6 +56,11 @@ def test_answers_are_those_of_a_file(toy, tmp_path):
     ours, stored = (json.loads(tolstat.report(x).json()) for x in (run, file))
     assert ours["responses"] == stored["responses"]
     assert "run in memory" in tolstat.report(run).html()
+    found = tolstat.summary(run)
+    commands = [command for step in found.findings.steps for command in step.commands]
+    assert commands and all("run.h5" in command for command in commands[::2])
+    assert not any("memory" in command for command in commands)
+    assert any("tolstat.save" in note for note in found.trials.notes)
     change = {"part_1": "+-0.5 mm"}
     ours, stored = (tolstat.what_if(x, change, model=toy) for x in (run, file))
     assert ours.responses == stored.responses

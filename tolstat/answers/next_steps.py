@@ -10,7 +10,7 @@ from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, Remedy, TolstatError
 from tolstat.store.files_beside import free_name
-from tolstat.store.stored_run import Run
+from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.study.distribution_entry import KEYS, Entry, keys_of, typed
 from tolstat.study.editor import together
 from tolstat.study.nominal_size import DeviationReader
@@ -19,6 +19,7 @@ from tolstat.study.settings_section import NOMINAL
 from tolstat.units.grammar import quantity
 from tolstat.units.scale import KNOWN, figures
 
+SAVED = Path("run.h5")  # where commands look for a run in memory: a note says so
 MOST = 100_000  # trials of a run that is suggested
 WORDS = {
     Remedy.CUSTOM_MODEL: "name a custom model by --machine FILE.py:NAME",
@@ -42,6 +43,8 @@ def command(*words: object, machine: str = "") -> str:
 
 def _word(given: object) -> str:
     """Return a word of a command; a file that begins with - is no option."""
+    if given == IN_MEMORY:
+        given = SAVED
     if isinstance(given, Path) and str(given).startswith("-"):
         return f".{os.sep}{given}"
     return str(given)
@@ -55,6 +58,16 @@ def to_resume(path: Path, machine: str) -> str:
 def to_replay(path: Path, trial: int, machine: str) -> str:
     """Return the command that simulates a stored trial again."""
     return command("trial", path, trial, machine=machine)
+
+
+def _beside(run: Run, word: str) -> Path:
+    """Return the name of a study beside a run: run.h5, run-WORD.toml."""
+    return _file_of(run).with_name(f"{_file_of(run).stem}-{word}.toml")
+
+
+def _file_of(run: Run) -> Path:
+    """Return the run file; of a run in memory the one that commands name."""
+    return SAVED if run.path == IN_MEMORY else run.path
 
 
 def to_run_again(run: Run, trials: int | None = None) -> str:
@@ -94,7 +107,7 @@ def to_halve(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
         name: str(keys_of(entry)["tolerance"])
         for name, entry in halved_entries(run, parts).items()
     }
-    study = run.path.with_name(f"{run.path.stem}-halved.toml")
+    study = _beside(run, "halved")
     return _to_write(run, halves, study) if halves else ()
 
 
@@ -121,9 +134,9 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
             priced[entry.name] = toml_of(keys)
     if not priced:
         return ()
-    costly = run.path.with_name(f"{run.path.stem}-priced.toml")
+    costly = _beside(run, "priced")
     write, _ = _to_write(run, priced, costly)
-    path = run.path.with_name(f"{run.path.stem}-allocated.toml")
+    path = _beside(run, "allocated")
     return write, command("allocate", costly, "-o", path, machine=run.machine)
 
 
@@ -155,7 +168,7 @@ def to_shift(
         else:
             zone = [end + shift for end in run.assumed[member].tolerance]
             entries[member] = typed(zone, scale, reader)
-    study = run.study_file or run.path.with_suffix(".toml")
+    study = run.study_file or _file_of(run).with_suffix(".toml")
     study = as_typed(free_name(study, f"{response}-centred"))
     more = ["--trials", trials] if run.trials < trials <= MOST and not run.rules else []
     return _to_write(run, entries, study, *more)

@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tolstat.answers.answer import Answer
-from tolstat.answers.next_steps import typed_setting
+from tolstat.answers.next_steps import SAVED, typed_setting
 from tolstat.errors import QuestionError, allowed_names
 from tolstat.model.description import StudyNumber
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Chosen
-from tolstat.store.stored_run import Run
+from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.units.scale import PER_CENT, Scale
 
 MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
@@ -173,6 +173,11 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
         if math.isfinite(needed := run.stopped.wanted) and needed:
             text += f"; about {needed:.0f} would be needed"
         notes.append(text)
+    if run.path == IN_MEMORY:
+        notes.append(
+            f'commands name {SAVED}, which tolstat.save(run, "{SAVED}") writes: the '
+            "run is in memory"
+        )
     return notes
 
 
