@@ -69,6 +69,7 @@ def copied(tmp_path_factory):
         ROOT / "tests/studies/coverage", tmp_path / "tests/studies/coverage"
     )
     (tmp_path / "tests/__init__.py").touch()
+    (tmp_path / "tests/studies/__init__.py").touch()
     (tmp_path / "own").mkdir()
     (tmp_path / "own/own.py").write_text(OWN)
     (tmp_path / "own/far.py").write_text(FAR)
