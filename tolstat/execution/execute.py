@@ -187,8 +187,8 @@ def execute(
 ) -> Run:
     """Run a checked study, and return its run; without a path it is in memory.
 
-    When the workers stop, the run ends early with the finished trials. If it replaces
-    a run and no trial has finished, that run is put back: StoppedError.
+    When the workers stop, the run ends early with the finished trials. If it would
+    replace a run and no trial has finished, that run stays: StoppedError.
     """
     tell = progress or (lambda progress: None)
     if path:

@@ -41,7 +41,7 @@ class Stage(NamedTuple):
     first: int  # number of its first trial
     deviations: Array  # float64[trial, contributor], SI
     cases: Sequence[Case]  # settings, by the number of the trial
-    # of the sampler, such as the logarithm of the density ratio: float64[trial]
+    # of the sampler, such as the weight of a rare run: float64[trial]
     columns: Mapping[str, Array] = {}
     shortfall: Shortfall | None = None
 

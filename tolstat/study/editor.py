@@ -91,13 +91,22 @@ class StudyEditor:
 
     def entry_of(self, member: str, *, nominal: bool = False) -> WrittenEntry:
         """Return the entry of a contributor; the one that has its nominal value."""
-        for entry in () if nominal else self.entries():
-            if member in entry.members:
-                return entry
+        return self._entries_of([member], nominal=nominal)[member]
+
+    def _entries_of(
+        self, members: Sequence[str], *, nominal: bool
+    ) -> dict[str, WrittenEntry]:
+        """Return the entries of contributors, by contributor; see `entry_of`."""
+        entries = () if nominal else self.entries()
+        written = {member: entry for entry in entries for member in entry.members}
         links = self.table.get("links", {})
-        if member in links:
-            return WrittenEntry("links", member, keys_of_link(links[member]), [member])
-        return WrittenEntry("deviations", member, {}, [member])
+        for member in members:
+            if member not in written:
+                link = member in links
+                section = "links" if link else "deviations"
+                keys = keys_of_link(links[member]) if link else {}
+                written[member] = WrittenEntry(section, member, dict(keys), [member])
+        return written
 
     def is_size(self, name: str, change: Change) -> bool:
         """Return whether a change is another nominal value of a link, and no more."""
@@ -117,8 +126,10 @@ class StudyEditor:
         """
         nominal = self.is_size(name, change)
         changed = dict[str, WrittenEntry]()
-        for member in expand(name, [*self.parts]):
-            entry = self.entry_of(member, nominal=nominal)
+        members = expand(name, [*self.parts])
+        entries = self._entries_of(members, nominal=nominal)
+        for member in members:
+            entry = entries[member]
             keys = self._keys(entry.keys, change, self.parts[member])
             changed[member] = entry._replace(keys=keys)
         return changed
