@@ -18,9 +18,8 @@ from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
-from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.shares import anytime_valid
-from tolstat.statistics.limits.yields import grown
+from tolstat.statistics.limits.sample_size import fewest_trials
 from tolstat.study.cost_entry import EXAMPLE
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Source, Study, load
@@ -111,10 +110,8 @@ def _lengths(study: Study, trials: int | None) -> _Lengths:
     if too_large(longest, study.description):
         longest = most  # an answer does without
     permits = f"{strictest} permits {1e6 * share:.6g} ppm out of limit"
-    least = 1
-    while (upper := anytime_valid(0, LONGEST * least, CONFIDENCE).upper) > share:
-        least = grown(least * upper / share)
-    if anytime_valid(0, most, CONFIDENCE).upper > share:  # with none out of limit
+    least = fewest_trials(share, LONGEST)
+    if anytime_valid(0, most).upper > share:  # with none out of limit
         raise StudyError(
             f"{source}: {permits}. No first proof of {most} trials, {LONGEST} times "
             f"those requested, can show that: give {least} trials or more"

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import Estimate, Lack, Reason
+from tolstat.statistics.estimate import Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.as_sampled import jackknifed
 from tolstat.statistics.point_mass import Clipped, clipped, few_leave_a_point_mass
 from tolstat.statistics.sensitivity.regression import (
@@ -206,7 +206,7 @@ def _from_neighbours(rows: Sequence[Row], core: Clipped) -> _Near:
 def _together(joined: Estimate | None) -> Estimate:
     """Extend the interval of a group's share to 1: the share is understated."""
     if joined is None:
-        return Estimate(math.nan, reason=Reason(Lack.SALTELLI))
+        return Estimate(math.nan, reason=NoInterval(Lack.SALTELLI))
     return joined._replace(upper=1.0) if joined.sure else joined
 
 
@@ -214,9 +214,9 @@ def _nothing(
     names: Sequence[str], groups: Mapping[str, Sequence[str]], y: Array
 ) -> Contributions:
     """Return contributions without values, with the reason."""
-    reason = Reason(Lack.TRIALS_FOR_SHARES, trials=len(y))
+    reason = NoInterval(Lack.TRIALS_FOR_SHARES, trials=len(y))
     if len(y) and np.ptp(y) == 0:
-        reason = Reason(Lack.SPREAD)
+        reason = NoInterval(Lack.SPREAD)
     none = Estimate(math.nan, reason=reason)
     alone, of_groups = dict.fromkeys(names, none), dict.fromkeys(groups, none)
     return Contributions(alone, none, alone, of_groups, of_groups, none)
