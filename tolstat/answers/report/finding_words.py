@@ -98,6 +98,13 @@ def step_words(run: Run, step: Step, findings: Findings | None = None) -> Parts:
             return say("Find the widest tolerances of {} that meet all limits. Write "
                        "prices of 1 over the tolerance: {} Search: {}",
                        parts, *typed)  # fmt: skip
+        case StepKind.SEE_WORST:
+            return say("See the worst one in detail: {}.", *typed)
+        case StepKind.DRAW_RESPONSE:
+            (other,) = map(Name, step.responses)
+            return say("Draw another response, such as {}: {}.", other, *typed)
+        case StepKind.WRITE_TABLE:
+            return say("Write all trials as a table: {}.", *typed)
     assert findings
     halving = findings.limits[step.responses[0]].halving
     assert halving  # the other kinds halve the tolerances of a cause

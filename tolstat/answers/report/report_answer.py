@@ -54,6 +54,9 @@ class StepKind(StrEnum):
     NOT_HALVED = "tolerances cannot be halved"
     ADD_TRIALS = "add trials"
     ALLOCATE = "allocate tolerances"
+    SEE_WORST = "simulate the worst trial again"
+    DRAW_RESPONSE = "draw another response"
+    WRITE_TABLE = "write all trials as a table"
 
 
 class Evidence(StrEnum):
@@ -118,6 +121,18 @@ class Findings(NamedTuple):
     # by response off centre: its shift; without parts where none is known to centre it
     centring: Mapping[str, Step]
     steps: tuple[Step, ...]
+
+    def cells(self, response: str) -> dict[str, str | int]:
+        """Return cells of a wide table: what is decided about a response."""
+        limit = self.limits.get(response)
+        about = [s for s in self.steps if response in s.responses or not s.responses]
+        return {
+            "main causes": "; ".join(map(", ".join, limit.causes)) if limit else "",
+            "no cause": str(limit.no_cause) if limit else "",
+            "trials that decide": limit.trials_that_decide if limit else 0,
+            "next steps": "; ".join(step.kind for step in about),
+            "commands": "; ".join(c for step in about for c in step.commands),
+        }
 
 
 class AllLimits(NamedTuple):
@@ -198,6 +213,7 @@ class RunSummary(RunAnswer):
                 **summary_cells(response, response.scale),
                 "trials done": self.trials.done,
                 "trials failed": self.trials.failed,
+                **self.findings.cells(name),
             }
             for name, response in self.responses.items()
         ]

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tolstat.answers.next_steps import command, to_replay, to_resume
-from tolstat.answers.report.finding_words import in_words, what_next
+from tolstat.answers.next_steps import command
+from tolstat.answers.report.finding_words import in_words, step_words, what_next
 from tolstat.answers.report.report_document import sheet
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sweep.curves import (
@@ -53,7 +53,7 @@ def extremes_document(extremes: Extremes) -> Document:
             blocks.Paragraph(_lead(extremes), "lead"),
             _limits(extremes),
             figures,
-            what_next(_next_steps(extremes)),
+            what_next(tuple(step_words(run, s) for s in extremes.findings.steps)),
             *map(blocks.note, extremes.notes),
         ),
         Section("Responses", tuple(trials), "responses"),
@@ -114,25 +114,6 @@ def _limits(extremes: Extremes) -> Table:
             "at": "all" if trial is None else point_words(run, trial),
         })  # fmt: skip
     return table_of(rows, "Limits", words=["at"], look="verdicts")
-
-
-def _next_steps(extremes: Extremes) -> tuple[Parts, ...]:
-    """Say what to do next: run the rest, simulate the worst trial, see all."""
-    run, machine = extremes.stored_run, extremes.stored_run.machine
-    if not run.complete:
-        remaining = Typed(to_resume(run.path, machine))
-        return (text("Run the trials that are missing: ", remaining, "."),)
-    steps = []
-    if extremes.worst:
-        again = Typed(to_replay(run.path, extremes.worst.trial, machine))
-        steps.append(text("See the worst one in detail: ", again, "."))
-    others = [name for name in extremes.responses if name not in extremes.focus]
-    if others:
-        picture = command("report", run.path, "--response", others[0], machine=machine)
-        steps.append(say("Draw another response, such as {}: {}.", Name(others[0]),
-                         Typed(picture)))  # fmt: skip
-    table = command("export", run.path, "-o", run.path.with_suffix(".csv"))
-    return (*steps, text("Write all trials as a table: ", Typed(table), "."))
 
 
 def _responses(extremes: Extremes) -> Table:
