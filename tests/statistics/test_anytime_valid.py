@@ -12,7 +12,7 @@ from tolstat.statistics.intervals.shares import (
     evidence_against,
     proportion,
 )
-from tolstat.statistics.limits.sample_size import (
+from tolstat.statistics.sample_size import (
     fewest_trials,
     trials_enough,
     trials_that_decide,

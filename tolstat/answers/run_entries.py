@@ -81,7 +81,7 @@ def stored_runs(folder: Path) -> RunIndex:
         If there is no such folder.
     """
     entries = map(entry_at, _stored_in(folder))
-    named = (each._replace(study=str(each.run)) for each in entries)
+    named = (entry._replace(study=str(entry.run)) for entry in entries)
     return RunIndex("", folder, tuple(named))
 
 
@@ -106,14 +106,14 @@ def entry_of(run: Run) -> Entry:
 
 def judged(run: Run) -> Mapping[str, Yield]:
     """Return the verdict on each limit, from the trials that ran; none of a grid."""
-    if (drawn := drawn_trials(run)) is None or not drawn.sample.ran.any():
+    if (trials := drawn_trials(run)) is None or not trials.sample.ran.any():
         return {}
     yields = {
-        name: yield_of(drawn.values(name), drawn.sample_for(name), limit.permitted,
-                       limit.demanded, drawn.ends(name), drawn.audited(name))
+        name: yield_of(trials.values(name), trials.sample_for(name), limit.permitted,
+                       limit.demanded, trials.ends(name), trials.audited(name))
         for name, limit in run.limits.items()
     }  # fmt: skip
-    turned = turning(run, drawn.trials_done)
+    turned = turning(run, trials.trials_done)
     return yields | {name: yields[name].jumping for name in turned}
 
 

@@ -18,8 +18,8 @@ from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers
 from tolstat.model.description import Description
 from tolstat.statistics.limits.limit import margins
-from tolstat.statistics.precision import FIRST_STAGE, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
+from tolstat.statistics.sample_size import FIRST_STAGE, next_stage, trials_wanted
 from tolstat.status import Status
 from tolstat.store.run_records import Stopped
 from tolstat.store.stored_run import Run

@@ -19,7 +19,7 @@ from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
 from tolstat.statistics.intervals.shares import anytime_valid
-from tolstat.statistics.limits.sample_size import fewest_trials
+from tolstat.statistics.sample_size import fewest_trials
 from tolstat.study.cost_entry import EXAMPLE
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Source, Study, load

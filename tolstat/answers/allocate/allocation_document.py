@@ -84,16 +84,16 @@ def _lead(allocation: Allocation) -> Parts:
     off_limit = allocation.off_limit
     return say(
         "{}{}At the tightest, which cost {} (drawing: {}): {}.",
-        [_off_limit(name, off) for name, off in off_limit.items()],
+        [_off_limit(name, mean) for name, mean in off_limit.items()],
         WIDEN if len(off_limit) < len(missed) else None,
         cost, drawing, listed(missed, ""),
     )  # fmt: skip
 
 
-def _off_limit(response: str, off: OffLimit) -> Parts:
+def _off_limit(response: str, mean: OffLimit) -> Parts:
     """Return how far a mean is off its limit, and what to type to permit a shift."""
     permit: Parts = ()
-    if shift := off.shift:
+    if shift := mean.shift:
         scale = shift.scale
         digit = 10.0 ** math.floor(math.log10(size := abs(scale.factor * shift.by)))
         permit = say(
@@ -103,20 +103,20 @@ def _off_limit(response: str, off: OffLimit) -> Parts:
         )  # fmt: skip
     return say(
         "{}: the mean lies {} {} the limit; no permitted tolerance meets it.{} ",
-        Name(response), Number(off.distance, off.scale),
-        "outside" if off.outside else "inside, but too near an end of", permit,
+        Name(response), Number(mean.distance, mean.scale),
+        "outside" if mean.outside else "inside, but too near an end of", permit,
     )  # fmt: skip
 
 
 def _tolerances(allocation: Allocation) -> blocks.Table:
-    found = FOUND if allocation.met else TIGHTEST
+    result = FOUND if allocation.met else TIGHTEST
     rows: list[dict[str, blocks.Given]] = [
         {
             "entry": Name(entry.name),
             "parts": Number(entry.parts),
             "drawing": entry.specified,
             "cost (drawing)": Number(entry.cost_specified),
-            found: blocks.Cell(text(entry.found), LOOSEST if entry.at_loosest else ()),
+            result: blocks.Cell(text(entry.found), LOOSEST if entry.at_loosest else ()),
             "cost": Number(entry.cost),
         }
         for entry in allocation.entries

@@ -138,8 +138,8 @@ def _next_steps(run: Run, worst: Point | None, focus: Sequence[str]) -> Iterator
         yield Step(StepKind.SEE_WORST, (worst.response,), commands=(again,))
     names = (response.name for response in run.responses)
     if other := next((name for name in names if name not in focus), ""):
-        drawn = command("report", path, "--response", other, machine=machine)
-        yield Step(StepKind.DRAW_RESPONSE, (other,), commands=(drawn,))
+        report = command("report", path, "--response", other, machine=machine)
+        yield Step(StepKind.DRAW_RESPONSE, (other,), commands=(report,))
     table = command("export", path, "-o", path.with_suffix(".csv"))
     yield Step(StepKind.WRITE_TABLE, commands=(table,))
 

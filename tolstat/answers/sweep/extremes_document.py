@@ -149,7 +149,7 @@ def table_rows(run: Run) -> list[blocks.Block]:
     deviations = {part.name: run.column(part.name) for part in run.contributors}
     same = [n for n, x in deviations.items() if run.trials > 1 and not np.ptp(x)]
     moved = [n for n, x in deviations.items() if n not in same and np.any(x)]
-    focus, names = responses_in_focus(run), [each.name for each in run.responses]
+    focus, names = responses_in_focus(run), [x.name for x in run.responses]
     columns = [*moved, *(name for name in names if name in focus)]
     done = run.status == Status.DONE
     out_of = {n: run.beyond(n) & done for n in names if n in run.limits}
@@ -198,8 +198,8 @@ def comparisons(run: Run) -> Iterator[Table]:
     )
     for response, sweep in curves:
         on = np.full(len(columns[axis]), True)
-        for name in sweep.at.keys() & columns.keys():
-            on &= np.isclose(columns[name], sweep.at[name], rtol=1e-9, atol=0.0)
+        for name in sweep.same.keys() & columns.keys():
+            on &= np.isclose(columns[name], sweep.same[name], rtol=1e-9, atol=0.0)
         if not on.any():
             continue
         along, scale = grid_axis(run, axis), run.scales[response]._replace(least=0.0)

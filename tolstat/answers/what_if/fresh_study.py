@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from tolstat.answers.relimit import problems_of
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
 from tolstat.answers.what_if.reweighted_trials import (
-    problems_of,
     read_scenario,
     reweighted,
 )
@@ -18,7 +18,7 @@ from tolstat.errors import StudyError, TolstatError
 from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import within
-from tolstat.statistics.limits.sample_size import trials_enough
+from tolstat.statistics.sample_size import trials_enough
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run

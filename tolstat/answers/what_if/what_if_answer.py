@@ -68,21 +68,19 @@ class WhatIf(Answer):
                 "title": self.title,
                 "scenario": self._scenario,
                 "response": name,
-                "unit": each.scale.shown,
-                "nominal [unit]": Number(each.nominal, each.scale),
-                **summary_cells(each.scenario, each.scale),
-                **summary_cells(each.baseline, each.scale, "baseline: "),
+                "unit": response.scale.shown,
+                "nominal [unit]": Number(response.nominal, response.scale),
+                **summary_cells(response.scenario, response.scale),
+                **summary_cells(response.baseline, response.scale, "baseline: "),
                 "trials": self.trials,
                 "effective sample size": self.effective_sample_size,
                 "effective sample size, out of limit": ""
-                if each.out_of_limit_sample_size is None
-                else each.out_of_limit_sample_size,
+                if response.out_of_limit_sample_size is None
+                else response.out_of_limit_sample_size,
             }
-            for name, each in self.responses.items()
+            for name, response in self.responses.items()
         ]
 
     @property
     def _scenario(self) -> str:
-        return "; ".join(
-            f"{name}: {each.scenario}" for name, each in self.changes.items()
-        )
+        return "; ".join(f"{name}: {x.scenario}" for name, x in self.changes.items())

@@ -111,17 +111,17 @@ def _notes(answer: WhatIf) -> Iterator[Parts]:
         Number(answer.effective_sample_size),
     )
     sizes = {name: x.out_of_limit_sample_size for name, x in answer.responses.items()}
-    few = [
+    small = [
         (Name(name), " ", Number(size))
         for name, size in sizes.items()
         if size is not None and size < ENOUGH
     ]
-    if few:
+    if small:
         yield say(
             "Few out-of-limit trials decide these fractions; their effective sample "
             "size: {}. A fresh run tells more (`tolstat what-if ... --write "
             "STUDY.toml`).",
-            listed(few),
+            listed(small),
         )
     yield from map(text, answer.notes)
     weighted = any(x.baseline.weighted for x in answer.responses.values())

@@ -11,16 +11,15 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
+from tolstat.statistics.intervals.moments import Ends
 from tolstat.statistics.intervals.weighted_estimates import unmet
 from tolstat.statistics.limits.limit import DEMANDED, within
-from tolstat.statistics.limits.sample_size import (
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.sample_size import (
     grown,
     replicates_that_decide,
     trials_that_decide,
 )
-from tolstat.statistics.sample import Sample
-
-Ends = tuple[float, float]
 
 
 class Verdict(StrEnum):
