@@ -88,20 +88,15 @@ def stored_runs(folder: Path) -> RunIndex:
 def entry_of(run: Run) -> Entry:
     """Return the row of a run."""
     verdicts = verdicts_of(run)
+    words = (f"{word}: {', '.join(names)}" for word, names in verdicts.items())
     return Entry(
-        run.path.stem,
-        run.title,
-        run.model,
-        "complete" if run.complete else "in part" if run.ended else "planned",
-        run.trials,
-        run.ended,
-        None if run.aim else run.failed,
-        "; ".join(f"{word}: {', '.join(names)}" for word, names in verdicts.items()),
-        run.provenance["ended_at"],
-        run.provenance["seconds"],
-        run.path.stat().st_size,
-        run.path,
-    )
+        run.path.stem, run.title, run.model,
+        state="complete" if run.complete else "in part" if run.ended else "planned",
+        trials=run.trials, ran=run.ended, failed=None if run.aim else run.failed,
+        verdicts="; ".join(words), written=run.provenance["ended_at"],
+        seconds=run.provenance["seconds"], bytes=run.path.stat().st_size,
+        run=run.path,
+    )  # fmt: skip
 
 
 def judged(run: Run) -> Mapping[str, Yield]:

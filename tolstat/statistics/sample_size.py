@@ -146,6 +146,22 @@ def next_stage(trials: int, needed: float) -> int:
     return STAGE_MULTIPLE * math.ceil(most / STAGE_MULTIPLE)
 
 
+def trials_needed(good: Truths, sample: Sample, demanded: float) -> int:
+    """Return how many trials decide whether a yield is as large as demanded.
+
+    0 above 1e9, and for weighted trials, of which that is not known. `good` tells which
+    trials are within the limit.
+    """
+    ran = sample.ran
+    if sample.replicates:
+        return replicates_that_decide(good[ran], sample.replicate[ran], demanded)
+    if sample.weights:
+        return 0
+    out, trials = np.count_nonzero(ran & ~good), np.count_nonzero(ran)
+    needed = trials_that_decide(int(out), int(trials), 1 - demanded)
+    return grown(needed * sample.each) if needed else 0
+
+
 def trials_that_decide(count: int, trials: int, share: float) -> int:
     """Return how many trials decide whether a property is rarer than a share.
 

@@ -15,11 +15,7 @@ from tolstat.statistics.intervals.moments import Ends
 from tolstat.statistics.intervals.weighted_estimates import unmet
 from tolstat.statistics.limits.limit import DEMANDED, within
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.sample_size import (
-    grown,
-    replicates_that_decide,
-    trials_that_decide,
-)
+from tolstat.statistics.sample_size import trials_needed
 
 
 class Verdict(StrEnum):
@@ -88,25 +84,19 @@ def yield_of(
     verdict does not raise the error. Otherwise intervals come from replicates or
     weighted counts.
     """
-    ran = sample.ran
     good = within(values, limit) & sample.done
     least = _most(good, sample)
     judged, reason = judged_with(
         (ends, audited), limit, demanded, sample.done, good,
         lambda units: _most(units, sample),
     )  # fmt: skip
-    out_of_limit = sample.share(~good, ran)
+    out_of_limit = sample.share(~good, sample.ran)
     if (weights := sample.weights) and weights.searched and judged == MET:
         missed = unmet(weights.values) + weights.cut
         if out_of_limit.upper + missed > 1 - demanded:
             reason = Caveat.MISSED_KIND
-    needed, more = 0, judged == UNDECIDED and not reason
-    if more and sample.replicates:
-        needed = replicates_that_decide(good[ran], sample.replicate[ran], demanded)
-    elif more and not sample.weights:
-        out, trials = np.count_nonzero(ran & ~good), np.count_nonzero(ran)
-        needed = trials_that_decide(int(out), int(trials), 1 - demanded)
-        needed = grown(needed * sample.each) if needed else 0
+    undecided = judged == UNDECIDED and not reason
+    needed = trials_needed(good, sample, demanded) if undecided else 0
     most = _most(good | ~sample.done, sample)
     return Yield(out_of_limit, least, most, judged, needed, reason)
 
