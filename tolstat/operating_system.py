@@ -8,6 +8,7 @@ import math
 import os
 import shutil
 import signal
+import stat
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
@@ -30,6 +31,27 @@ def processors() -> int:
     with suppress(AttributeError):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def make_private(folder: Path) -> None:
+    """Create a folder whose content other users than root cannot have written.
+
+    It is removed first if they could. A PermissionError names a folder that belongs to
+    another user, or one above that others can write; a sticky one, such as /tmp, is
+    no danger. Where systems know no users, the folder is only created.
+    """
+    for path in (*reversed(folder.parents), folder):
+        path.mkdir(mode=0o700, exist_ok=True)
+        status = path.stat()
+        if not hasattr(os, "getuid"):
+            continue
+        if status.st_uid not in (0, os.getuid()):
+            raise PermissionError(0, f"{path} belongs to another user")
+        if path == folder and status.st_mode & 0o077:
+            shutil.rmtree(path)
+            path.mkdir(mode=0o700)
+        elif status.st_mode & 0o022 and not status.st_mode & stat.S_ISVTX:
+            raise PermissionError(0, f"other users can write to {path}")
 
 
 def process_exists(number: int) -> bool:
