@@ -10,6 +10,7 @@ import shutil
 import signal
 import stat
 from contextlib import suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import IO, Any
 
@@ -54,6 +55,15 @@ def make_private(folder: Path) -> None:
             raise PermissionError(0, f"other users can write to {path}")
 
 
+def local_time(seconds: float) -> str:
+    """Return a time since 1970 to the second, with its zone; UTC where TZ is none."""
+    try:
+        time = datetime.fromtimestamp(seconds).astimezone()
+    except ValueError:  # a zone of a day or more, such as TZ=UTC+24
+        time = datetime.fromtimestamp(seconds, UTC)
+    return time.isoformat(timespec="seconds")
+
+
 def process_exists(number: int) -> bool:
     """Return whether a process with this number runs on this computer."""
     import psutil
@@ -66,11 +76,16 @@ def memory() -> float:
     """Return how much memory this process may have, bytes; without limits, all."""
     import psutil
 
-    limits = [float(psutil.virtual_memory().total), _resource_limit("RLIMIT_AS")]
+    limits = [float(psutil.virtual_memory().total), address_space()]
     for path in CONTAINER_LIMITS:
         with suppress(OSError, ValueError):  # ValueError: "max"
             limits.append(float(int(Path(path).read_text())))
     return min(limits)
+
+
+def address_space() -> float:
+    """Return how much this process may map, bytes; infinite without limit."""
+    return _resource_limit("RLIMIT_AS")
 
 
 def largest_file() -> float:

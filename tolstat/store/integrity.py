@@ -14,7 +14,6 @@ import re
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -23,6 +22,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.errors import DamagedError, FormatError, RunFileError
+from tolstat.operating_system import local_time
 
 FORMAT = 7
 MARK = b"tolstat seal, format "
@@ -184,11 +184,7 @@ def times_of(clock: NDArray[Any]) -> dict[str, Any]:
     """
     if not is_whole(clock):
         return {"ended_at": "", "seconds": math.nan}
-    written = datetime.fromtimestamp(clock[1]).astimezone()
-    return {
-        "ended_at": written.isoformat(timespec="seconds"),
-        "seconds": float(clock[0]),
-    }
+    return {"ended_at": local_time(clock[1]), "seconds": float(clock[0])}
 
 
 def is_whole(clock: NDArray[Any]) -> bool:
