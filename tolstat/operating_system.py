@@ -4,6 +4,7 @@ No other file imports a module or calls a function that one of them lacks, Windo
 among them. Each function here says what happens without it.
 """
 
+import errno
 import math
 import os
 import shutil
@@ -12,7 +13,7 @@ import stat
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, BinaryIO
 
 # a command that gets one of these stops; not every system has the last two
 STOP_SIGNALS = tuple(
@@ -120,11 +121,24 @@ def lock(file: IO[Any], *, wait: bool = False) -> bool:
     return True
 
 
-def open_as_it_is(path: Path) -> IO[str]:
-    """Open or create a file of text; links are not followed, pipes not waited for."""
-    flags = os.O_RDWR | os.O_CREAT
-    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-    return os.fdopen(os.open(path, flags, 0o666), "r+", errors="replace")
+def open_regular(path: Path, flags: int, mode: int = 0o666) -> BinaryIO:
+    """Open a file, unbuffered; links are not followed where it is written.
+
+    A folder, a pipe or another device is an OSError, and never waited for.
+    """
+    writing = flags & os.O_RDWR
+    flags |= getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    flags |= getattr(os, "O_NOFOLLOW", 0) if writing else 0
+    descriptor = os.open(path, flags, mode)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise OSError(errno.EINVAL, "a folder or a device; a file is expected")
+    return os.fdopen(descriptor, "r+b" if writing else "rb", buffering=0)
+
+
+def is_mine(file: os.stat_result) -> bool:
+    """Return whether a file belongs to this user; true where systems know no users."""
+    return not hasattr(os, "getuid") or file.st_uid == os.getuid()
 
 
 def give_second_name(path: Path, other: Path) -> None:

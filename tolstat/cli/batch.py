@@ -25,6 +25,7 @@ from tolstat.errors import RunFileError, StoppedError, TolstatError
 from tolstat.execution.execute import complete, run_of
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.files import opened
 from tolstat.render.screen import Screen, as_rich, show_table
 from tolstat.store.files_beside import identity
 from tolstat.store.open_run import open as open_run
@@ -179,6 +180,6 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
 
 
 def _begins_with(path: Path, mark: str) -> bool:
-    with suppress(OSError), path.open("rb") as file:
-        return path.is_file() and mark.encode() in file.read(HEAD)
+    with suppress(OSError), opened(path) as file:
+        return mark.encode() in file.read(HEAD)
     return False
