@@ -101,9 +101,9 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
         The status says which rows are complete; the other trials have not run.
         """
-        with h5py.File(lock.path, "r", locking=False) as file:
-            extents = layout.extents_of(file)
         try:
+            with h5py.File(lock.path, "r", locking=False) as file:
+                extents = layout.extents_of(file)
             rows = Rows(opened_for_writing(lock.path.resolve()), extents)
             rows.write(STATUS, status)
         except OSError as error:
