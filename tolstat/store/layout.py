@@ -23,6 +23,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.files import read_exactly
 from tolstat.store.codec import write_record
 from tolstat.store.integrity import Hole, around, block_for, write_all, write_seal
 from tolstat.store.run_records import STATUS, STEPS, Reason
@@ -163,8 +164,8 @@ class Rows:
         """Return a column."""
         extent = self.extents[name]
         self.file.seek(extent.offset)
-        values: Column = np.fromfile(self.file, extent.dtype, extent.length)
-        return values
+        data = read_exactly(self.file, extent.dtype.itemsize * extent.length)
+        return np.frombuffer(data, extent.dtype)
 
     def write(self, name: str, values: Any, first: int = 0) -> None:
         """Write values of a column, from a row on."""

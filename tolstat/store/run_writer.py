@@ -28,6 +28,7 @@ from tolstat.errors import (
     StoppedError,
     TolstatError,
 )
+from tolstat.files import opened_for_writing
 from tolstat.model.contract import Answers
 from tolstat.operating_system import give_second_name
 from tolstat.store import files_beside, layout
@@ -100,10 +101,10 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
         The status says which rows are complete; the other trials have not run.
         """
-        with h5py.File(lock.path, "r", locking=False) as file:
-            extents = layout.extents_of(file)
         try:
-            rows = Rows(lock.path.open("r+b", buffering=0), extents)
+            with h5py.File(lock.path, "r", locking=False) as file:
+                extents = layout.extents_of(file)
+            rows = Rows(opened_for_writing(lock.path.resolve()), extents)
             rows.write(STATUS, status)
         except OSError as error:
             raise BrokenError(f"{lock.path} cannot be written: {error}") from error
@@ -128,9 +129,11 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             ) from None
         if not run.complete:
             files_beside.check_room(self.path, draft.size)
-        aside, file = files_beside.aside_of(path), None
+        aside, file = None, None
         try:
-            file = aside.open("xb+", buffering=0)
+            aside, file = files_beside.create_aside(
+                path, before.file if before else None
+            )
             draft.copy_to(file, [extent.hole for extent in extents.values()])
             rows = Rows(file, extents)
             for name, extent in extents.items():
@@ -145,10 +148,10 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             if not waiting:
                 os.replace(aside, path)
         except OSError as error:
-            with suppress(OSError):
-                aside.unlink()
-            if file:
+            if aside and file:
                 file.close()
+                with suppress(OSError):
+                    aside.unlink()
             raise self._write_error(error) from error
         if before:
             before.file.close()
