@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array
 from tolstat.errors import DamagedError, FormatError, RunFileError
 
-FORMAT = 7
+FORMAT = 8
 MARK = b"tolstat seal, format "
 HDF5 = b"\x89HDF\r\n\x1a\n"
 NEAR = 1 << 16  # bytes from the beginning, in which earlier formats have their seal
