@@ -17,6 +17,7 @@ import numpy as np
 
 from tests.studies.attacks.commands import STUDY
 from tolstat.store.integrity import clock_of, fingerprints, write_seal
+from tolstat.store.layout import ALONE as NOMINAL_CHECKSUM
 from tolstat.store.layout import (
     CHECKSUM,
     CLOCK,
@@ -25,7 +26,6 @@ from tolstat.store.layout import (
     columns_of,
     nominal_columns_of,
 )
-from tolstat.store.layout import ALONE as NOMINAL_CHECKSUM
 
 NUMBER, WORDS = 0.000314159265358, "SECRET7Q"  # eight bytes, as a number has
 SECRET = b"3141592653", np.float64(NUMBER).tobytes(), WORDS.encode(), b"root:x:0"
