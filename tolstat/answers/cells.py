@@ -25,14 +25,17 @@ def demand_words(limit: Limit) -> str:
     return limit.demand or share_words(limit.demanded)
 
 
-def verdict_cell(judged: Yield) -> Cell:
-    """Return a verdict, above its reason or the trials that would decide it."""
+def verdict_cell(judged: Yield, *, weighted: bool = False) -> Cell:
+    """Return a verdict, above its reason or the trials that would decide it.
+
+    How many weighted trials would is not known.
+    """
     word = Word(judged.verdict, judged.verdict)
     if judged.reason:
         return Cell((word,), text(f"({judged.reason})"))
     if judged.needed:
         return Cell((word,), text("about ", counted(judged.needed, "trial"), " decide"))
-    if judged.verdict == UNDECIDED:
+    if judged.verdict == UNDECIDED and not weighted:
         return Cell((word,), text("more than 1e9 trials may decide"))
     return Cell((word,))
 

@@ -23,7 +23,6 @@ from tolstat.document.inline import (
     Name,
     Number,
     Parts,
-    Word,
     counted,
     listed,
     say,
@@ -109,9 +108,7 @@ def _verdicts(comparison: Comparison) -> Section:
         {
             "response": text(Name(name), f" {design.label}"),
             "limit": limit_cell(limited.limit),
-            "verdict": Word(limited.yields.words, limited.yields.verdict)
-            if response.weighted
-            else verdict_cell(limited.yields),
+            "verdict": verdict_cell(limited.yields, weighted=response.weighted),
             "out of limit, ppm": ppm(
                 limited.yields.fraction_out_of_limit, design.done + design.failed
             ),

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple
 
@@ -10,26 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from tolstat.answers import run_answer
 from tolstat.answers.cells import limit_cells
-from tolstat.answers.report.chosen_steps import finer_run
-from tolstat.answers.report.report_answer import Findings, LimitFinding, RunSummary
-from tolstat.answers.report.report_warnings import (
-    jump_warnings,
-    jumping,
-    warnings_of_run,
-)
-from tolstat.answers.report.response_summary import ResponseSummary
-from tolstat.answers.report.summaries import (
-    all_limits,
-    numbers_of_study,
-    summaries_of,
-)
-from tolstat.answers.sampled_trials import changes_of, drawn_trials
+from tolstat.answers.report.gather import summary_of
+from tolstat.answers.report.report_answer import RunSummary
+from tolstat.answers.report.summaries import reportable
+from tolstat.answers.sampled_trials import changes_of
 from tolstat.arrays import Integers
 from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE
 from tolstat.document.inline import Number, Row
-from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.weighted_estimates import (
     ENOUGH,
@@ -39,13 +27,7 @@ from tolstat.statistics.intervals.weighted_estimates import (
 )
 from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.limit import Limit
-from tolstat.statistics.limits.yields import (
-    INTEGRATION_ERROR,
-    JUMP,
-    Caveat,
-    Verdict,
-    worded,
-)
+from tolstat.statistics.limits.yields import JUMP, Caveat, Verdict, worded
 from tolstat.status import Status
 from tolstat.store.run_records import SCORES, Assumed
 from tolstat.store.stored_run import Run
@@ -206,66 +188,38 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     QuestionError
         If no trial has run, or a response is unknown.
     """
-    name, limit, drawn = run.aim, run.limits[run.aim], drawn_trials(run)
-    run_answer.responses_in_focus(run, chosen)
-    if drawn is None or not run.ended:
-        raise QuestionError(f"{run.path}: no trial has run; there is nothing to report")
-    summaries = summaries_of(drawn)
-    responses = {
-        response.name: ResponseSummary(
-            **vars(summaries[response.name]),
-            nominal=run.nominal_values[response.name],
-            sentence=response.sentence,
-            scale=run.scales[response.name],
-            causes=None, contributions=None, members={}, off_centre=None,
-        )
-        for response in run.responses
-    }  # fmt: skip
-    judged, aim = responses[name].limited, responses[name]
-    assert judged and drawn.sample.weights
-    yields, weights = judged.yields, drawn.sample.weights.values
+    drawn, _ = reportable(run, chosen)
+    summary, name = summary_of(drawn, ()), run.aim
+    aim = summary.responses[name]
+    assert aim.limited and drawn.sample.weights
+    yields, weights = aim.limited.yields, drawn.sample.weights.values
     share, out = yields.fraction_out_of_limit, run.beyond(name)
     failures = rare_share(drawn.sample.failed_trials, weights)
     if failures.value > 0:  # failed trials are out of limit: no more than these
         failures = failures._replace(upper=min(failures.upper, share.upper))
-    unseen = unmet(weights) if len(weights) else math.nan
+    few, failed = _too_few(weights[out[drawn.trials]]), _failing(run, failures)
     points, changes = failure_points(run, out), changes_of(run, name)
-    clusters = jumping(run, drawn.trials_done, [name])
-    few = _too_few(weights[out[drawn.trials]])
-    trials = run_answer.TrialCounts(
-        run.trials, run.ended, run.ended - run.failed, run.failed,
-        len(drawn.trials), run.counts, failures, unseen,
-        run.sampling, drawn.sampled.promise,
-        (*few, _failing(run, failures),
-         *run_answer.notes_of(replace(run, warnings=()), None)),
-    )  # fmt: skip
-    findings = {
-        n: LimitFinding(x.limited.yields.verdict, x.limited.yields.reason)
-        for n, x in responses.items()
-        if x.limited
-    }
-    rough = [name] if yields.reason == INTEGRATION_ERROR else []
-    finer = finer_run(run, rough)
+    trials = summary.trials._replace(
+        done=run.ended - run.failed,
+        failed=run.failed,
+        failures=failures,
+        unseen=unmet(weights) if len(weights) else math.nan,
+        notes=(*few, failed, *summary.trials.notes),
+    )
     return RareSummary(
-        **run_answer.fields_of(run, trials),
-        warnings=(*warnings_of_run(run), *jump_warnings(run, clusters)),
-        unseen_errors="",
-        all_limits=all_limits(drawn),
-        responses=responses,
-        numbers=numbers_of_study(run),
-        findings=Findings(findings, {}, (finer,) if finer else ()),
+        **{**vars(summary), "trials": trials},
         trials_out_of_limit=int(np.count_nonzero(out[drawn.trials])),
         response=name,
         sentence=aim.sentence,
         scale=aim.scale,
         nominal=aim.nominal,
-        limit=limit,
-        demanded_ppk=judged.demanded_ppk,
+        limit=aim.limited.limit,
+        demanded_ppk=aim.limited.demanded_ppk,
         fraction_out_of_limit=share,
         within=yields.within,
         verdict=yields.verdict,
         reason=yields.reason,
-        equivalent_ppk=judged.equivalent_ppk,
+        equivalent_ppk=aim.limited.equivalent_ppk,
         # where it jumps no trials decide
         plain_trials=math.nan if yields.reason == JUMP else plain_trials(share),
         first_order=float(ndtr(-points[0].distance)) if points else math.nan,

@@ -73,8 +73,11 @@ def integration_of(
 def integration_warnings(
     drawn: Drawn, summaries: Mapping[str, Summary]
 ) -> Iterator[VerdictWarning | NumbersWarning]:
-    """Yield the verdicts that errors leave undecided, and numbers that they spoil."""
-    if drawn.run.audited is None:
+    """Yield the verdicts that errors leave undecided, and numbers that they spoil.
+
+    None of weighted trials, whose errors are not weighted.
+    """
+    if drawn.run.audited is None or drawn.sample.weights:
         return
     for name, summary in summaries.items():
         scale, audited = drawn.run.scales[name], drawn.audited(name)
@@ -120,7 +123,8 @@ def unseen_errors(drawn: Drawn, summaries: Mapping[str, Summary]) -> str:
         drawn.audited(name)
         for name, summary in summaries.items()
         if summary.limited and summary.limited.yields.verdict != UNDECIDED
-    ]
+        and not drawn.sample.weights
+    ]  # fmt: skip
     moved = [response.moved[response.at_random] for response in audited if response]
     if not moved or not (number := len(moved[0])):
         return ""

@@ -143,12 +143,18 @@ class WorstTrial(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ResponseSummary(Summary):
-    """A response at the end of a run."""
+class DescribedResponse(Summary):
+    """The statistics of a response of a run, and how it is shown."""
 
     nominal: float  # of the nominal trial; NaN if that failed
     sentence: str
     scale: Scale
+
+
+@dataclass(frozen=True)
+class ResponseSummary(DescribedResponse):
+    """A response at the end of a run; weighted trials tell no causes."""
+
     causes: Causes | None  # None without a limit
     off_centre: OffCentre | None  # None if the limit is met, or its centre is right
     # of a response in focus, as the next; None where nothing deviates
