@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm, verdict_cell
+from tolstat.answers.cells import changes, limit_row, numbers_of, ppk_cell, ppm
 from tolstat.answers.compare.comparison import Comparison, Design, Difference
 from tolstat.answers.compare.pairing import Pairing
 from tolstat.answers.report.finding_words import sentences
@@ -107,17 +107,15 @@ def _verdicts(comparison: Comparison) -> Section:
     rows: list[Row] = [
         {
             "response": text(Name(name), f" {design.label}"),
-            "limit": limit_cell(limited.limit),
-            "verdict": verdict_cell(limited.yields, weighted=response.weighted),
-            "out of limit, ppm": ppm(
-                limited.yields.fraction_out_of_limit, design.done + design.failed
+            **limit_row(
+                limited, design.done + design.failed, design.failed,
+                weighted=response.weighted,
             ),
-            "equivalent Ppk": ppk_cell(limited.equivalent_ppk),
         }
         for name in comparison.responses
         for design in comparison.designs
         if (response := design.responses.get(name)) and (limited := response.limited)
-    ]
+    ]  # fmt: skip
     caption = _trials_of_all(comparison)
     table = table_of(rows, "Verdicts", caption=caption, look="verdicts")
     return Section("", blocks.shown(table), page_only=True)
@@ -241,13 +239,9 @@ class _Pair:
         for name, response in self.difference.responses.items():
             if summary := response.trial_by_trial:
                 scale = self.described[name].scale
-                rows.append({
-                    "response": Name(name), "unit": scale.mark,
-                    "mean": Number(summary.mean, scale),
-                    "least": Number(summary.least, scale),
-                    **_quantiles(summary.quantiles, scale),
-                    "largest": Number(summary.largest, scale),
-                })  # fmt: skip
+                numbers = numbers_of(summary, scale)
+                del numbers["sigma"]
+                rows.append({"response": Name(name), "unit": scale.mark, **numbers})
         table = table_of(
             rows, "Differences trial by trial", caption=self._caption(), keys=2,
             look="dense",

@@ -169,10 +169,7 @@ class RareSummary(RunSummary):
             "response": self.response,
             "unit": self.scale.shown,
             "nominal [unit]": Number(self.nominal, self.scale),
-            **limit_cells(
-                self.limit, self.scale, self.words, self.within,
-                self.fraction_out_of_limit, self.equivalent_ppk,
-            ),
+            **limit_cells(self.responses[self.response].limited, self.scale),
             "failed [ppm]": Number(self.trials.failures, PPM),
             "trials run": self.trials.ran,
             "trials counted": self.trials.counted,

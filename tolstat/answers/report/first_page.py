@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Collection
 
-from tolstat.answers.cells import limit_cell, ppm, verdict_cell
+from tolstat.answers.cells import limit_row, ppm
 from tolstat.answers.report.finding_words import (
     STILL_MISSED,
     cause_words,
@@ -134,21 +134,11 @@ def limits_table(
     trials = summary.trials.done + summary.trials.failed
     for name, limited in limits[:most]:
         response, finding = summary.responses[name], summary.findings.limits[name]
-        yields = limited.yields
-        good = Number(yields.within_at_most, PER_CENT, of=trials)
-        failed = say("yield, if failed trials were good: {}", good)
         link = Name(name, name if name in links else "")
         rows.append({
             "response": Cell((link,), text(response.sentence)),
-            "limit": limit_cell(limited.limit),
-            "verdict": verdict_cell(yields, weighted=response.weighted),
-            "out of limit, ppm": Cell(
-                (ppm(yields.fraction_out_of_limit, trials),),
-                failed if summary.trials.failed else (),
-            ),
-            "equivalent Ppk": Cell(
-                (Number(limited.equivalent_ppk),),
-                say("demanded {}", Number(limited.limit.ppk)),
+            **limit_row(
+                limited, trials, summary.trials.failed, weighted=response.weighted
             ),
             "main cause": _cause_cell(response, finding),
             "what would help": remedy_cell(finding.halving),

@@ -15,6 +15,7 @@ from tolstat.answers.report.response_summary import (
     Effect,
     IntegrationErrors,
     LargestError,
+    by_name,
 )
 from tolstat.answers.sampled_trials import Drawn, changes_of
 from tolstat.arrays import Array
@@ -31,7 +32,7 @@ from tolstat.statistics.summary import Summary
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Reason
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import PER_CENT, share_words
+from tolstat.units.scale import PER_CENT
 
 
 def integration_of(
@@ -93,18 +94,19 @@ def _wrong_numbers(
     drawn: Drawn, audited: Audited, name: str, summary: Summary
 ) -> dict[str, WrongNumber]:
     """Return printed numbers whose errors exceed their intervals, and are visible."""
-    numbers = {"mean": summary.mean, "sigma": summary.sigma}
-    numbers |= {share_words(share): x for share, x in summary.quantiles.items()}
-    numbers = {n: x for n, x in numbers.items() if x.sure and math.isfinite(x.value)}
+    numbers = {
+        n: x
+        for n, x in by_name(summary.mean, summary.sigma, summary.quantiles).items()
+        if x.sure and math.isfinite(x.value)
+    }
     error = _errors(drawn.run, audited, name)
     least = min((min(x.upper - x.value, x.value - x.lower) for x in numbers.values()),
                 default=math.inf)  # fmt: skip
     # no number errs more than sigma can, twice the largest error
     if not 2 * error.largest > least or not error.largest > 0:
         return {}
-    effect, scale = _effect(drawn, error, name, summary), drawn.run.scales[name]
-    errors = {"mean": effect.mean, "sigma": effect.sigma}
-    errors |= {share_words(share): x for share, x in effect.quantiles.items()}
+    errors = _effect(drawn, error, name, summary).numbers
+    scale = drawn.run.scales[name]
 
     def printed(number: Estimate, off: float) -> str:
         return scale.interval(*(x - off for x in number[:3]))[0]

@@ -178,8 +178,8 @@ class RunSummary(RunAnswer):
     @property
     def verdicts(self) -> dict[str, str]:
         """The verdict of each limited response, in the order of responses."""
-        limits = self.limits
-        return {n: limits[n].yields.verdict for n in self.responses if n in limits}
+        limits = {n: x.limited for n, x in self.responses.items() if x.limited}
+        return {name: limited.yields.verdict for name, limited in limits.items()}
 
     @property
     def _short(self) -> str:

@@ -276,10 +276,10 @@ class _ResponseSection:
     def _contributors(self, names: Iterable[str]) -> Iterator[Row]:
         """Yield a row for each contributor."""
         response, shares = self.response, dict[str, tuple[Values, Scale | Ratio]]()
-        if known := self.contributions:
-            alone = {} if known.dominated_by_few else known.first_order
-            shares[ALONE + CENTRAL * known.clipped] = alone, PART
-            shares["rank regression coefficient"] = known.rank_regression, AS_IS
+        if analysed := self.contributions:
+            alone = {} if analysed.dominated_by_few else analysed.first_order
+            shares[ALONE + CENTRAL * analysed.clipped] = alone, PART
+            shares["rank regression coefficient"] = analysed.rank_regression, AS_IS
         if (indices := response.indices) and not indices.reason:
             central = CENTRAL * indices.clipped
             shares[f"Sobol' first-order index, %{central}"] = indices.first, PART
@@ -374,9 +374,8 @@ class _ResponseSection:
         ]  # fmt: skip
         moved: Row = {}
         if effect:
-            by = {"mean": effect.mean, "sigma": effect.sigma}
-            by |= {share_words(share): x for share, x in effect.quantiles.items()}
-            moved = {"unit": exact.mark, **{n: Number(x, exact) for n, x in by.items()}}
+            numbers = {n: Number(x, exact) for n, x in effect.numbers.items()}
+            moved = {"unit": exact.mark, **numbers}
             if effect.fraction_out_of_limit is not None:
                 moved["out of limit, ppm"] = Number(effect.fraction_out_of_limit, PPM)
         sides: Parts = ()

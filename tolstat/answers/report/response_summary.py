@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,8 +17,9 @@ from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 from tolstat.statistics.sensitivity.pairs import Together
 from tolstat.statistics.summary import Limited, Summary
 from tolstat.store.run_records import WorstCase
-from tolstat.units.scale import Scale
+from tolstat.units.scale import Scale, share_words
 
+T = TypeVar("T")
 MOST_OF_VARIANCE = 0.9
 NEGLIGIBLE = 1e-3  # of the distance to the limit: a smaller range is not analysed
 
@@ -80,6 +81,12 @@ class Causes(NamedTuple):
         return sorted(clear, key=lambda name: clear[name].level)
 
 
+def by_name(mean: T, sigma: T, quantiles: Mapping[float, T]) -> dict[str, T]:
+    """Return numbers of a response by name."""
+    shares = {share_words(share): number for share, number in quantiles.items()}
+    return {"mean": mean, "sigma": sigma, **shares}
+
+
 class Effect(NamedTuple):
     """How far integration errors move the numbers of a response; NaN: not known."""
 
@@ -87,6 +94,11 @@ class Effect(NamedTuple):
     sigma: float
     quantiles: Mapping[float, float]
     fraction_out_of_limit: float | None
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The numbers of the response by name."""
+        return by_name(self.mean, self.sigma, self.quantiles)
 
 
 class LargestError(NamedTuple):
