@@ -74,11 +74,11 @@ def next_steps(summary: RunSummary) -> tuple[Parts, ...]:
             names = [Name(name) for step in group for name in step.responses]
             sentences.append(say(sentence, listed(names)))
         else:
-            sentences += [step_words(run, step, findings) for step in group]
+            sentences += [_step_words(run, step, findings) for step in group]
     return tuple(sentences)
 
 
-def step_words(run: Run, step: Step, findings: Findings | None = None) -> Parts:
+def _step_words(run: Run, step: Step, findings: Findings) -> Parts:
     """Say what to do; of a change that `findings` know also its effect."""
     typed = [Typed(command) for command in step.commands]
     match step.kind:
@@ -98,7 +98,6 @@ def step_words(run: Run, step: Step, findings: Findings | None = None) -> Parts:
             return say("Find the widest tolerances of {} that meet all limits. Write "
                        "prices of 1 over the tolerance: {} Search: {}",
                        parts, *typed)  # fmt: skip
-    assert findings
     halving = findings.limits[step.responses[0]].halving
     assert halving  # the other kinds halve the tolerances of a cause
     return _halve(step, halving)
@@ -228,12 +227,12 @@ def _sentence(warning: ReportWarning) -> Parts:
         case StudyWarning(sentence):
             return text(sentence)
         case IdleContributors(names):
+            change, s = "its tolerance changes", ""
+            if len(names) > 1:
+                change, s = "their tolerances change", "s"
             return say(
-                "No response depends on {}: its tolerance changes nothing. Check "
-                "the name and the model."
-                if len(names) == 1
-                else "No response depends on {}: their tolerances change nothing. "
-                "Check the names and the model.",
+                f"No response depends on {{}}: {change} nothing. Check the "
+                f"name{s} and the model.",
                 listed([*map(Name, names)]),
             )
         case UnchangedResponse(name, value, scale):

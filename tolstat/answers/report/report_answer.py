@@ -166,14 +166,9 @@ class RunSummary(RunAnswer):
     @property
     def late_warnings(self) -> list[ReportWarning]:
         """The warnings about numbers of responses that no verdict rests on."""
+        numbers = [x for x in self.warnings if isinstance(x, NumbersWarning)]
         limits = self.limits
-        return [
-            warning
-            for warning in self.warnings
-            if limits
-            and isinstance(warning, NumbersWarning)
-            and warning.response not in limits
-        ]
+        return [x for x in numbers if limits and x.response not in limits]
 
     @property
     def verdicts(self) -> dict[str, str]:

@@ -139,15 +139,8 @@ def warnings_of(
             for name in run.limits
             if _unchanged(drawn, name)
         ),
-        *jump_warnings(run, clusters),
+        *(JumpWarning(name, x, run.scales[name]) for name, x in clusters.items()),
     )
-
-
-def jump_warnings(
-    run: Run, clusters: Mapping[str, Clusters]
-) -> tuple[JumpWarning, ...]:
-    """Return the warnings about responses that jump, of `jumping`."""
-    return tuple(JumpWarning(name, x, run.scales[name]) for name, x in clusters.items())
 
 
 def warnings_of_run(run: Run) -> tuple[ReportWarning, ...]:
