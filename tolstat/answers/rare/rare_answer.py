@@ -13,11 +13,12 @@ from scipy.special import ndtr, ndtri
 from tolstat.answers.cells import limit_cells
 from tolstat.answers.report.gather import summary_of
 from tolstat.answers.report.report_answer import RunSummary
-from tolstat.answers.report.summaries import reportable
-from tolstat.answers.sampled_trials import changes_of
+from tolstat.answers.run_answer import responses_in_focus
+from tolstat.answers.sampled_trials import changes_of, drawn_trials
 from tolstat.arrays import Integers
 from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE
 from tolstat.document.inline import Number, Row
+from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.weighted_estimates import (
     ENOUGH,
@@ -185,7 +186,9 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     QuestionError
         If no trial has run, or a response is unknown.
     """
-    drawn, _ = reportable(run, chosen)
+    responses_in_focus(run, chosen)
+    if (drawn := drawn_trials(run)) is None or not run.ended:
+        raise QuestionError(f"{run.path}: no trial has run; there is nothing to report")
     summary, name = summary_of(drawn, ()), run.aim
     aim = summary.responses[name]
     assert aim.limited and drawn.sample.weights

@@ -30,7 +30,7 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
     """
     if (drawn := drawn_trials(run)) is None:
         raise no_sample(run)
-    if not run.ended:
+    if not np.any(drawn.sample.ran):
         raise QuestionError(f"{run.path}: no trial has run; there is nothing to report")
     return drawn, run_answer.responses_in_focus(run, chosen)
 
