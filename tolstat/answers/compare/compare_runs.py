@@ -77,15 +77,15 @@ def compare(*runs: RunSource, responses: Sequence[str] = ()) -> Comparison:
         )
     first, *rest = map(open_run, runs)
     pairs = [pair_of(first, run) for run in rest]
-    known = {response.name: response for response in first.responses}
-    names = [n for n in known if any(n in pair.responses for pair in pairs)]
+    common = {name for pair in pairs for name in pair.responses}
+    names = [response.name for response in first.responses if response.name in common]
     A = _design("A", pairs[0].first, names)
     others = [
         _design(label, pair.second, pair.responses)
         for label, pair in zip(LABELS[1:], pairs, strict=False)
     ]
     return Comparison(
-        {n: ComparedResponse(known[n].sentence, first.scales[n]) for n in names},
+        {n: ComparedResponse(x.sentence, x.scale) for n, x in A.responses.items()},
         (A, *others),
         tuple(
             _difference(pair, A, design, responses)

@@ -1,6 +1,7 @@
 """Document of a comparison: significant differences, each design less A; figures."""
 
 from collections.abc import Iterator, Mapping
+from itertools import chain
 
 import numpy as np
 
@@ -54,10 +55,7 @@ def comparison_document(comparison: Comparison) -> blocks.Document:
         for design in designs
         for parts in sentences(design.warnings)
     )
-    first = blocks.Bullets(warnings), _lead(comparison), blocks.Facts(facts)
-    parts = [Section("", blocks.shown(*first)), *blocks.shown(_verdicts(comparison))]
-    for difference in comparison.differences:
-        parts += _Pair(comparison, difference).sections()
+    pairs = (_Pair(comparison, less) for less in comparison.differences)
     rows: list[Row] = [
         {
             "": key.replace("_", " "),
@@ -68,7 +66,14 @@ def comparison_document(comparison: Comparison) -> blocks.Document:
     table = table_of(rows, words=[run.label for run in designs])
     return blocks.Document(
         " | ".join(run.title for run in designs),
-        (*parts, Section("Provenance", (table,), page_only=True)),
+        blocks.shown(
+            blocks.section(
+                "", blocks.Bullets(warnings), _lead(comparison), blocks.Facts(facts)
+            ),
+            _verdicts(comparison),
+            *chain.from_iterable(pair.sections() for pair in pairs),
+            blocks.section("Provenance", table, page_only=True),
+        ),
         tuple(run.run for run in designs),
     )
 
@@ -118,7 +123,7 @@ def _verdicts(comparison: Comparison) -> Section:
     ]  # fmt: skip
     caption = _trials_of_all(comparison)
     table = table_of(rows, "Verdicts", caption=caption, look="verdicts")
-    return Section("", blocks.shown(table), page_only=True)
+    return blocks.section("", table, page_only=True)
 
 
 def _quantiles(quantiles: Mapping[float, Estimate], scale: Scale) -> Row:
@@ -140,16 +145,15 @@ class _Pair:
             ("Settings", self.difference.settings),
             ("Deviations", self.difference.deviations),
         )
-        notes: list[blocks.Block] = [
-            note(f"{what} that differ: ", changes(differing), ".")
-            for what, differing in differ
+        notes = [
+            note(f"{head} that differ: ", changes(differing), ".")
+            for head, differing in differ
             if differing
         ]
-        parts: tuple[blocks.Block, ...] = (
-            note(self._how_paired()), *notes, self._limits(), self._responses(),
-            self._trial_by_trial(), self._reading(),
+        yield blocks.section(
+            f"{self.b} less A", note(self._how_paired()), *notes, self._limits(),
+            self._responses(), self._trial_by_trial(), self._reading(),
         )  # fmt: skip
-        yield Section(f"{self.b} less A", blocks.shown(*parts))
         yield from map(self._in_focus, self.difference.focus)
 
     def _caption(self) -> Parts:
@@ -246,7 +250,7 @@ class _Pair:
             rows, "Differences trial by trial", caption=self._caption(), keys=2,
             look="dense",
         )  # fmt: skip
-        return Section("", blocks.shown(table), page_only=True)
+        return blocks.section("", table, page_only=True)
 
     def _in_focus(self, name: str) -> Section:
         """Return the quantiles and the figures of a response."""
@@ -263,13 +267,11 @@ class _Pair:
         less = _quantiles(self.difference.responses[name].quantiles, scale)
         rows.append({"design": f"{self.b} - A", **less})
         figures = _figures_of(self.pairing, self.designs, name, scale)
-        return Section(
+        return blocks.section(
             f"{name}, {self.b} and A",
-            (
-                blocks.paragraph(sentence, f", {scale.mark}" if scale.mark else None),
-                table_of(rows, caption=self.trials_of_all, look="dense"),
-                blocks.Gallery(tuple(figures)),
-            ),
+            blocks.paragraph(sentence, f", {scale.mark}" if scale.mark else None),
+            table_of(rows, caption=self.trials_of_all, look="dense"),
+            blocks.Gallery(tuple(figures)),
             anchor=f"{self.b}-{name}",
             page_only=True,
         )

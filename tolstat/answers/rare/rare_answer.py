@@ -59,9 +59,12 @@ class FailurePoint(NamedTuple):
         By normal scores: a uniform part at its very end is 1.7 sigmas off, and as
         unlikely there as a normal one at four.
         """
-        far = {name: abs(score) for name, score in self.scores.items()}
-        least = LEADING * max(far.values(), default=0.0)
-        return sorted((n for n in far if far[n] >= least), key=lambda name: -far[name])
+        distances = {name: abs(score) for name, score in self.scores.items()}
+        least = LEADING * max(distances.values(), default=0.0)
+        return sorted(
+            (n for n in distances if distances[n] >= least),
+            key=lambda name: -distances[name],
+        )
 
     def normal(self, name: str) -> bool:
         """Tell whether a deviation is as unlikely as its sigmas say."""
@@ -76,34 +79,38 @@ def failure_points(run: Run, out: NDArray[np.bool_]) -> tuple[FailurePoint, ...]
     trials = np.flatnonzero(out)
     distances, first = np.unique(run.column(DISTANCE)[trials], return_index=True)
     nearest = zip(trials[first].tolist(), distances.tolist(), strict=True)
-    return tuple(_point(run, *each) for each in islice(nearest, MOST_POINTS))
+    return tuple(_point(run, *pair) for pair in islice(nearest, MOST_POINTS))
 
 
 def _point(run: Run, trial: int, distance: float) -> FailurePoint:
     deviations = {name: float(run.column(name)[trial]) for name in run.assumed}
-    off = {
-        name: (deviations[name] - each.mean) / each.sigma
-        for name, each in run.assumed.items()
-        if each.sigma > 0
+    sigmas_off = {
+        name: (deviations[name] - assumed.mean) / assumed.sigma
+        for name, assumed in run.assumed.items()
+        if assumed.sigma > 0
     }
-    scores = {name: normal_score(deviations[name], run.assumed[name]) for name in off}
+    scores = {
+        name: normal_score(deviations[name], run.assumed[name]) for name in sigmas_off
+    }
     farther = {name: float(ndtr(-abs(score))) for name, score in scores.items()}
     value = float(run.column(run.aim)[trial])
-    return FailurePoint(trial, value, distance, deviations, off, scores, farther)
+    return FailurePoint(trial, value, distance, deviations, sigmas_off, scores, farther)
 
 
 def normal_score(deviation: float, assumed: Assumed) -> float:
     """Return how unlikely it is that a part lies as far out, as a normal score."""
-    at = np.array(assumed.at_scores)
-    first, behind = (int(np.searchsorted(at, deviation, s)) for s in ("left", "right"))
+    quantiles = np.array(assumed.at_scores)
+    first, behind = (
+        int(np.searchsorted(quantiles, deviation, s)) for s in ("left", "right")
+    )
     if first < behind:  # of many equal parts the one that is least far out
         return float(np.clip(0.0, SCORES[first], SCORES[behind - 1]))
-    if first in (0, len(at)):
-        return float(SCORES[min(first, len(at) - 1)])
+    if first in (0, len(quantiles)):
+        return float(SCORES[min(first, len(quantiles) - 1)])
     # between two: shares, not scores, go evenly along a density without a slope
     side = 1.0 if SCORES[first - 1] >= 0 else -1.0
     shares = ndtr(-side * SCORES[first - 1 : first + 1])
-    share = np.interp(deviation, at[first - 1 : first + 1], shares)
+    share = np.interp(deviation, quantiles[first - 1 : first + 1], shares)
     return float(-side * ndtri(share))
 
 
@@ -197,14 +204,14 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     failures = rare_share(drawn.sample.failed_trials, weights)
     if failures.value > 0:  # failed trials are out of limit: no more than these
         failures = failures._replace(upper=min(failures.upper, share.upper))
-    few, failed = _too_few(weights[out[drawn.trials]]), _failing(run, failures)
+    too_few, failed = _too_few(weights[out[drawn.trials]]), _failing(run, failures)
     points, changes = failure_points(run, out), changes_of(run, name)
     trials = summary.trials._replace(
         done=run.ended - run.failed,
         failed=run.failed,
         failures=failures,
         unseen=unmet(weights) if len(weights) else math.nan,
-        notes=(*few, failed, *summary.trials.notes),
+        notes=(*too_few, failed, *summary.trials.notes),
     )
     return RareSummary(
         **{**vars(summary), "trials": trials},

@@ -157,14 +157,16 @@ def _failure_points(summary: RareSummary) -> blocks.Section | None:
         })  # fmt: skip
     note = blocks.note(say(FIRST_ORDER, Number(summary.first_order, PPM)))
     table = blocks.table_of(rows, words=[again], look="dense")
-    return blocks.Section("Most probable failure points", (table, note), page_only=True)
+    return blocks.section("Most probable failure points", table, note, page_only=True)
 
 
 def _responses(summary: RareSummary) -> blocks.Section:
     """Return the numbers of all responses, from the weighted trials."""
     note = blocks.note("All numbers are of the last stage, each trial weighted.")
-    parts = (responses_table(summary), note, assumption(summary))
-    return blocks.Section("Summary", parts, "summary", page_only=True)
+    return blocks.section(
+        "Summary", responses_table(summary), note, assumption(summary),
+        anchor="summary", page_only=True,
+    )  # fmt: skip
 
 
 def _stages(summary: RareSummary) -> blocks.Section:
@@ -184,11 +186,5 @@ def _stages(summary: RareSummary) -> blocks.Section:
         f"Of {summary.precise} trials evaluated again more precisely {summary.changed} "
         "change sides of the limit."
     )
-    return blocks.Section(
-        "Stages",
-        blocks.shown(
-            blocks.table_of(rows),
-            blocks.note(STAGES),
-            changed if summary.precise else None,
-        ),
-    )
+    return blocks.section("Stages", blocks.table_of(rows), blocks.note(STAGES),
+                          changed if summary.precise else None)  # fmt: skip

@@ -63,7 +63,7 @@ NAMING = {
 def what_next(steps: tuple[Parts, ...]) -> blocks.Section:
     """Return the section of next steps, the first one first."""
     bullets = blocks.Bullets(steps, numbered=len(steps) > 1)
-    return blocks.Section("What to do next", blocks.shown(bullets), level=3)
+    return blocks.section("What to do next", bullets, level=3)
 
 
 def next_steps(summary: RunSummary) -> tuple[Parts, ...]:
@@ -85,8 +85,8 @@ def _step_words(run: Run, step: Step, findings: Findings) -> Parts:
         case StepKind.RESUME:
             return say("Run the trials that are missing: {}.", *typed)
         case StepKind.FINISH:
-            what = "Finish the run, whose audit or diagnostics are missing: {}."
-            return say(what, *typed)
+            sentence = "Finish the run, whose audit or diagnostics are missing: {}."
+            return say(sentence, *typed)
         case StepKind.FINER_RUN:
             return _finer_run(run, step)
         case StepKind.ADD_TRIALS:

@@ -60,14 +60,14 @@ def first_page(
     has the worst of many limits.
     """
     steps = what_next(next_steps(summary))
-    many = links and len(summary.limits) > MOST_LIMITS
+    crowded = links and len(summary.limits) > MOST_LIMITS
     picture = ranges_section(summary)
     return blocks.shown(
         in_words(summary.early_warnings),
         lead(summary),
         blocks.Bullets(off_centre_words(summary)),
-        limits_table(summary, links, MOST_LIMITS if many else None),
-        *((steps, picture) if many else (picture, steps)),
+        limits_table(summary, links, MOST_LIMITS if crowded else None),
+        *((steps, picture) if crowded else (picture, steps)),
         in_words(summary.late_warnings),
         *map(blocks.note, summary.trials.notes if summary.trials.ran else ()),
     )
@@ -119,8 +119,8 @@ def ranges_section(summary: RunSummary) -> blocks.Section:
     ]
     shares = ", ".join(f"{r.name} {PPM.interval(*r.found[:3])[0]}" for r in ranges)
     words = f"Fractions out of limit in ppm: {shares}"
-    picture = blocks.shown(blocks.Ranges(words, tuple(ranges), PPM, "permitted"))
-    return blocks.Section(PICTURE, picture, level=3, page_only=True)
+    picture = blocks.Ranges(words, tuple(ranges), PPM, "permitted")
+    return blocks.section(PICTURE, picture, level=3, page_only=True)
 
 
 def limits_table(

@@ -1,5 +1,6 @@
 """The summary and the report of sampled trials, gathered from the run file alone."""
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -94,7 +95,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
 
 
 def _no_cause(
-    limited: Limited | None, off: OffCentre | None, *, jumps: bool
+    limited: Limited | None, offset: OffCentre | None, *, jumps: bool
 ) -> NoCause | None:
     """Return why no contributor may be named as a cause; None if one may.
 
@@ -105,8 +106,8 @@ def _no_cause(
         return NoCause.JUMPS
     if limited and limited.yields.reason == INTEGRATION_ERROR:
         return NoCause.INTEGRATION_ERROR
-    few = limited and limited.yields.within.value < FEWEST_WITHIN
-    return NoCause.OFF_CENTRE if off and (off.tolerances or few) else None
+    mostly_out = limited and limited.yields.within.value < FEWEST_WITHIN
+    return NoCause.OFF_CENTRE if offset and (offset.tolerances or mostly_out) else None
 
 
 def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
@@ -171,19 +172,16 @@ def _worst_trials(
     if response not in run.limits:
         return ()
 
-    def value(name: str, trial: int) -> float:
-        return float(run.column(name)[trial])
-
     precise = dict[int, float]()
     if again := run.audited:
-        pairs = zip(again.trials.tolist(), again.responses[response], strict=True)
-        precise = dict(pairs)
-    return tuple(
-        WorstTrial(
-            trial,
-            value(response, trial),
-            float(precise.get(trial, np.nan)),
-            {name: value(name, trial) for name in contributors},
-        )
+        values = again.responses[response].tolist()
+        precise = dict(zip(again.trials.tolist(), values, strict=True))
+    columns = {name: run.column(name) for name in (response, *contributors)}
+    rows = {
+        trial: {name: float(column[trial]) for name, column in columns.items()}
         for trial in run.worst_trials(response)
+    }
+    return tuple(
+        WorstTrial(trial, row.pop(response), precise.get(trial, math.nan), row)
+        for trial, row in rows.items()
     )

@@ -108,8 +108,8 @@ def _wrong_numbers(
     errors = _effect(drawn, error, name, summary).numbers
     scale = drawn.run.scales[name]
 
-    def printed(number: Estimate, off: float) -> str:
-        return scale.interval(*(x - off for x in number[:3]))[0]
+    def printed(number: Estimate, error: float) -> str:
+        return scale.interval(*(x - error for x in number[:3]))[0]
 
     return {
         n: WrongNumber(x, errors[n])

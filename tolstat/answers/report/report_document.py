@@ -46,9 +46,8 @@ def report_document(report: Report) -> blocks.Document:
     """Return first page, assumptions, summary, responses in focus, provenance."""
     first, rest = first_page(report, report.focus), None
     if len(report.limits) > MOST_LIMITS:  # behind the worst ones
-        rest = blocks.Section(
-            ALL_LIMITS, (limits_table(report, report.focus),), "limits"
-        )
+        table = limits_table(report, report.focus)
+        rest = blocks.section(ALL_LIMITS, table, anchor="limits")
     return sheet(
         "Statistical tolerance report",
         report,
@@ -63,7 +62,7 @@ def report_document(report: Report) -> blocks.Document:
 
 
 def sheet(
-    what: str,
+    kind: str,
     answer: AboutRun,
     first: tuple[blocks.Block, ...],
     *sections: blocks.Section | None,
@@ -77,22 +76,24 @@ def sheet(
     rows = [(name, text(value)) for name, value in block._asdict().items() if value]
     if not block.approval:
         rows.append(("approval, date", ()))
-    signed = blocks.Section("", (blocks.Facts(tuple(rows), "sheet"),), page_only=True)
+    signed = blocks.section("", blocks.Facts(tuple(rows), "sheet"), page_only=True)
     source = str(provenance["source_digest"])[:12]
     seed = f"seed {provenance['seed']}, " if "seed" in provenance else ""
     made_by = f"{seed}tolstat {provenance['version_tolstat']}, {source}"
     started = str(provenance["started_at"])
-    head = what, f"model {answer.model}", answer.run, made_by, started
+    head = kind, f"model {answer.model}", answer.run, made_by, started
     facts = {n.replace("_", " "): text(str(x)) for n, x in provenance.items()}
     del facts["study"]
     study = blocks.Verbatim(str(provenance["study"]))
-    text_of_study = blocks.Section("The study", (study,), level=3)
-    origin = (blocks.Facts(tuple(facts.items())), text_of_study)
     parts = blocks.shown(
-        blocks.Section("", (signed, blocks.note(" · ".join(head)), *first), role=role),
+        blocks.section("", signed, blocks.note(" · ".join(head)), *first, role=role),
         *sections,
-        blocks.Section("Provenance", origin, "provenance", page_only=True),
-    )
+        blocks.section(
+            "Provenance", blocks.Facts(tuple(facts.items())),
+            blocks.section("The study", study, level=3),
+            anchor="provenance", page_only=True,
+        ),
+    )  # fmt: skip
     short = title[:LONGEST] + "..." * (len(title) > LONGEST)
     foot = (block.drawing, block.revision, short, answer.run)
     return blocks.Document(title, parts, foot)
@@ -104,22 +105,18 @@ def assumptions_section(summary: RunSummary) -> blocks.Section:
         {
             "contributor": name,
             "distribution": part.words,
-            "tolerance": say(
-                "{} to {}",
-                part.scale.number(part.lower),
-                Number(part.upper, part.scale),
-            ),
+            "tolerance": say("{} to {}", part.scale.number(part.lower),
+                             Number(part.upper, part.scale)),
             "": part.sentence,
         }
         for name, part in summary.assumptions.deviations.items()
-    ]
-    table = blocks.table_of(rows, words=["distribution", ""])
-    return blocks.Section(
+    ]  # fmt: skip
+    return blocks.section(
         "Tolerances and assumptions",
-        blocks.shown(table, blocks.Bullets(tuple(_assumed(summary)))),
-        "assumptions",
-        page_only=True,
-    )
+        blocks.table_of(rows, words=["distribution", ""]),
+        blocks.Bullets(tuple(_assumed(summary))),
+        anchor="assumptions", page_only=True,
+    )  # fmt: skip
 
 
 def _assumed(summary: RunSummary) -> list[Parts]:
@@ -135,7 +132,7 @@ def _assumed(summary: RunSummary) -> list[Parts]:
              TAILS if run.aim else None),
     ]  # fmt: skip
     if settings := assumptions.settings:
-        chosen = [f"{n} {each.words}" for n, each in settings.items() if each.given]
+        chosen = [f"{n} {x.words}" for n, x in settings.items() if x.given]
         show = Typed(command("show", summary.model, machine=run.machine))
         others = len(chosen) < len(settings)
         sentences.append(
@@ -195,18 +192,18 @@ def _summary(report: Report) -> blocks.Section:
         f" Least and largest are those of the trials: at most 1 in {one_in} units "
         f"{which}lies outside (95 %)."
     )
-    parts = blocks.shown(
+    intervals = f"{INTERVAL}, or why there is none.{outside if one_in > 1 else ''}"
+    return blocks.section(
+        "Summary",
         responses_table(report),
-        blocks.note(
-            f"{INTERVAL}, or why there is none.{outside if one_in > 1 else ''}"
-        ),
+        blocks.note(intervals),
         assumption(report) if done else None,
         blocks.note(MOMENTS) if failed and done else None,
+        anchor="summary",
     )
-    return blocks.Section("Summary", parts, "summary")
 
 
-def _numbers(report: Report) -> blocks.Section | None:
+def _numbers(report: Report) -> blocks.Section:
     rows: list[dict[str, blocks.Given]] = [
         {
             "number": name,
@@ -218,5 +215,5 @@ def _numbers(report: Report) -> blocks.Section | None:
     ]
     equal = "From settings and tolerances alone: equal for all trials, no interval."
     table = blocks.table_of(rows, words=[""])
-    parts = (table, blocks.note(equal))
-    return blocks.Section("Numbers of the study", parts, "numbers") if rows else None
+    note = blocks.note(equal) if rows else None
+    return blocks.section("Numbers of the study", table, note, anchor="numbers")

@@ -167,6 +167,6 @@ def _unchanged(drawn: Drawn, name: str) -> bool:
     slopes = diagnostics.slopes.get(name, {})
     if any(slopes.values()) or any(case.value != value for case in worst_cases):
         return False
-    (response,) = (each for each in drawn.run.responses if each.name == name)
+    (response,) = (x for x in drawn.run.responses if x.name == name)
     at_an_end = value in (0.0, *(response.range or ()))
     return not at_an_end or {*slopes} <= {*diagnostics.idle}

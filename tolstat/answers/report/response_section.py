@@ -22,7 +22,7 @@ from tolstat.answers.report.response_summary import (
 )
 from tolstat.answers.report.summary_document import AS_SAMPLED, for_any
 from tolstat.document import blocks
-from tolstat.document.blocks import Block, Cell, Given, Section, Table
+from tolstat.document.blocks import Block, Cell, Given, Section, Table, section
 from tolstat.document.inline import (
     Name,
     Number,
@@ -124,14 +124,15 @@ class _ResponseSection:
             ("Integration error", self._integration()),
             ("Worst trials", (self._worst_trials(),)),
         )
-        shown = blocks.shown(
+        return section(
+            self.name,
             blocks.note(self._declared()),
             blocks.paragraph(self._point_mass()),
             values,
             blocks.paragraph(centring_words(self.run, response, centring)),
-            *(Section(title, blocks.shown(*part), level=3) for title, part in parts),
+            *(section(title, *part, level=3) for title, part in parts),
+            anchor=self.name,
         )
-        return Section(self.name, shown, self.name)
 
     def _number(self, value: Estimate | float) -> Number:
         return Number(value, self.scale)
@@ -230,7 +231,7 @@ class _ResponseSection:
         response, shares = self.response, self.contributions
         names = [*response.leading, *response.slopes]  # what matters first
         for case in response.worst_cases.values():
-            names += [name for name, off in case.deviations.items() if off]
+            names += [name for name, deviation in case.deviations.items() if deviation]
         names += response.indices.first if response.indices else ()
         if response.still or not names:
             return ()

@@ -231,11 +231,11 @@ def by_what_decides(responses: Mapping[str, ResponseSummary]) -> dict[str, Limit
 
     def rank(item: tuple[str, Limited]) -> tuple[int, float, float]:
         yields, ppk = item[1].yields, item[1].percentiles.ppk.value
-        near = math.inf if math.isnan(ppk) else ppk
+        distance = math.inf if math.isnan(ppk) else ppk
         verdict = WORST_FIRST.index(yields.verdict)
-        return verdict, -yields.fraction_out_of_limit.value, near
+        return verdict, -yields.fraction_out_of_limit.value, distance
 
-    limits = {name: each.limited for name, each in responses.items()}
+    limits = {name: response.limited for name, response in responses.items()}
     return dict(sorted(((n, x) for n, x in limits.items() if x), key=rank))
 
 
@@ -265,9 +265,13 @@ class ReportedResponse(ResponseSummary):
         """
         if (contributions := self.contributions) is None:
             return []
-        few = contributions.dominated_by_few
-        shares = contributions.rank_regression if few else contributions.first_order
+        by_ranks = contributions.dominated_by_few
+        shares = (
+            contributions.rank_regression if by_ranks else contributions.first_order
+        )
         values = {n: x.value for n, x in shares.items() if x.value == x.value}
-        first = self.causes.significant if few and self.causes else []
-        rest = sorted(values, key=lambda n: -(abs(values[n]) if few else values[n]))
+        first = self.causes.significant if by_ranks and self.causes else []
+        rest = sorted(
+            values, key=lambda n: -(abs(values[n]) if by_ranks else values[n])
+        )
         return [name for name in dict.fromkeys([*first, *rest]) if name in values]
