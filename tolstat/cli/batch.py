@@ -15,7 +15,7 @@ from rich.table import Table
 
 from tolstat.answers.next_steps import worded
 from tolstat.answers.output_file import check_folder, replace
-from tolstat.answers.report.gather import report
+from tolstat.answers.reports import report
 from tolstat.answers.run_entries import Entry, RunIndex, entry_of
 from tolstat.answers.runs_document import progress_table
 from tolstat.cli import options
