@@ -139,7 +139,7 @@ def contributions(
             ranks = dict(zip(spreading, regressions, strict=True))
     neighbours = list(found_near)
     from_neighbours = dict(zip(spreading, alone, strict=True))
-    reason = Reason(Lack.TRIALS, needed=TRIALS_OF_EACH * len(columns))
+    reason = NoInterval(Lack.TRIALS, needed=TRIALS_OF_EACH * len(columns))
     unknown = [Estimate(math.nan, reason=reason)] * (len(columns) + 1)
     # contributors of each group: float64[group, contributor]
     sums = np.array([[n in members for n in names] for members in groups.values()])
