@@ -88,6 +88,7 @@ def test_a_rare_report_says_what_to_do_next_and_what_is_assumed(study, tmp_path)
     report = tolstat.report(part)
     (step,) = report.findings.steps
     assert step.kind is StepKind.RESUME and report.trials.counted == 0
+    assert repr(report) == "<tolstat rare: part.h5, gap undecided>"  # no "failed ppm"
     words = words_in(*report.document().blocks)
     assert f"{step.commands[0]}." in words
     assert "Deviations are independent." in words
