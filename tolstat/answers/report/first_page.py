@@ -131,15 +131,14 @@ def limits_table(
     Of all limits, or of the worst ones. Names in `links` lead to their sections.
     """
     rows, limits = [], list(summary.limits.items())
+    weighted = bool(summary.stored_run.aim)
     trials = summary.trials.done + summary.trials.failed
     for name, limited in limits[:most]:
         response, finding = summary.responses[name], summary.findings.limits[name]
         link = Name(name, name if name in links else "")
         rows.append({
             "response": Cell((link,), text(response.sentence)),
-            **limit_row(
-                limited, trials, summary.trials.failed, weighted=response.weighted
-            ),
+            **limit_row(limited, trials, summary.trials.failed, weighted=weighted),
             "main cause": _cause_cell(response, finding),
             "what would help": remedy_cell(finding.halving),
         })  # fmt: skip
