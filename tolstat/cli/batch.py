@@ -15,8 +15,9 @@ from rich.table import Table
 
 from tolstat.answers.next_steps import worded
 from tolstat.answers.output_file import check_folder, replace
-from tolstat.answers.report.gather import report
+from tolstat.answers.reports import report
 from tolstat.answers.run_entries import Entry, RunIndex, entry_of
+from tolstat.answers.runs_document import progress_table
 from tolstat.cli import options
 from tolstat.cli.check import checked
 from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
@@ -70,7 +71,7 @@ def batch(
             for study in files:
                 if not stop.is_set():
                     queue.work_off(study, workers)
-        show_table(queue.index.progress())
+        show_table(progress_table(queue.index))
         for entry in queue.entries.values():
             if entry.problem:
                 console.say(f"{entry.study}: {entry.problem}")
@@ -101,7 +102,7 @@ class Queue:
 
     def table(self) -> Table:
         """Return the index for the live display."""
-        return as_rich(self.index.progress(), self.console.width)
+        return as_rich(progress_table(self.index), self.console.width)
 
     def work_off(self, study: Path, workers: Workers) -> None:
         """Run one study and write its report; a failure stops no other study."""
