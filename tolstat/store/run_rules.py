@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tolstat.deviations.draw import SAMPLERS
+from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE, WEIGHT
 from tolstat.status import Status, words_of
 from tolstat.store.layout import TRIAL
 from tolstat.store.run_records import SCORES, STATUS, STEPS, Audited, Sampled
@@ -17,6 +18,7 @@ from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
 MOST = 1e150  # of a number, so that its square is one
+RARE = (STAGE, SPREAD, DISTANCE, WEIGHT)  # columns of the sampler
 LISTED = ("grid", "table")  # samplings of studies that list their trials
 LONGEST = 1e10  # s of a run
 SECTIONS = ("settings", "deviations", "limits", "links", "grid", "correlation")
@@ -122,6 +124,9 @@ def _sampled(run: Run) -> bool:
         and 1 <= sampled.group <= run.trials
         and within(sampled.factors, sampled.factors)
         and sampled.aim in {"", *run.limits}
+        and bool(sampled.aim) == (run.sampling == "rare")
+        and {detail.name for detail in run.details} == {*(RARE if sampled.aim else ())}
+        and all(run.columns[detail.name].dtype.kind in "if" for detail in run.details)
     )
 
 
@@ -156,6 +161,7 @@ def _audit(run: Run, audited: Audited) -> bool:
         and ascending(*trials.tolist())
         and {*audited.responses} == {response.name for response in run.responses}
         and within(audited.chosen_by, audited.responses)
+        and within(audited.settings, run.settings)
         and finite(*audited.settings.values())
         and {*np.unique(audited.status).tolist()} <= {*run.words}
         and (third is None or (within(third.trials, trials) and _audit(run, third)))
