@@ -35,6 +35,10 @@ def check_folder(path: Path) -> None:
     """
     if not path.parent.is_dir():
         raise RunFileError(f"{path} cannot be written: no such folder")
+    try:
+        path.resolve()
+    except (OSError, RuntimeError) as error:  # links in a circle
+        raise RunFileError(f"{path} cannot be written: {error}") from error
 
 
 def check_output(path: Path) -> None:

@@ -3,7 +3,6 @@
 A plan is compared as a mapping of names to values, of those that matter.
 """
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -23,6 +22,7 @@ from tolstat.store.run_records import Plan
 from tolstat.store.stored_run import Run
 from tolstat.study.files import study_text
 from tolstat.study.study import Study, load
+from tolstat.toml import toml_table
 
 
 def study_of(run: Run, trials: int | None = None, model: Model | None = None) -> Study:
@@ -35,7 +35,7 @@ def study_of(run: Run, trials: int | None = None, model: Model | None = None) ->
         model=model,
         trials=trials if sampled else None,
         seed=sampled.seed if sampled else None,
-        folder=run.study_file.parent if run.study_file else None,
+        folder=run.data_folder,
     )
 
 
@@ -54,13 +54,21 @@ def differences(
             yield prefix + name, old, new
 
 
-def study_differs(run: Plan, study_file: Path | None = None) -> list[str]:
-    """Return the changes of the study file since a run was made from it."""
+def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
+    """Return the changes of the study file since a run was made from it.
+
+    A file that the run names is quoted only if it is a study of the same model beside
+    it: the run may be a stranger's.
+    """
     path = study_file or run.study_file
     try:
-        table = tomllib.loads(study_text(path)) if path else run.study.table
+        table = toml_table(study_text(path)) if path else run.study.table
     except (DataError, ValueError, RecursionError):
         return []  # moved, or being edited: the run stores its text
+    beside = not path or path.parent == run.path.resolve().parent
+    if not study_file and not (beside and table.get("model") == run.model):
+        same = table == run.study.table
+        return [] if same else [f"{path} differs from the study of the run"]
     return [
         f"{path}: {name} was {old!r} when the run was made, and is {new!r}"
         for name, old, new in differences(run.study.table, table)

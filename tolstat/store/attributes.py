@@ -10,6 +10,8 @@ import h5py
 import numpy as np
 
 TEXT = h5py.string_dtype()
+PLAIN = h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM
+EMPTY = h5py.h5s.NULL
 _ONE = h5py.h5s.create(h5py.h5s.SCALAR)
 _TEXT = h5py.h5t.py_create(TEXT, logical=True)
 
@@ -34,9 +36,14 @@ def has_attribute(owner: h5py.HLObject, name: str) -> bool:
 def read_attribute(owner: h5py.HLObject, name: str) -> Any:
     """Return an attribute as Python's own types, several as a list.
 
-    KeyError if there is none.
+    KeyError if there is none, ValueError if it is of a kind that is never written.
     """
     attribute = h5py.h5a.open(owner.id, name.encode())
+    kind, space = attribute.get_type(), attribute.get_space()
+    plain = kind.get_class() in PLAIN and space.get_simple_extent_type() != EMPTY
+    text = kind.get_class() == h5py.h5t.STRING and kind.is_variable_str()
+    if not (plain or text) or space.get_simple_extent_ndims() > 1:
+        raise ValueError(f"its attribute {name} is of another type")
     values = np.empty(attribute.shape, attribute.dtype)
     attribute.read(values)
     if values.dtype != object:

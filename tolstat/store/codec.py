@@ -107,8 +107,18 @@ def _take(owner: h5py.HLObject, name: str, kind: Any) -> Any:
         return _collected(kind, keys, [_take(group, key, inner) for key in keys])
     if not _is_attribute(kind):
         return owner[name][...]
-    value = read_attribute(owner, name)
-    return kind(value) if kind in PLAIN else tuple(value)
+    return _typed(read_attribute(owner, name), kind, name)
+
+
+def _typed(value: Any, kind: Any, name: str) -> Any:
+    """Return a plain value, or a tuple of these, if it is of its type."""
+    if kind not in PLAIN and isinstance(value, list):
+        inner, *others = get_args(kind)
+        if others == [...] or len(value) == len(others) + 1:
+            return tuple(_typed(item, inner, name) for item in value)
+    elif type(value) is kind or (kind is float and type(value) is int):
+        return kind(value)
+    raise ValueError(f"its attribute {name} is of another type")
 
 
 def _by_key(values: Any) -> Mapping[Any, Any]:

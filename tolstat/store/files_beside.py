@@ -102,7 +102,9 @@ def writer_of(path: Path) -> str:
     try:
         with opened(_lock_of(path)) as file:
             words = _words_of(file).strip()
-    except OSError:
+    except (OSError, RuntimeError):  # links in a circle
+        return ""
+    if not words.startswith(WORDS):
         return ""
     holder = re.match(
         rf"process (\d+) on {re.escape(socket.gethostname())} since ", words

@@ -39,6 +39,7 @@ ODD = np.uint64(0x9E3779B97F4A7C15)  # 2**64 over the golden ratio
 HALF = np.uint64(32)
 AT_ONCE = 8192  # rows, so that the data stay in the processor's cache
 EXACT = np.uint64(12)  # bits of a checksum that a float64 has no room for
+LATEST = 4e9  # s since 1970 at which a run may be written
 NAMED = 20  # ranges of trials that are listed
 
 File = BinaryIO | io.RawIOBase
@@ -186,6 +187,8 @@ def times_of(clock: NDArray[Any]) -> dict[str, Any]:
     """
     if not is_whole(clock):
         return {"ended_at": "", "seconds": math.nan}
+    if not 0 <= clock[1] < LATEST:
+        raise ValueError("its clock is wrong")
     return {"ended_at": local_time(clock[1]), "seconds": float(clock[0])}
 
 

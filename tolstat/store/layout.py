@@ -26,7 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.files import read_exactly
-from tolstat.store.attributes import column_of, write_attribute
+from tolstat.store.attributes import (
+    column_of,
+    has_attribute,
+    read_attribute,
+    write_attribute,
+)
 from tolstat.store.codec import write_record
 from tolstat.store.integrity import Hole, around, block_for, write_all, write_seal
 from tolstat.store.run_records import STATUS, STEPS, Reason
@@ -148,7 +153,9 @@ def columns_of(file: h5py.File) -> list[str]:
 
 def nominal_columns_of(file: h5py.File) -> list[str]:
     """Return the names of the columns about the nominal trial."""
-    names = (*sorted(file.attrs.get("responses", ())), STATUS, STEPS)
+    stored = has_attribute(file, "responses")
+    responses = read_attribute(file, "responses") if stored else ()
+    names = (*sorted(responses), STATUS, STEPS)
     return [f"{NOMINAL}/{name}" for name in names if name in file]
 
 

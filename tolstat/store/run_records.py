@@ -1,7 +1,6 @@
 """Records of a run: its plan, known before the first trial, and results at the end."""
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntFlag
@@ -18,6 +17,7 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
 from tolstat.store.record_fields import ELSEWHERE, Stored
+from tolstat.toml import toml_table
 
 STATUS, STEPS = "status", "steps"  # columns that trials fill, beside the responses
 SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies outside
@@ -33,7 +33,7 @@ class StudyText:
     @cached_property
     def table(self) -> dict[str, Any]:
         """The text, read as TOML."""
-        return tomllib.loads(self.text)
+        return toml_table(self.text)
 
     @property
     def trials(self) -> int | None:

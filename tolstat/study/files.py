@@ -17,9 +17,9 @@ import tomli_w
 from tolstat import files
 from tolstat.errors import DataError, StudyError
 from tolstat.study.problems import Problems
+from tolstat.toml import DEEP_KEY, DEEPEST, toml_table
 from tolstat.units.grammar import MOST_NUMBER
 
-DEEPEST = 16  # tables and lists inside each other
 LONGEST, LONGEST_KEY = 10_000, 200  # characters
 TOO_DEEP = f"more than {DEEPEST} tables or lists inside each other"
 MOST_MEGABYTES = 1  # of a study
@@ -32,8 +32,6 @@ BYTE_ORDER_MARKS = {  # that of UTF-16 begins one of UTF-32
 AS_UTF_8 = "save the file as UTF-8"
 TYPOGRAPHIC = "“”„‟‘’"
 BACKSLASH = "in double quotes \\ begins an escape; write / between folders"
-NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
-DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
 
 
 def check_bounds(
@@ -182,20 +180,18 @@ def read_toml(source: Path | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 
 def _table(text: str, source: str) -> dict[str, Any]:
     """Return the keys of a TOML file."""
-    lines, deep = text.split("\n"), DEEP_KEY.search(text)
+    lines = text.split("\n")
     try:
-        if deep:  # which tomllib would take minutes to read
-            line, why = deep[0], TOO_DEEP
-        else:
-            return tomllib.loads(text)
+        return toml_table(text)
     except tomllib.TOMLDecodeError as error:
         hint = f"; {BACKSLASH}" if _in_escape(lines, str(error)) else ""
         if any(sign in text for sign in TYPOGRAPHIC):
             hint = '; typographic quotes are none here: write straight ones, "'
         raise StudyError(f"{source} is not a TOML file: {error}{hint}") from None
     except RecursionError:
+        deep = DEEP_KEY.search(text)
         line = max(lines, key=lambda line: line.count("[") + line.count("{"))
-        why = TOO_DEEP
+        line, why = deep[0] if deep else line, TOO_DEEP
     except ValueError:
         line = max(lines, key=lambda line: sum(map(str.isdigit, line)))
         why = TOO_LONG

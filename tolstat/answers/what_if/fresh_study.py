@@ -104,12 +104,13 @@ def fresh_study(
         aim = run.aim if run.aim in limited else next(iter(limited))
         editor.table["sampling"] = {"rare": aim}
     home, before = run.study_file or run.path, study.deviating
-    target = Path(folder or home.parent)
+    data = run.data_folder or Path()
+    target = Path(folder or data)
     deviating = before._replace(
         distributions={**before.distributions, **scenario.distributions}
     )
     if sizes:  # the grade of a link follows its size
-        deviating = load(editor.table, model=study.model, folder=home.parent).deviating
+        deviating = load(editor.table, model=study.model, folder=data).deviating
     fresh = study_in(target, editor.table, study.model, deviating, home)
     if not (run.rules or run.aim):
         enough = _enough(run, study, scenario, fresh)

@@ -195,8 +195,8 @@ def read_scenario(
                     "then the tolerance, of the run of that study"
                 )
             changed |= editor.scenario(name, entry)
-    contributors, home = study.description.contributors, run.study_file or run.path
-    return read_deviations(changed, {}, contributors, home.parent, problems)
+    contributors, folder = study.description.contributors, run.data_folder
+    return read_deviations(changed, {}, contributors, folder, problems)
 
 
 class Reweighted(NamedTuple):
