@@ -72,7 +72,7 @@ class Regressed:
 
 
 def _shares_of(among: Array, with_y: Array, variances: Array) -> Array:
-    """Split the explained variances by coefficients and sigmas: [response, contributor].
+    """Split explained variances by coefficients and sigmas: [response, contributor].
 
     Not by covariances: chance correlations of independent deviations would add noise.
     `with_y` is [contributor, response].
