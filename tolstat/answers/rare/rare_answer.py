@@ -249,7 +249,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     return RareSummary(
         **run_answer.fields_of(run, trials),
         warnings=(*warnings_of_run(run), *jump_warnings(run, clusters)),
-        unseen_errors="",
+        unseen_errors=None,
         all_limits=all_limits(drawn),
         responses=responses,
         numbers=numbers_of_study(run),
