@@ -12,7 +12,7 @@ from rich.live import Live
 from tolstat import catalogue
 from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.report.gather import summary
+from tolstat.answers.reports import summary
 from tolstat.answers.run_entries import RunIndex, entry_of, stored_runs
 from tolstat.answers.runs_document import progress_table
 from tolstat.answers.sweep.curves import save_sweeps

@@ -188,20 +188,15 @@ class RunSummary(RunAnswer):
     @property
     def late_warnings(self) -> list[ReportWarning]:
         """The warnings about numbers of responses that no verdict rests on."""
+        numbers = [x for x in self.warnings if isinstance(x, NumbersWarning)]
         limits = self.limits
-        return [
-            warning
-            for warning in self.warnings
-            if limits
-            and isinstance(warning, NumbersWarning)
-            and warning.response not in limits
-        ]
+        return [x for x in numbers if limits and x.response not in limits]
 
     @property
     def verdicts(self) -> dict[str, str]:
         """The verdict of each limited response, in the order of responses."""
-        limits = self.limits
-        return {n: limits[n].yields.verdict for n in self.responses if n in limits}
+        limits = {n: x.limited for n, x in self.responses.items() if x.limited}
+        return {name: limited.yields.verdict for name, limited in limits.items()}
 
     @property
     def _short(self) -> str:

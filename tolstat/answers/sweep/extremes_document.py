@@ -44,6 +44,8 @@ def extremes_document(extremes: Extremes) -> Document:
     run, ran = extremes.stored_run, extremes.ran > 0
     pictures = (point_figure(run, name) for name in extremes.focus if ran)
     figures = Section(f"Trials of the {extremes.sampling}", (*pictures,), "", 3, True)
+    findings = extremes.findings
+    steps = tuple(step_words(run, step, findings) for step in findings.steps)
     trials = [_responses(extremes), *table_rows(run), *comparisons(run)] if ran else ()
     return sheet(
         f"{extremes.trials} trials of a {extremes.sampling}",
@@ -53,7 +55,7 @@ def extremes_document(extremes: Extremes) -> Document:
             blocks.Paragraph(_lead(extremes), "lead"),
             _limits(extremes),
             figures,
-            what_next(tuple(step_words(run, s) for s in extremes.findings.steps)),
+            what_next(steps),
             *map(blocks.note, extremes.notes),
         ),
         Section("Responses", tuple(trials), "responses"),

@@ -1,0 +1,1 @@
+"""Attacks on files and disks, by hand: see the README."""
