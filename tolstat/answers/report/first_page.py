@@ -18,6 +18,7 @@ from tolstat.answers.report.report_answer import (
     LimitFinding,
     NoCause,
     RunSummary,
+    UnseenErrors,
 )
 from tolstat.answers.report.response_summary import Causes, ResponseSummary
 from tolstat.document import blocks
@@ -143,8 +144,8 @@ def limits_table(
             "what would help": remedy_cell(finding.halving),
         })  # fmt: skip
     caption = rests_on(summary)
-    if summary.unseen_errors:
-        caption = say("{}; {}", caption, summary.unseen_errors)
+    if unseen := summary.unseen_errors:
+        caption = say("{}; {}", caption, _unseen_words(unseen))
     if any(is_clipped(summary.responses[name]) for name, _ in limits[:most]):
         caption = say("{}; variance: {}", caption, CENTRAL.strip())
     if len(rows) < len(limits):
@@ -154,6 +155,15 @@ def limits_table(
         rows, "Limits", words=("main cause", "what would help"), caption=caption,
         look="verdicts", spare=["what would help", "equivalent Ppk"],
     )  # fmt: skip
+
+
+def _unseen_words(errors: UnseenErrors) -> str:
+    most = PER_CENT.at_most(errors.share.upper)
+    return (
+        f"{errors.evaluated} random trials evaluated again, {errors.moved or 'none'} "
+        f"moved: up to {most} % of all may, and what every evaluation misses stays "
+        "unseen"
+    )
 
 
 def _cause_cell(response: ResponseSummary, finding: LimitFinding) -> Cell:
