@@ -1,6 +1,6 @@
 """Calls that fail, one by one: what a command says, leaves and loses.
 
-    python -m tests.studies.attacks.faults [COMMAND...] [MOST]
+    python -m tests.studies.attacks.faults [COMMAND...] [CALL...] [MOST]
 
 The first, second, third .. call of a kind on files of a folder fails, while a command
 works there: at most MOST of each kind and error, evenly spread (default 8). Afterwards
@@ -113,7 +113,7 @@ class Setting(NamedTuple):
     answers: dict[str, bytes]
 
 
-def setting(name: str, folder: Path, faults: Faults) -> tuple[Setting, list[int]]:
+def setting(name: str, folder: Path, faults: Faults) -> tuple[Setting, Counter]:
     """Return an attack prepared, and how many calls of each kind it has."""
     attack, origin = ATTACKS[name], folder / f"{name}-before"
 
@@ -132,7 +132,7 @@ def setting(name: str, folder: Path, faults: Faults) -> tuple[Setting, list[int]
     assert prepared.code == 0, prepared.text
     copy = copied(origin, folder)
     ended = faults.ask(attack.command, copy)
-    calls = list(faults.page.calls)
+    calls = Counter(dict(zip(KINDS, faults.page.calls, strict=True)))
     assert ended.kind == "worked", ended
     answers = {x: (copy / x).read_bytes() for x in attack.answers}
     files = {path.name for path in copy.iterdir()}
@@ -250,64 +250,58 @@ def spread(calls: int, most: int) -> list[int]:
     return sorted({*np.linspace(1, calls, min(calls, most)).astype(int).tolist()})
 
 
+def planned(calls: dict[str, int], most: int):
+    """Yield the faults of a command: its call, number, error, whether it lasts."""
+    for kind, number_of_calls in calls.items():
+        for error, onward in ERRORS[kind] if number_of_calls else ():
+            for number in spread(number_of_calls, most):
+                yield kind, number, error, onward
+
+
+def again_preloaded(words: list[str], compiler: str) -> int:
+    """Compile the library, and start again with it; return the exit code."""
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder, "faults.so")
+        flags = "-O1", "-fPIC", "-shared"
+        subprocess.run([compiler, *flags, "-o", library, SOURCE, "-ldl"], check=True)
+        command = [sys.executable, "-m", "tests.studies.attacks.faults", *words]
+        environment = {**os.environ, "LD_PRELOAD": str(library)}
+        return subprocess.run(command, env=environment, check=False).returncode
+
+
 def main(words: list[str]) -> int:
-    compiler = shutil.which("cc") or shutil.which("gcc")
+    compiler = shutil.which("cc")
     if not compiler:
-        print("no C compiler: faults cannot be injected")
+        print("there is no C compiler: no faults are injected")
         return 0
     if "LD_PRELOAD" not in os.environ:
-        with tempfile.TemporaryDirectory() as folder:
-            library = Path(folder, "faults.so")
-            subprocess.run(
-                [compiler, "-O1", "-fPIC", "-shared", "-o", library, SOURCE, "-ldl"],
-                check=True,
-            )
-            environment = {
-                **os.environ,
-                "LD_PRELOAD": str(library),
-                "OPENBLAS_NUM_THREADS": "1",
-            }
-            command = [sys.executable, "-m", "tests.studies.attacks.faults", *words]
-            return subprocess.run(command, env=environment, check=False).returncode
+        return again_preloaded(words, compiler)
     most = int(words.pop()) if words and words[-1].isdigit() else MOST
-    faults = Faults()
+    kinds = [word for word in words if word in KINDS] or KINDS
+    faults, ends, wrong = Faults(), defaultdict(Counter), defaultdict(Counter)
     warm()
-    ends, wrong, total = defaultdict(Counter), defaultdict(Counter), 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(os.path.realpath(name))
-        for what in words or ATTACKS:
+        for what in [word for word in words if word in ATTACKS] or ATTACKS:
             prepared, calls = setting(what, folder, faults)
-            print(
-                f"{what}: "
-                + ", ".join(f"{k} {n}" for k, n in zip(KINDS, calls, strict=True)),
-                flush=True,
-            )
-            for kind, number_of_calls in zip(KINDS, calls, strict=True):
-                for error, onward in ERRORS[kind] if number_of_calls else ():
-                    how = errno.errorcode.get(error, "short") + (
-                        "..." if onward else ""
-                    )
-                    for number in spread(number_of_calls, most):
-                        copy = copied(prepared.origin, folder)
-                        ended = faults.ask(
-                            prepared.attack.command, copy, kind, number, error, onward
-                        )
-                        total += 1
-                        ends[what, kind][ended.kind] += 1
-                        for problem in problems(prepared, copy, ended):
-                            word = problem.partition(":")[0]
-                            wrong[what, kind][word] += 1
-                            print(
-                                f"{what} | {kind} {number} {how} | {problem} | {ended.last_line}",
-                                flush=True,
-                            )
+            print(f"{what}: {listed(calls)}", flush=True)
+            chosen = {kind: calls[kind] for kind in kinds}
+            for kind, number, error, onward in planned(chosen, most):
+                copy = copied(prepared.origin, folder)
+                command = prepared.attack.command
+                ended = faults.ask(command, copy, kind, number, error, onward)
+                ends[what, kind][ended.kind] += 1
+                how = errno.errorcode.get(error, "short") + "..." * onward
+                for problem in problems(prepared, copy, ended):
+                    wrong[what, kind][problem.partition(":")[0]] += 1
+                    line = f"{what} | {kind} {number} {how} | {problem}"
+                    print(f"{line} | {ended.last_line}", flush=True)
     print("\ncommand, call | ends | wrong")
     for key, counts in ends.items():
         print(f"{', '.join(key)} | {listed(counts)} | {listed(wrong[key])}")
-    print(
-        f"\n{total} faults: {listed(sum(ends.values(), Counter()))}; wrong: {listed(sum(wrong.values(), Counter()))}"
-    )
-    return 1 if sum(wrong.values(), Counter()) else 0
+    ended, mistakes = sum(ends.values(), Counter()), sum(wrong.values(), Counter())
+    print(f"\n{ended.total()} faults: {listed(ended)}; wrong: {listed(mistakes)}")
+    return 1 if mistakes else 0
 
 
 def listed(counts: Counter) -> str:
