@@ -176,7 +176,7 @@ def damaged_answer(prepared: Setting, copy: Path) -> str:
         text = path.read_text() if path.exists() else ""
         if name in prepared.attack.replaced and not text:
             return f"lost: {name}"
-        whole = text.endswith(MARKS.get(path.suffix, "")) and len(text) > 0.9 * len(
+        whole = text.endswith(MARKS.get(path.suffix, "")) and len(text) > 0.5 * len(
             prepared.answers[name]
         )
         if text and text != OLD and not whole:
@@ -219,9 +219,9 @@ def finished(prepared: Setting, copy: Path) -> str:
 def problems(prepared: Setting, copy: Path, ended: Outcome):
     """Yield what is wrong after a fault."""
     if ended.kind not in ("worked", "sentence"):
-        yield f"{ended.kind}: {ended.last_line}"
+        yield ended.kind
     if "damaged" in ended.text:
-        yield f"blames damage: {ended.last_line}"
+        yield "blames damage"
     if wrong := damaged_run(prepared, copy) or damaged_answer(prepared, copy):
         yield wrong
         if wrong.startswith("lost"):

@@ -2,10 +2,10 @@
 
     python -m tests.studies.attacks.odd_files [PLACE...]
 
-A place is any part of a name in `PLACES`, or `modes`, or `temporary`; default: all. Nothing may end in a traceback,
-by a signal, after ten seconds or with 1.5 GB, and what a link leads to stays. Then modes
-of files that are replaced, and temporary names that somebody has taken. The exit code is
-1 if anything is wrong.
+A place is any part of a name in `PLACES`, or `modes`: those of files that are replaced,
+or `temporary`: names that somebody has taken; default: all. Nothing may end in a
+traceback, by a signal, after ten seconds or with 1.5 GB, and what a link leads to stays.
+The exit code is 1 if anything is wrong.
 """
 
 from __future__ import annotations
