@@ -41,6 +41,7 @@ ERRORS = {  # of a call: error, and whether all later calls have it, too
     "unlink": [(EIO, 0), (EIO, 1)],
 }
 MOST = 8
+LEFT = "left until the next command"  # this is not wrong
 OLD = b"what was there before\n"
 MARKS = {".html": b"</html>", "batch.csv": b"\n"}  # how a whole answer ends
 
@@ -195,6 +196,8 @@ def finished(prepared: Setting, copy: Path) -> str:
         new = run.sampled.seed == 3 and run.trials == prepared.runs["a.h5"].trials
         if new:
             words = "resume a.h5"
+    for name in {*prepared.answers} - {*prepared.attack.replaced}:
+        (copy / name).unlink(missing_ok=True)  # what-if replaces no study
     ended = ask(words, copy, seconds=20.0)
     if ended.kind != "worked":
         return f"not finished: {words}: {ended.kind}: {ended.last_line}"
@@ -236,7 +239,7 @@ def problems(prepared: Setting, copy: Path, ended: Outcome):
     allowed = prepared.files | {"a.h5.before"}
     if more := {path.name for path in copy.iterdir()} - allowed:
         kinds = sorted({"." + name.rpartition(".")[2] for name in more})
-        yield f"left over: {', '.join(kinds)}"
+        yield f"{LEFT}: {', '.join(kinds)}"
     if wrong := finished(prepared, copy):
         yield wrong
 
@@ -295,7 +298,9 @@ def main(words: list[str]) -> int:
     for key, counts in ends.items():
         print(f"{', '.join(key)} | {listed(counts)} | {listed(wrong[key])}")
     ended, mistakes = sum(ends.values(), Counter()), sum(wrong.values(), Counter())
-    print(f"\n{ended.total()} faults: {listed(ended)}; wrong: {listed(mistakes)}")
+    left = mistakes.pop(LEFT, 0)
+    print(f"\n{ended.total()} faults: {listed(ended)}; {LEFT} {left}")
+    print(f"wrong: {listed(mistakes)}")
     return 1 if mistakes else 0
 
 
