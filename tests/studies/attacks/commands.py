@@ -23,7 +23,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
-SECONDS, BYTES = 10.0, 1_500_000_000  # most of a command
+SECONDS, BYTES = 10.0, 1_500_000_000  # most of a command: of a processor, of memory
 LOOK, ASLEEP = 0.5, 3.0  # s: between two looks; without any work, it hangs
 LARGEST = 500_000_000  # bytes of a file that it may write
 UNCAUGHT = 70  # exit code of an exception that reaches the interpreter
@@ -70,7 +70,6 @@ class Outcome(NamedTuple):
 
 def warm() -> None:
     """Load what commands load, and run each once: a fork has it all."""
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
     import tolstat
 
     for module in pkgutil.walk_packages(tolstat.__path__, "tolstat."):
@@ -117,20 +116,19 @@ def ask(
 
 
 def _ends(child: int, seconds: float) -> bool:
-    """Wait for a process; False if it takes too long, or sleeps without end."""
-    fd, quiet, ticks = os.pidfd_open(child), 0.0, [""]
-    try:
-        for _ in range(int(seconds / LOOK)):
-            if select.select([fd], [], [], LOOK)[0]:
-                return True
-            fields = Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()
-            sleeps = fields[0] in "SD" and fields[11:13] == ticks
-            quiet, ticks = quiet + LOOK if sleeps else 0.0, fields[11:13]
-            if quiet >= ASLEEP:
-                return False
-        return False
-    finally:
-        os.close(fd)
+    """Wait for a process; False if it computes too long, or sleeps without end.
+
+    Its own time counts: others may be at work on the same processors.
+    """
+    fd, quiet, spent = os.pidfd_open(child), 0.0, -1.0
+    while not (ends := bool(select.select([fd], [], [], LOOK)[0])):
+        fields = Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()
+        before, spent = spent, sum(map(int, fields[11:13])) / os.sysconf("SC_CLK_TCK")
+        quiet = quiet + LOOK if fields[0] in "SD" and spent == before else 0.0
+        if quiet >= ASLEEP or spent >= seconds:
+            break
+    os.close(fd)
+    return ends
 
 
 def _run(

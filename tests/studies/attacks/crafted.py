@@ -2,9 +2,10 @@
 
     python -m tests.studies.attacks.crafted [CHANGE...]
 
-A change is any part of a name in `crafted_files.CHANGES`; default: all. Nothing may end
-in a traceback, by a signal, after ten seconds or with 1.5 GB, and no answer may hold a
-byte of another file. The exit code is 1 if one does.
+A change is any part of a name in `crafted_files.CHANGES`; it meets all commands. Without
+a name all changes meet ten commands each. Nothing may end in a traceback, by a signal,
+after ten seconds or with 1.5 GB, and no answer may hold a byte of another file. The exit
+code is 1 if one does.
 """
 
 from __future__ import annotations
@@ -81,7 +82,10 @@ def attacked(folder: Path, chosen: list[str]):
             for p in origin.iterdir()
             if p.is_file() and not p.is_symlink()
         }
-        others = [IN_TURN[(2 * number + i) % len(IN_TURN)] for i in (0, 1)]
+        if len(chosen) == len(CHANGES):
+            others = [IN_TURN[(2 * number + i) % len(IN_TURN)] for i in (0, 1)]
+        else:
+            others = IN_TURN
         for command in [*COMMANDS, *others]:
             shutil.rmtree(copy, ignore_errors=True)
             copy.mkdir()

@@ -1,6 +1,6 @@
 """Calls that fail, one by one: what a command says, leaves and loses.
 
-    python -m tests.studies.attacks.faults [COMMAND...] [MOST]
+    python -m tests.studies.attacks.faults [COMMAND...] [CALL...] [MOST]
 
 The first, second, third .. call of a kind on files of a folder fails, while a command
 works there: at most MOST of each kind and error, evenly spread (default 8). Afterwards
@@ -41,8 +41,9 @@ ERRORS = {  # of a call: error, and whether all later calls have it, too
     "unlink": [(EIO, 0), (EIO, 1)],
 }
 MOST = 8
-OLD = '<meta name="generator" content="tolstat">\nof an earlier answer'
-MARKS = {".html": "</html>", ".csv": "\n"}  # how a whole answer ends
+LEFT = "left until the next command"  # this is not wrong
+OLD = b'<meta name="generator" content="tolstat">\nof an earlier answer'
+MARKS = {".html": b"</html>", "batch.csv": b"\n"}  # how a whole answer ends
 
 
 class Attack(NamedTuple):
@@ -113,7 +114,7 @@ class Setting(NamedTuple):
     answers: dict[str, bytes]
 
 
-def setting(name: str, folder: Path, faults: Faults) -> tuple[Setting, list[int]]:
+def setting(name: str, folder: Path, faults: Faults) -> tuple[Setting, Counter]:
     """Return an attack prepared, and how many calls of each kind it has."""
     attack, origin = ATTACKS[name], folder / f"{name}-before"
 
@@ -124,14 +125,15 @@ def setting(name: str, folder: Path, faults: Faults) -> tuple[Setting, list[int]
         for path in origin.glob("*.warm"):
             path.unlink()
         for answer in attack.replaced:
-            (origin / answer).write_text(OLD)
+            (origin / answer).write_bytes(OLD)
+            os.utime(origin / answer, (1, 1))  # older than its run
         os._exit(0)
 
     prepared = ask("", folder, before=prepare, seconds=60.0)
     assert prepared.code == 0, prepared.text
     copy = copied(origin, folder)
     ended = faults.ask(attack.command, copy)
-    calls = list(faults.page.calls)
+    calls = Counter(dict(zip(KINDS, faults.page.calls, strict=True)))
     assert ended.kind == "worked", ended
     answers = {x: (copy / x).read_bytes() for x in attack.answers}
     files = {path.name for path in copy.iterdir()}
@@ -169,16 +171,19 @@ def damaged_run(prepared: Setting, copy: Path) -> str:
     return ""
 
 
+def is_whole(name: str, data: bytes, right: bytes) -> bool:
+    """Tell whether an answer is the right one: dates and states in it may differ."""
+    mark = MARKS.get(name, MARKS.get(Path(name).suffix))
+    return data.endswith(mark) if mark else data == right
+
+
 def damaged_answer(prepared: Setting, copy: Path) -> str:
-    for name in prepared.attack.answers:
-        path = copy / name
-        text = path.read_text() if path.exists() else ""
-        if name in prepared.attack.replaced and not text:
+    """Return which answer is neither the old nor a new one; empty if none is."""
+    for name, right in prepared.answers.items():
+        data = (copy / name).read_bytes() if (copy / name).exists() else b""
+        if name in prepared.attack.replaced and not data:
             return f"lost: {name}"
-        whole = text.endswith(MARKS.get(path.suffix, "")) and len(text) > 0.9 * len(
-            prepared.answers[name]
-        )
-        if text and text != OLD and not whole:
+        if data and data != OLD and not is_whole(name, data, right):
             return f"torn: {name}"
     return ""
 
@@ -191,6 +196,8 @@ def finished(prepared: Setting, copy: Path) -> str:
         new = run.sampled.seed == 3 and run.trials == prepared.runs["a.h5"].trials
         if new:
             words = "resume a.h5"
+    for name in {*prepared.answers} - {*prepared.attack.replaced}:
+        (copy / name).unlink(missing_ok=True)  # what-if replaces no study
     ended = ask(words, copy, seconds=20.0)
     if ended.kind != "worked":
         return f"not finished: {words}: {ended.kind}: {ended.last_line}"
@@ -202,14 +209,8 @@ def finished(prepared: Setting, copy: Path) -> str:
         if repr(run.diagnostics) != repr(right.diagnostics):
             return f"other diagnostics: {name}"
     for name, right in prepared.answers.items():
-        if (
-            name.endswith(".csv")
-            and name != "batch.csv"
-            and (copy / name).read_bytes() != right
-        ):
+        if not is_whole(name, (copy / name).read_bytes(), right):
             return f"other answer: {name}"
-        if (copy / name).read_text() == OLD:
-            return f"not replaced: {name}"
     if more := {path.name for path in copy.iterdir()} - prepared.files:
         return f"left for good: {', '.join(sorted(more))}"
     return ""
@@ -218,9 +219,9 @@ def finished(prepared: Setting, copy: Path) -> str:
 def problems(prepared: Setting, copy: Path, ended: Outcome):
     """Yield what is wrong after a fault."""
     if ended.kind not in ("worked", "sentence"):
-        yield f"{ended.kind}: {ended.last_line}"
+        yield ended.kind
     if "damaged" in ended.text:
-        yield f"blames damage: {ended.last_line}"
+        yield "blames damage"
     if wrong := damaged_run(prepared, copy) or damaged_answer(prepared, copy):
         yield wrong
         if wrong.startswith("lost"):
@@ -233,14 +234,12 @@ def problems(prepared: Setting, copy: Path, ended: Outcome):
             and runs[name].frame().equals(right.frame())
             for name, right in prepared.runs.items()
         )
-        if not done or any(
-            (copy / x).read_bytes() == OLD.encode() for x in prepared.answers
-        ):
+        if not done or any((copy / x).read_bytes() == OLD for x in prepared.answers):
             yield "exit 0, but it is not done"
     allowed = prepared.files | {"a.h5.before"}
     if more := {path.name for path in copy.iterdir()} - allowed:
         kinds = sorted({"." + name.rpartition(".")[2] for name in more})
-        yield f"left over: {', '.join(kinds)}"
+        yield f"{LEFT}: {', '.join(kinds)}"
     if wrong := finished(prepared, copy):
         yield wrong
 
@@ -249,64 +248,60 @@ def spread(calls: int, most: int) -> list[int]:
     return sorted({*np.linspace(1, calls, min(calls, most)).astype(int).tolist()})
 
 
+def planned(calls: dict[str, int], most: int):
+    """Yield the faults of a command: its call, number, error, whether it lasts."""
+    for kind, number_of_calls in calls.items():
+        for error, onward in ERRORS[kind] if number_of_calls else ():
+            for number in spread(number_of_calls, most):
+                yield kind, number, error, onward
+
+
+def again_preloaded(words: list[str], compiler: str) -> int:
+    """Compile the library, and start again with it; return the exit code."""
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder, "faults.so")
+        flags = "-O1", "-fPIC", "-shared"
+        subprocess.run([compiler, *flags, "-o", library, SOURCE, "-ldl"], check=True)
+        command = [sys.executable, "-m", "tests.studies.attacks.faults", *words]
+        environment = {**os.environ, "LD_PRELOAD": str(library)}
+        return subprocess.run(command, env=environment, check=False).returncode
+
+
 def main(words: list[str]) -> int:
-    compiler = shutil.which("cc") or shutil.which("gcc")
+    compiler = shutil.which("cc")
     if not compiler:
-        print("no C compiler: faults cannot be injected")
+        print("there is no C compiler: no faults are injected")
         return 0
     if "LD_PRELOAD" not in os.environ:
-        with tempfile.TemporaryDirectory() as folder:
-            library = Path(folder, "faults.so")
-            subprocess.run(
-                [compiler, "-O1", "-fPIC", "-shared", "-o", library, SOURCE, "-ldl"],
-                check=True,
-            )
-            environment = {
-                **os.environ,
-                "LD_PRELOAD": str(library),
-                "OPENBLAS_NUM_THREADS": "1",
-            }
-            command = [sys.executable, "-m", "tests.studies.attacks.faults", *words]
-            return subprocess.run(command, env=environment, check=False).returncode
+        return again_preloaded(words, compiler)
     most = int(words.pop()) if words and words[-1].isdigit() else MOST
-    faults = Faults()
+    kinds = [word for word in words if word in KINDS] or KINDS
+    faults, ends, wrong = Faults(), defaultdict(Counter), defaultdict(Counter)
     warm()
-    ends, wrong, total = defaultdict(Counter), defaultdict(Counter), 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(os.path.realpath(name))
-        for what in words or ATTACKS:
+        for what in [word for word in words if word in ATTACKS] or ATTACKS:
             prepared, calls = setting(what, folder, faults)
-            print(
-                f"{what}: "
-                + ", ".join(f"{k} {n}" for k, n in zip(KINDS, calls, strict=True)),
-                flush=True,
-            )
-            for kind, number_of_calls in zip(KINDS, calls, strict=True):
-                for error, onward in ERRORS[kind] if number_of_calls else ():
-                    how = errno.errorcode.get(error, "short") + (
-                        "..." if onward else ""
-                    )
-                    for number in spread(number_of_calls, most):
-                        copy = copied(prepared.origin, folder)
-                        ended = faults.ask(
-                            prepared.attack.command, copy, kind, number, error, onward
-                        )
-                        total += 1
-                        ends[what, kind][ended.kind] += 1
-                        for problem in problems(prepared, copy, ended):
-                            word = problem.partition(":")[0]
-                            wrong[what, kind][word] += 1
-                            print(
-                                f"{what} | {kind} {number} {how} | {problem} | {ended.last_line}",
-                                flush=True,
-                            )
+            print(f"{what}: {listed(calls)}", flush=True)
+            chosen = {kind: calls[kind] for kind in kinds}
+            for kind, number, error, onward in planned(chosen, most):
+                copy = copied(prepared.origin, folder)
+                command = prepared.attack.command
+                ended = faults.ask(command, copy, kind, number, error, onward)
+                ends[what, kind][ended.kind] += 1
+                how = errno.errorcode.get(error, "short") + "..." * onward
+                for problem in problems(prepared, copy, ended):
+                    wrong[what, kind][problem.partition(":")[0]] += 1
+                    line = f"{what} | {kind} {number} {how} | {problem}"
+                    print(f"{line} | {ended.last_line}", flush=True)
     print("\ncommand, call | ends | wrong")
     for key, counts in ends.items():
         print(f"{', '.join(key)} | {listed(counts)} | {listed(wrong[key])}")
-    print(
-        f"\n{total} faults: {listed(sum(ends.values(), Counter()))}; wrong: {listed(sum(wrong.values(), Counter()))}"
-    )
-    return 1 if sum(wrong.values(), Counter()) else 0
+    ended, mistakes = sum(ends.values(), Counter()), sum(wrong.values(), Counter())
+    left = mistakes.pop(LEFT, 0)
+    print(f"\n{ended.total()} faults: {listed(ended)}; {LEFT} {left}")
+    print(f"wrong: {listed(mistakes)}")
+    return 1 if mistakes else 0
 
 
 def listed(counts: Counter) -> str:
