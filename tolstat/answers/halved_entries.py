@@ -10,14 +10,13 @@ from tolstat.model.description import Contributor
 from tolstat.store.stored_run import Run
 from tolstat.study.distribution_entry import (
     KEYS,
+    MOVED,
     distribution_of,
     has_tolerance,
+    keys_of,
     shortest,
     typed,
     with_tolerance,
-)
-from tolstat.study.distribution_entry import (
-    MOVED as MOVED,  # for those who ask what else changes
 )
 from tolstat.study.editor import StudyEditor, together
 from tolstat.study.nominal_size import DeviationReader
@@ -51,6 +50,17 @@ def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
             halved = together(entry.name, halved)
         entries |= halved
     return entries
+
+
+def common_tolerance(entries: Mapping[str, str | dict[str, Any]]) -> str:
+    """Return the tolerance of all entries.
+
+    Empty if they differ, or where a tolerance alone is no remedy: other keys have to
+    change with it.
+    """
+    alone = all(isinstance(e, str) or not e.keys() & {*MOVED} for e in entries.values())
+    tolerances = {str(keys_of(entry)["tolerance"]) for entry in entries.values()}
+    return tolerances.pop() if alone and len(tolerances) == 1 else ""
 
 
 def entries_of(run: Run) -> Iterator[tuple[str, dict[str, Any], Sequence[str]]]:

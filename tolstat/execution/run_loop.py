@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tolstat.arrays import Truths
 from tolstat.errors import LostError, ModelError
 from tolstat.execution.diagnostics.audit import audit, evaluated_again
 from tolstat.execution.diagnostics.audit_selection import Selection
@@ -20,7 +21,6 @@ from tolstat.execution.diagnostics.influence import (
 )
 from tolstat.execution.diagnostics.worst_cases import worst_cases
 from tolstat.execution.stages import Proposer, SampledStages, Trials, UntilPrecise
-from tolstat.execution.verification import other_answers
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
@@ -131,7 +131,7 @@ def carry_out(
             if rerun and trials.failed:
                 ended = replace(ended, rerun=_rerun(study, trials, workers))
             if ended is not run:
-                file.finish(ended)
+                file.finish(ended, workers)
     except LostError as error:
         raise file.failed(error) from error
 
@@ -182,6 +182,16 @@ class BlockCheck:
         return False
 
 
+def other_answers(first: Answers, second: Answers) -> Truths:
+    """Return which trials have other answers in any bit; one NaN is like another."""
+    a, b = (np.ascontiguousarray(x.responses) for x in (first, second))
+    same = (a.view(np.uint64) == b.view(np.uint64)) | (np.isnan(a) & np.isnan(b))
+    differ = ~same.all(axis=1) | (first.status != second.status)
+    if first.steps is not None and second.steps is not None:
+        differ |= first.steps != second.steps
+    return np.asarray(differ)
+
+
 def _with_diagnostics(
     run: Run, study: Study, trials: Trials, workers: Workers, tell: Telling
 ) -> Run:
@@ -189,9 +199,9 @@ def _with_diagnostics(
     audited, number = None, len(trials.status)
     try:
         tell(Progress(number, trials.failed, number, "audit"))
-        audited = audit(study, trials, workers)
+        audited = workers.call(audit, study, trials, workers)
         tell(Progress(number, trials.failed, number, "diagnostics"))
-        diagnostics = _diagnostics(study, trials, workers)
+        diagnostics = workers.call(_diagnostics, study, trials, workers)
     except ModelError as error:  # keep the trials although diagnostics fail
         diagnostics = Diagnostics(missing=str(error))
     ended = run.first(number)
@@ -209,7 +219,7 @@ def _diagnostics(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
     return Diagnostics(
         by_name,
         worst_cases(study, trials, ends, table, workers),
-        workers.call(halved_shares, study, trials, by_name),
+        halved_shares(study, trials, by_name),
         idle_contributors(study, trials, ends, table, workers),
     )
 

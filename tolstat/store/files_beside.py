@@ -7,7 +7,7 @@ import secrets
 import shutil
 import socket
 import stat
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, ExitStack, suppress
 from itertools import count
 from pathlib import Path
 from typing import IO, Any, BinaryIO
@@ -59,25 +59,24 @@ class Lock(AbstractContextManager["Lock"]):
     def _taken(self) -> BinaryIO:
         """Return the lock, open, locked and still in its place."""
         while True:
-            file = opened_for_writing(self._lock)
-            words = _words_of(file)
-            if words and not words.startswith(WORDS):
-                file.close()
-                raise RunFileError(
-                    f"{self._lock} is not a lock of tolstat; rename that file, or "
-                    "give the run another name"
-                )
-            if not lock(file):
-                # its holder may have written its name since
-                holder = _words_of(file).strip() or "another process"
-                file.close()
-                raise RunFileError(
-                    f"{self.path} is being written by {holder}; wait for it, or give "
-                    "another name"
-                )
-            if is_still(file, self._lock):
-                return file
-            file.close()  # its holder has just removed it
+            with ExitStack() as stack:
+                file = stack.enter_context(opened_for_writing(self._lock))
+                words = _words_of(file)
+                if words and not words.startswith(WORDS):
+                    raise RunFileError(
+                        f"{self._lock} is not a lock of tolstat; rename that file, or "
+                        "give the run another name"
+                    )
+                if not lock(file):
+                    # its holder may have written its name since
+                    holder = _words_of(file).strip() or "another process"
+                    raise RunFileError(
+                        f"{self.path} is being written by {holder}; wait for it, or "
+                        "give another name"
+                    )
+                if is_still(file, self._lock):  # else its holder has just removed it
+                    stack.pop_all()
+                    return file
 
     def __exit__(self, *_: object) -> None:
         """Release the lock."""
@@ -114,7 +113,9 @@ def writer_of(path: Path) -> str:
 
 
 def _words_of(file: BinaryIO) -> str:
-    """Return what a lock says of its holder."""
+    """Return what a lock says of its holder; a new one is not read, so none is left."""
+    if not os.fstat(file.fileno()).st_size:
+        return ""
     file.seek(0)
     return file.read(LONGEST).decode(errors="replace")
 

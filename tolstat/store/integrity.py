@@ -14,7 +14,6 @@ import re
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -24,6 +23,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array
 from tolstat.errors import DamagedError, FormatError, RunFileError
 from tolstat.files import opened, read_exactly
+from tolstat.operating_system import local_time
 
 FORMAT = 8
 MARK = b"tolstat seal, format "
@@ -189,11 +189,7 @@ def times_of(clock: NDArray[Any]) -> dict[str, Any]:
         return {"ended_at": "", "seconds": math.nan}
     if not 0 <= clock[1] < LATEST:
         raise ValueError("its clock is wrong")
-    written = datetime.fromtimestamp(clock[1]).astimezone()
-    return {
-        "ended_at": written.isoformat(timespec="seconds"),
-        "seconds": float(clock[0]),
-    }
+    return {"ended_at": local_time(clock[1]), "seconds": float(clock[0])}
 
 
 def is_whole(clock: NDArray[Any]) -> bool:

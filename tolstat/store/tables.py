@@ -41,13 +41,13 @@ def _write(
         places = {key: i for i, key in enumerate(_keys(cells.values))}
         group[axis] = np.array([_text(key) for key in places], TEXT)
         group[axis].make_scale(axis)
-        entries = [
+        entries = [  # place and value
             ((*place, places[key]), value)
             for place, values in zip(cells.places, cells.values, strict=True)
             for key, value in values.items()
         ]
         shape = (*cells.shape, len(places))
-        inside = Cells(*zip(*entries, strict=True), shape)
+        inside = Cells([e[0] for e in entries], [e[1] for e in entries], shape)
         if len(entries) < np.prod(shape):
             there = Cells(inside.places, [True] * len(entries), shape)
             _write(group, there, bool, axes, f"{PRESENT}_{axis}")

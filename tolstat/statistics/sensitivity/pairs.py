@@ -219,7 +219,7 @@ class _Scores:
         z, high = self.z, np.mean(self.z > 0, axis=1, keepdims=True)
         way = (high >= ONE_WAY).astype(int) - (high <= 1 - ONE_WAY)
         outer = np.where(way, way * z > self.one_end, np.abs(z) > self.two_ends)
-        return np.mean(outer, axis=1).tolist()
+        return list(np.mean(outer, axis=1).tolist())
 
 
 def _explains(combination: Together) -> bool:

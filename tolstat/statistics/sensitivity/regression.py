@@ -11,6 +11,7 @@ from tolstat.statistics.intervals.as_sampled import PARTS, jackknifed, skewness
 
 NEARLY_ALL = 0.99  # explained share of the variance of a linear response
 MOST_TAILED = 0.3  # skewness of its squares over the root of the trials
+MANY = 100  # contributors, from which all responses are solved together
 
 
 class Regressed:
@@ -34,15 +35,13 @@ class Regressed:
         sums = np.concatenate([all_parts[None], all_parts - parts])
         sizes, means = sums[:, -1, -1, None, None], sums[:, -1, :-1]
         cov = sums[:, :-1, :-1] / sizes - means[:, :, None] * means[:, None] / sizes**2
-        self._shares: dict[str, Array] = {}
-        self.explained: dict[str, Estimate] = {}
+        by_part = [_shares_of(c[:k, :k], c[:k, k:], np.diag(c)[k:]) for c in cov]
+        self._shares = dict(zip(responses, np.stack(by_part, axis=1), strict=True))
+        self.explained = {
+            name: jackknifed(shares.sum(axis=1, keepdims=True))[0]
+            for name, shares in self._shares.items()
+        }
         self.tails = {n: skewness((y - y.mean()) ** 2) for n, y in responses.items()}
-        for row, name in enumerate(responses, start=k):
-            shares = np.array([_shares_of(c[:k, :k], c[:k, row], c[row, row])
-                               for c in cov])  # fmt: skip
-            self._shares[name] = shares
-            r = shares.sum(axis=1, keepdims=True)
-            self.explained[name] = jackknifed(r)[0]
 
     def linear(self, response: str) -> bool:
         """Return whether the regression explains nearly all of a response.
@@ -72,15 +71,36 @@ class Regressed:
         return jackknifed(remainder)[0]._replace(lower=0.0)
 
 
-def _shares_of(among: Array, with_y: Array, variance: float) -> Array:
-    """Split the explained variance by coefficients and sigmas.
+def _shares_of(among: Array, with_y: Array, variances: Array) -> Array:
+    """Split the variances by coefficients and sigmas: [response, contributor].
 
     Not by covariances: chance correlations of independent deviations would add noise.
+    `with_y` is [contributor, response].
     """
-    slopes, *_ = np.linalg.lstsq(among, with_y, rcond=None)
-    alone = slopes**2 * np.diag(among)
-    explained = slopes @ with_y / variance
-    return np.asarray(alone * (explained / max(alone.sum(), 1e-300)))
+    shares = []
+    for slopes, with_one, variance in zip(
+        _slopes(among, with_y), with_y.T, variances, strict=True
+    ):
+        alone = slopes**2 * np.diag(among)
+        explained = slopes @ with_one / variance
+        shares.append(alone * (explained / max(alone.sum(), 1e-300)))
+    return np.array(shares)
+
+
+def _slopes(among: Array, with_y: Array) -> Array:
+    """Return the least squares solutions of least norm: [response, contributor].
+
+    Of many contributors all responses are solved together, by an orthogonal
+    decomposition: one by one, singular values would take hours. The last digits depend
+    on how it is done.
+    """
+    if len(among) < MANY:
+        return np.array([np.linalg.lstsq(among, y, rcond=None)[0] for y in with_y.T])
+    from scipy.linalg import lstsq  # slow to import
+
+    cond = len(among) * np.finfo(float).eps
+    slopes, *_ = lstsq(among, with_y, cond=cond, lapack_driver="gelsy")
+    return np.asarray(slopes.T)
 
 
 def ascending(x: Array) -> Integers:
@@ -118,10 +138,10 @@ def rank_regressions(
         scale = np.sqrt(np.diag(products))
         scale[scale == 0] = 1.0  # of columns that are equal in all trials
         correlations = products / np.outer(scale, scale)
-        for i in range(len(responses)):
-            g = correlations[:k, k + i]
-            coefficients, *_ = np.linalg.lstsq(correlations[:k, :k], g, rcond=None)
-            regressions[part + 1, i] = np.append(coefficients, coefficients @ g)
+        with_y = correlations[:k, k:]
+        for i, coefficients in enumerate(_slopes(correlations[:k, :k], with_y)):
+            explained = coefficients @ with_y[:, i]
+            regressions[part + 1, i] = np.append(coefficients, explained)
     return list(regressions.swapaxes(0, 1))
 
 

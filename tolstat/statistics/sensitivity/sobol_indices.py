@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Integers
-from tolstat.statistics.estimate import Estimate, Lack, Reason
+from tolstat.statistics.estimate import Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.as_sampled import PARTS, jackknifed
 from tolstat.statistics.point_mass import clipped, few_leave_a_point_mass
 
@@ -128,11 +128,11 @@ def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
     n = len(groups)
     if n < LEAST_GROUPS or np.ptp(groups[:, :2]) == 0:
         group = groups.shape[1]
-        reason = Reason(
+        reason = NoInterval(
             Lack.GROUPS, needed=LEAST_GROUPS, size=group, trials=LEAST_GROUPS * group
         )
         if n and np.ptp(groups[:, :2]) == 0:
-            reason = Reason(Lack.SPREAD)
+            reason = NoInterval(Lack.SPREAD)
         none = Estimate(math.nan, reason=reason)
         return dict.fromkeys(factors, Indices(none, none))
     random = groups[:, :2]
