@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tolstat.deviations.draw import SAMPLERS
-from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE, WEIGHT
+from tolstat.deviations.samplers import DISTANCE, SPREAD, STAGE, WEIGHT
 from tolstat.status import Status, words_of
 from tolstat.store.layout import TRIAL
 from tolstat.store.run_records import SCORES, STATUS, STEPS, Audited, Sampled
