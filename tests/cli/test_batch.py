@@ -159,6 +159,12 @@ def test_an_index_replaces_nothing_else(tmp_path):
     own.unlink()
     assert call("batch", called).exit_code == 2  # its report has the name of the index
     assert call("batch", path, "-o", tmp_path / "no" / "where").exit_code == 2
+    for name in ("nothing", "loop"):
+        (tmp_path / "loop").unlink(missing_ok=True)
+        (tmp_path / "loop").symlink_to(name)
+        assert call("batch", path, "-o", tmp_path / "loop").exit_code == 2
+    assert call("batch", path, "-o", path).exit_code == 2  # a file
+    assert not path.with_suffix(".h5").exists()
 
 
 def test_a_page_of_another_run_is_written_again(no_pages, tmp_path):

@@ -84,14 +84,15 @@ def stopped(study, path, trials):
 
 
 def test_a_rare_report_says_what_to_do_next_and_what_is_assumed(study, tmp_path):
-    part = stopped(study, tmp_path / "part.h5", 2000)
+    part = stopped(study, tmp_path / "part.h5", 300)  # in the search
     report = tolstat.report(part)
     (step,) = report.findings.steps
-    assert not part.complete and step.kind is StepKind.RESUME
+    assert step.kind is StepKind.RESUME and report.trials.counted == 0
+    assert repr(report) == "<tolstat rare: part.h5, gap undecided>"  # no "failed ppm"
     words = words_in(*report.document().blocks)
     assert f"{step.commands[0]}." in words
     assert "Deviations are independent." in words
-    assert "anytime-valid" not in words  # that is for plain runs
+    assert "anytime-valid" not in words and "may decide" not in words  # as plain runs
 
 
 def test_a_share_of_1_ppm_is_estimated(run):

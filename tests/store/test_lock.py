@@ -14,6 +14,7 @@ from tolstat.errors import BrokenError
 from tolstat.store import files_beside
 from tolstat.store.files_beside import Lock
 from tolstat.store.run_writer import RunWriter
+from tolstat.store.stoppable import TO_THE_END
 
 
 class Unreadable(io.FileIO):
@@ -61,4 +62,4 @@ def test_a_run_that_cannot_be_opened_again_is_a_sentence(toy, tmp_path, monkeypa
     with Lock(run.path) as lock:
         monkeypatch.setattr(h5py, "File", fail)
         with pytest.raises(BrokenError, match="cannot be written"):
-            RunWriter.opened(lock, run, run.columns["status"])
+            RunWriter.opened(lock, run, run.columns["status"], by=TO_THE_END)

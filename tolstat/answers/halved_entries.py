@@ -1,6 +1,6 @@
 """Entries of the study of a run, and the same with half their tolerance."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tolstat.deviations.distributions import Tolerance
@@ -63,12 +63,6 @@ def common_tolerance(entries: Mapping[str, str | dict[str, Any]]) -> str:
     return tolerances.pop() if alone and len(tolerances) == 1 else ""
 
 
-def entries_of(run: Run) -> Iterator[tuple[str, dict[str, Any], Sequence[str]]]:
-    """Yield the entries of [links] and [deviations]: name, keys, contributors."""
-    for entry in editor_of(run).entries():
-        yield entry.name, entry.keys, entry.members
-
-
 def nominal_shift(entry: Mapping[str, Any], part: Contributor) -> float:
     """Return the `nominal_shift` of an entry of [deviations] or [links], SI."""
     shift = entry.get("nominal_shift")
@@ -82,10 +76,10 @@ def fixed_points(run: Run) -> dict[str, float]:
     """
     parts = {part.name: part for part in run.contributors}
     return {
-        name: _fixed_point(keys, parts[name])
-        for _, keys, members in entries_of(run)
-        if has_tolerance(keys)
-        for name in members
+        name: _fixed_point(entry.keys, parts[name])
+        for entry in editor_of(run).entries()
+        if has_tolerance(entry.keys)
+        for name in entry.members
         if name in run.assumed  # not a link that has a size alone
     }
 

@@ -59,6 +59,11 @@ def to_replay(path: Path, trial: int, machine: str) -> str:
     return command("trial", path, trial, machine=machine)
 
 
+def to_export(run: Run) -> str:
+    """Return the command that writes all trials as a table beside the run."""
+    return command("export", run.path, "-o", _file_of(run).with_suffix(".csv"))
+
+
 def _study_beside(run: Run, word: str) -> Path:
     """Return the name of a study beside a run: run.h5, run-WORD.toml."""
     return _file_of(run).with_name(f"{_file_of(run).stem}-{word}.toml")

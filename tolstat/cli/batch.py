@@ -169,6 +169,8 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
         folder = folder.relative_to(Path.cwd())
     page = folder / "batch.html"
     check_folder(folder)
+    if os.path.lexists(folder) and not folder.is_dir():  # also a link to nothing
+        raise RunFileError(f"{folder} is no folder; name another for the index (-o)")
     taken = {run_of(study).with_suffix(".html").resolve() for study in files}
     for path, mark in ((page, f"<title>{TITLE}"), (page.with_suffix(".csv"), HEADS)):
         ours = not os.path.lexists(path) or _begins_with(path, mark)

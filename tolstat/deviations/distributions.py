@@ -8,7 +8,7 @@ function at 0 < u < 1, SI.
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -24,7 +24,7 @@ MOST_CP = 20.0  # a process of 120 sigma between its limits is a slip
 THREE_SIGMA = 0.9986501019683699
 
 
-class Distribution(Protocol):
+class Distribution(Hashable, Protocol):
     """Interface of every distribution."""
 
     def deviations(self, u: Array) -> Array:

@@ -41,7 +41,7 @@ ERRORS = {  # of a call: error, and whether all later calls have it, too
     "unlink": [(EIO, 0), (EIO, 1)],
 }
 MOST = 8
-OLD = "what was there before\n"
+OLD = '<meta name="generator" content="tolstat">\nof an earlier answer'
 MARKS = {".html": "</html>", ".csv": "\n"}  # how a whole answer ends
 
 
@@ -125,7 +125,6 @@ def setting(name: str, folder: Path, faults: Faults) -> tuple[Setting, list[int]
             path.unlink()
         for answer in attack.replaced:
             (origin / answer).write_text(OLD)
-            os.utime(origin / answer, (1, 1))  # older than its run
         os._exit(0)
 
     prepared = ask("", folder, before=prepare, seconds=60.0)

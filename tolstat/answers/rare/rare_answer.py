@@ -167,8 +167,9 @@ class RareSummary(RunSummary):
 
     @property
     def _short(self) -> str:
-        value = PPM.interval(*self.fraction_out_of_limit[:3])[0]
-        return f"{self.run}, {self.response} {self.words}, {value} ppm"
+        share = self.fraction_out_of_limit
+        value = f", {PPM.interval(*share[:3])[0]} ppm" if share.sure else ""
+        return f"{self.run}, {self.response} {self.words}{value}"
 
     def rows(self) -> Sequence[Row]:
         """Return the one response in a row."""

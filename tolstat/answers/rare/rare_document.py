@@ -54,7 +54,7 @@ def _verdict(summary: RareSummary) -> tuple[blocks.Block, ...]:
     aim, trials = summary.response, summary.trials
     sentences = [*next_steps(summary)]
     if trials.counted:
-        sentences.append(unmet_kinds(summary))
+        sentences.append(_unmet_kinds(summary))
     sentences += [_yield(summary), _most_probable(summary)]
     if summary.plain_trials == summary.plain_trials:
         needed = Number(summary.plain_trials)
@@ -88,7 +88,7 @@ def _verdict(summary: RareSummary) -> tuple[blocks.Block, ...]:
     )
 
 
-def unmet_kinds(summary: RareSummary) -> Parts:
+def _unmet_kinds(summary: RareSummary) -> Parts:
     """Say what interval and verdict hold for, and what they leave out."""
     return say(
         "Interval and verdict hold for the kinds of out-of-limit trials that the last "

@@ -18,6 +18,7 @@ from tolstat.answers.report.report_answer import (
     LimitFinding,
     NoCause,
     RunSummary,
+    UnseenErrors,
 )
 from tolstat.answers.report.response_summary import Causes, ResponseSummary
 from tolstat.document import blocks
@@ -131,21 +132,20 @@ def limits_table(
     Of all limits, or of the worst ones. Names in `links` lead to their sections.
     """
     rows, limits = [], list(summary.limits.items())
+    weighted = bool(summary.stored_run.aim)
     trials = summary.trials.done + summary.trials.failed
     for name, limited in limits[:most]:
         response, finding = summary.responses[name], summary.findings.limits[name]
         link = Name(name, name if name in links else "")
         rows.append({
             "response": Cell((link,), text(response.sentence)),
-            **limit_row(
-                limited, trials, summary.trials.failed, weighted=response.weighted
-            ),
+            **limit_row(limited, trials, summary.trials.failed, weighted=weighted),
             "main cause": _cause_cell(response, finding),
             "what would help": remedy_cell(finding.halving),
         })  # fmt: skip
     caption = rests_on(summary)
-    if summary.unseen_errors:
-        caption = say("{}; {}", caption, summary.unseen_errors)
+    if unseen := summary.unseen_errors:
+        caption = say("{}; {}", caption, _unseen_words(unseen))
     if any(is_clipped(summary.responses[name]) for name, _ in limits[:most]):
         caption = say("{}; variance: {}", caption, CENTRAL.strip())
     if len(rows) < len(limits):
@@ -155,6 +155,15 @@ def limits_table(
         rows, "Limits", words=("main cause", "what would help"), caption=caption,
         look="verdicts", spare=["what would help", "equivalent Ppk"],
     )  # fmt: skip
+
+
+def _unseen_words(errors: UnseenErrors) -> str:
+    most = PER_CENT.at_most(errors.share.upper)
+    return (
+        f"{errors.evaluated} random trials evaluated again, {errors.moved or 'none'} "
+        f"moved: up to {most} % of all may, and what every evaluation misses stays "
+        "unseen"
+    )
 
 
 def _cause_cell(response: ResponseSummary, finding: LimitFinding) -> Cell:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.answers.report.report_answer import UnseenErrors
 from tolstat.answers.report.report_warnings import (
     NumbersWarning,
     VerdictWarning,
@@ -32,7 +33,6 @@ from tolstat.statistics.summary import Summary
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Reason
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import PER_CENT
 
 
 def integration_of(
@@ -119,8 +119,10 @@ def _wrong_numbers(
     }
 
 
-def unseen_errors(drawn: Drawn, summaries: Mapping[str, Summary]) -> str:
-    """Return what the audit cannot see; empty where no verdict rests on it."""
+def unseen_errors(
+    drawn: Drawn, summaries: Mapping[str, Summary]
+) -> UnseenErrors | None:
+    """Return what the audit cannot see; None where no verdict rests on it."""
     audited = [
         drawn.audited(name)
         for name, summary in summaries.items()
@@ -129,13 +131,9 @@ def unseen_errors(drawn: Drawn, summaries: Mapping[str, Summary]) -> str:
     ]  # fmt: skip
     moved = [response.moved[response.at_random] for response in audited if response]
     if not moved or not (number := len(moved[0])):
-        return ""
+        return None
     count = int(np.count_nonzero(np.any(moved, axis=0)))
-    most = PER_CENT.at_most(proportion(count, number).upper)
-    return (
-        f"{number} random trials evaluated again, {count or 'none'} moved: up to "
-        f"{most} % of all may, and what every evaluation misses stays unseen"
-    )
+    return UnseenErrors(number, count, proportion(count, number))
 
 
 def _reasons(audited: Audited, name: str) -> NDArray[np.uint8]:

@@ -135,6 +135,14 @@ class Findings(NamedTuple):
         }
 
 
+class UnseenErrors(NamedTuple):
+    """What an audit cannot see: errors of the trials that were not evaluated again."""
+
+    evaluated: int  # random trials, again
+    moved: int  # of these
+    share: Estimate  # of all trials that move
+
+
 class AllLimits(NamedTuple):
     """All limits together."""
 
@@ -159,8 +167,7 @@ class RunSummary(RunAnswer):
 
     # what a reader has to know before any verdict
     warnings: tuple[ReportWarning, ...]
-    # what the audit cannot see, where verdicts rest on one; else empty
-    unseen_errors: str
+    unseen_errors: UnseenErrors | None  # None where no verdict rests on an audit
     all_limits: AllLimits | None  # None without limits
     responses: Mapping[str, ResponseSummary]
     numbers: Mapping[str, NumberOfStudy]  # equal for all its trials

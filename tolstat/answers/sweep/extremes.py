@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.answers.next_steps import command, to_replay, to_resume
+from tolstat.answers.next_steps import command, to_export, to_replay, to_resume
 from tolstat.answers.report.report_answer import Findings, Step, StepKind
 from tolstat.answers.report.report_warnings import ReportWarning, warnings_of_run
 from tolstat.answers.run_answer import (
@@ -140,8 +140,7 @@ def _next_steps(run: Run, worst: Point | None, focus: Sequence[str]) -> Iterator
     if other := next((name for name in names if name not in focus), ""):
         report = command("report", path, "--response", other, machine=machine)
         yield Step(StepKind.DRAW_RESPONSE, (other,), commands=(report,))
-    table = command("export", path, "-o", path.with_suffix(".csv"))
-    yield Step(StepKind.WRITE_TABLE, commands=(table,))
+    yield Step(StepKind.WRITE_TABLE, commands=(to_export(run),))
 
 
 def _best_and_worst(run: Run) -> tuple[Point | None, Point | None]:

@@ -63,14 +63,19 @@ def _numbers(name: str, count: int) -> Array:
 def dependent(deviations: Mapping[str, Array]) -> Truths:
     """Return bool[i, j]: contributors correlated directly or through others."""
     from scipy.sparse.csgraph import connected_components  # slow to import
-    from scipy.stats import rankdata
 
     n = min(len(next(iter(deviations.values()))), RANKED)
-    ranks = np.array([rankdata(x[:n]) for x in deviations.values()])
+    ranks = np.array([_mean_ranks(x[:n]) for x in deviations.values()])
     ranks -= ranks.mean(axis=1, keepdims=True)
     ranks /= np.linalg.norm(ranks, axis=1, keepdims=True)
     _, chain = connected_components(np.abs(ranks @ ranks.T) > CHANCE / math.sqrt(n))
     return np.asarray(chain[:, None] == chain)
+
+
+def _mean_ranks(x: Array) -> Array:
+    """Rank float64[n] from 1; equal values share their mean rank."""
+    _, run, counts = np.unique(x, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(counts) - (counts - 1) / 2)[run])
 
 
 def own_parts(deviations: Mapping[str, Array], linked: Truths) -> dict[str, Array]:

@@ -11,6 +11,7 @@ from tolstat.statistics.intervals.as_sampled import PARTS, jackknifed, skewness
 
 NEARLY_ALL = 0.99  # explained share of the variance of a linear response
 MOST_TAILED = 0.3  # skewness of its squares over the root of the trials
+EXACT = 300_000  # trials, up to which sums of products of ranks are exact
 MANY = 100  # contributors, from which all responses are solved together
 
 
@@ -23,13 +24,15 @@ class Regressed:
     def __init__(
         self, deviations: Sequence[Array], responses: Mapping[str, Array]
     ) -> None:
-        k, n = len(deviations), len(deviations[0])
-        columns = [*deviations, *responses.values()]
-        scored = [(x - x.mean()) / (x.std() or 1.0) for x in columns]
-        table = np.array([*scored, np.ones(n)])
-        parts = np.array(
-            [table[:, p::PARTS] @ table[:, p::PARTS].T for p in range(PARTS)]
-        )
+        k = len(deviations)
+        columns = [
+            (x, x.mean(), x.std() or 1.0) for x in (*deviations, *responses.values())
+        ]
+        parts = np.empty((PARTS, len(columns) + 1, len(columns) + 1))
+        for p in range(PARTS):  # one after the other: they may be large
+            scored = [(x[p::PARTS] - mean) / sigma for x, mean, sigma in columns]
+            table = np.array([*scored, np.ones(len(scored[0]))])
+            parts[p] = table @ np.ascontiguousarray(table.T)
         all_parts = parts.sum(axis=0)
         # of all trials, then with one part of them left out
         sums = np.concatenate([all_parts[None], all_parts - parts])
@@ -72,7 +75,7 @@ class Regressed:
 
 
 def _shares_of(among: Array, with_y: Array, variances: Array) -> Array:
-    """Split the variances by coefficients and sigmas: [response, contributor].
+    """Split explained variances by coefficients and sigmas: [response, contributor].
 
     Not by covariances: chance correlations of independent deviations would add noise.
     `with_y` is [contributor, response].
@@ -104,13 +107,13 @@ def _slopes(among: Array, with_y: Array) -> Array:
 
 
 def ascending(x: Array) -> Integers:
-    """Return the order of float64[n]; equal values keep their order."""
+    """Return the order of float64[n], int32[n]; equal values keep their order."""
     order = np.argsort(x)
     ordered = x[order]
     # sorting stably takes four times as long, and only ties need it
     if np.any(ordered[1:] == ordered[:-1]):
         order = np.argsort(x, kind="stable")
-    return order
+    return order.astype(np.int32)
 
 
 def rank_regressions(
@@ -127,14 +130,13 @@ def rank_regressions(
     columns = [_Column(x, order) for x, order in zip(deviations, orders, strict=True)]
     columns += [_Column(y, ascending(y)) for y in responses]
     regressions = np.empty((PARTS + 1, len(responses), k + 1))
-    ranks = np.empty((len(columns), len(orders[0])))
+    ranks = np.empty((len(columns), len(orders[0])), np.int32)
     for part in range(-1, PARTS):  # the first one leaves out none
         for row, column in zip(ranks, columns, strict=True):
             row[:] = column.centred_ranks(part)
         if part >= 0:
-            ranks[:, part::PARTS] = 0.0
-        # of whole numbers: these sums are exact up to 300 000 trials
-        products = ranks @ ranks.T
+            ranks[:, part::PARTS] = 0
+        products = _products(ranks)
         scale = np.sqrt(np.diag(products))
         scale[scale == 0] = 1.0  # of columns that are equal in all trials
         correlations = products / np.outer(scale, scale)
@@ -145,15 +147,26 @@ def rank_regressions(
     return list(regressions.swapaxes(0, 1))
 
 
+def _products(ranks: NDArray[np.int32]) -> Array:
+    """Return the sums of products: of whole numbers, exact up to `EXACT` trials."""
+    products = np.zeros((len(ranks), len(ranks)))
+    for start in range(0, ranks.shape[1], EXACT):
+        some = ranks[:, start : start + EXACT].astype(float)
+        products += some @ some.T
+    return products
+
+
 class _Column:
     """Numbers in known order, to be ranked many times."""
 
     def __init__(self, x: Array, order: Integers) -> None:
         ordered = x[order]
         first = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1]))
-        self.bounds = np.append(first, len(x))  # of runs of equal values
-        self.run = np.empty(len(x), dtype=np.int64)  # that each trial belongs to
-        self.run[order] = np.repeat(np.arange(len(first)), np.diff(self.bounds))
+        # of runs of equal values, and the run that each trial belongs to
+        self.bounds = np.append(first, len(x)).astype(np.int32)
+        self.run = np.empty(len(x), np.int32)
+        numbers = np.arange(len(first), dtype=np.int32)
+        self.run[order] = np.repeat(numbers, np.diff(self.bounds))
         self.part = (order % PARTS).astype(np.uint8)
 
     def centred_ranks(self, omitted: int) -> NDArray[np.int32]:
