@@ -179,10 +179,13 @@ def test_a_crafted_run_ends_a_command_with_one_sentence(crafted):
 
 def test_a_file_that_a_run_names_is_not_quoted(crafted, tmp_path):
     """Neither a file beside it nor a study elsewhere, unless it has the run's text."""
-    (tmp_path / "secret.toml").write_text('password = "x"')
+    (tmp_path / "secret.toml").write_text(f'{TOY_STUDY}\npassword = "x"')
     run = tolstat.open(crafted(attributes("/", study_file="secret.toml")))
     (words,) = study_differs(run)
     assert "password" not in words and "differs" in words
+    (tmp_path / "run.toml").write_text('password = "x"\n')
+    run = tolstat.open(crafted(attributes("/", study_file="run.toml")))
+    assert study_differs(run) and "password" not in str(study_differs(run))
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     study = elsewhere / "study.toml"

@@ -57,22 +57,28 @@ def differences(
 def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
     """Return the changes of the study file since a run was made from it.
 
-    A file that the run names is quoted only if it is a study of the same model beside
-    it: the run may be a stranger's.
+    The run may be a stranger's. So a file that it names is quoted only if it is a study
+    of its model, and has the name of the run beside it; of any other one, what the run
+    stores.
     """
     path = study_file or run.study_file
     try:
         table = toml_table(study_text(path)) if path else run.study.table
     except (DataError, ValueError, RecursionError):
         return []  # moved, or being edited: the run stores its text
-    beside = not path or path.parent == run.path.resolve().parent
-    if not study_file and not (beside and table.get("model") == run.model):
-        same = table == run.study.table
-        return [] if same else [f"{path} differs from the study of the run"]
-    return [
-        f"{path}: {name} was {old!r} when the run was made, and is {new!r}"
-        for name, old, new in differences(run.study.table, table)
+    changes = list(differences(run.study.table, table))
+    ours = not path or path.with_suffix(".h5") == run.path.resolve()
+    if study_file or (ours and table.get("model") == run.model):
+        return [
+            f"{path}: {name} was {old!r} when the run was made, and is {new!r}"
+            for name, old, new in changes
+        ]
+    stored = [
+        f"{path}: {name} was {old!r} when the run was made, and differs"
+        for name, old, _ in changes
+        if old is not None
     ]
+    return stored or ([f"{path} differs from the study of the run"] if changes else [])
 
 
 def made_differently(run: Plan, source_digest: str) -> list[str]:

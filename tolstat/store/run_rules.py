@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tolstat.deviations.draw import SAMPLERS
-from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE, WEIGHT
+from tolstat.deviations.samplers import DISTANCE, SPREAD, STAGE, WEIGHT
 from tolstat.status import Status, words_of
 from tolstat.store.layout import TRIAL
 from tolstat.store.run_records import SCORES, STATUS, STEPS, Audited, Sampled
@@ -37,8 +37,8 @@ def number_or_none(*numbers: float) -> bool:
 
 def ascending(*numbers: float) -> bool:
     """Return whether numbers ascend, where they are numbers."""
-    known = [number for number in numbers if not math.isnan(number)]
-    return known == sorted(known)
+    present = [number for number in numbers if not math.isnan(number)]
+    return present == sorted(present)
 
 
 def within(names: Collection[Any], allowed: Collection[Any]) -> bool:
@@ -171,21 +171,21 @@ def _audit(run: Run, audited: Audited) -> bool:
 def _diagnostics(run: Run) -> bool:
     parts = [contributor.name for contributor in run.contributors]
     responses = [response.name for response in run.responses]
-    known = run.diagnostics
-    estimates = [e.beyond for row in known.halved.values() for e in row.values()]
-    cases = [case for sides in known.worst_cases.values() for case in sides.values()]
+    stored = run.diagnostics
+    estimates = [e.beyond for row in stored.halved.values() for e in row.values()]
+    cases = [case for sides in stored.worst_cases.values() for case in sides.values()]
     return (
-        within(known.slopes, responses)
-        and within(known.worst_cases, run.limits)
-        and within(known.halved, run.limits)
-        and within(known.idle, parts)
-        and all(within(row, parts) for row in known.slopes.values())
-        and all(number_or_none(*row.values()) for row in known.slopes.values())
-        and all(within(row, SIDES) for row in known.worst_cases.values())
+        within(stored.slopes, responses)
+        and within(stored.worst_cases, run.limits)
+        and within(stored.halved, run.limits)
+        and within(stored.idle, parts)
+        and all(within(row, parts) for row in stored.slopes.values())
+        and all(number_or_none(*row.values()) for row in stored.slopes.values())
+        and all(within(row, SIDES) for row in stored.worst_cases.values())
         and all(within(case.deviations, parts) for case in cases)
         and all(number_or_none(case.value) for case in cases)
         and all(finite(*case.deviations.values()) for case in cases)
-        and all(within(m, parts) for row in known.halved.values() for m in row)
+        and all(within(m, parts) for row in stored.halved.values() for m in row)
         and all(ascending(e.lower, e.value, e.upper) for e in estimates)
     )
 
