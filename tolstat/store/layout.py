@@ -25,10 +25,10 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.store.attributes import column_of, write_attribute
 from tolstat.store.codec import write_record
 from tolstat.store.integrity import Hole, around, block_for, write_all, write_seal
 from tolstat.store.run_records import STATUS, STEPS, Reason
+from tolstat.store.stored_fields import column_of, write_attribute
 from tolstat.store.stored_run import Run
 
 TRIAL = "trial"

@@ -17,7 +17,7 @@ from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
-from tolstat.store.record_fields import ELSEWHERE, Stored
+from tolstat.store.stored_fields import ELSEWHERE, Stored
 
 STATUS, STEPS = "status", "steps"  # columns that trials fill, beside the responses
 SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies outside
