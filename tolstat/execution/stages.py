@@ -23,7 +23,7 @@ from tolstat.statistics.sample import Sample
 from tolstat.statistics.sample_size import FIRST_STAGE, next_stage, trials_wanted
 from tolstat.status import Status
 from tolstat.store.run_records import Stopped
-from tolstat.store.stoppable import TO_THE_END, Stoppable
+from tolstat.store.run_writer import TO_THE_END, Stoppable
 from tolstat.store.stored_run import Run
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study

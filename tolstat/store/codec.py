@@ -13,13 +13,14 @@ from typing import Any, get_args, get_origin
 
 import h5py
 
-from tolstat.store.attributes import (
+from tolstat.store.stored_fields import (
+    Field,
     column_of,
+    fields_of,
     has_attribute,
     read_attribute,
     write_attribute,
 )
-from tolstat.store.record_fields import Field, fields_of
 from tolstat.store.tables import read_table, write_table
 
 PLAIN = (str, bool, int, float)

@@ -26,15 +26,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.files import read_exactly
-from tolstat.store.attributes import (
+from tolstat.store.codec import write_record
+from tolstat.store.integrity import Hole, around, block_for, write_all, write_seal
+from tolstat.store.run_records import STATUS, STEPS, Reason
+from tolstat.store.stored_fields import (
     column_of,
     has_attribute,
     read_attribute,
     write_attribute,
 )
-from tolstat.store.codec import write_record
-from tolstat.store.integrity import Hole, around, block_for, write_all, write_seal
-from tolstat.store.run_records import STATUS, STEPS, Reason
 from tolstat.store.stored_run import Run
 
 TRIAL = "trial"

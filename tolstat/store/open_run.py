@@ -14,12 +14,12 @@ from tolstat.model.contract import Answers
 from tolstat.model.description import Response
 from tolstat.status import Status
 from tolstat.store import layout
-from tolstat.store.attributes import has_attribute, read_attribute
 from tolstat.store.codec import read_fields
 from tolstat.store.integrity import Damage, check_seal, fingerprints, is_whole, times_of
 from tolstat.store.run_records import STATUS, STEPS
 from tolstat.store.run_rules import broken_rules
 from tolstat.store.schema import check_schema
+from tolstat.store.stored_fields import has_attribute, read_attribute
 from tolstat.store.stored_run import IN_MEMORY, NO_FILE, Run
 
 RunSource = Run | str | os.PathLike[str]  # a run file, or the run that was read from it

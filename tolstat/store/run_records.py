@@ -16,7 +16,7 @@ from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
-from tolstat.store.record_fields import ELSEWHERE, Stored
+from tolstat.store.stored_fields import ELSEWHERE, Stored
 from tolstat.toml import toml_table
 
 STATUS, STEPS = "status", "steps"  # columns that trials fill, beside the responses

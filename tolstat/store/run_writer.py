@@ -9,11 +9,11 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import h5py
 import numpy as np
@@ -38,12 +38,35 @@ from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, NOMINAL, Rows
 from tolstat.store.memory_recorder import MemoryRecorder
 from tolstat.store.open_run import open as open_run
 from tolstat.store.run_records import STATUS
-from tolstat.store.stoppable import TO_THE_END, Stoppable
 from tolstat.store.stored_run import IN_MEMORY, Run
 
 SAFE_EVERY = 2.0  # s, between two writes to the disk
 
 Blocks = list[tuple[int, Answers]]
+
+
+class Stoppable(Protocol):
+    """What long work is done by; either method may raise an error to end it."""
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a long function returns; its caller may leave before it ends."""
+
+    def check(self) -> None:
+        """Raise the error if the work has to end."""
+
+
+class _ToTheEnd:
+    """Long work that is not stopped."""
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a function returns."""
+        return function(*arguments)
+
+    def check(self) -> None:
+        """Let the work go on."""
+
+
+TO_THE_END = _ToTheEnd()
 
 
 class RunWriter(AbstractContextManager["RunWriter"]):

@@ -31,8 +31,8 @@ from tolstat.statistics.limits.limit import (
 from tolstat.status import Status, status_words
 from tolstat.store import run_records as records
 from tolstat.store.integrity import Damage
-from tolstat.store.record_fields import ELSEWHERE, Stored
 from tolstat.store.run_records import STATUS, STEPS, Plan
+from tolstat.store.stored_fields import ELSEWHERE, Stored
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple, get_args, get_origin
 import h5py
 import numpy as np
 
-from tolstat.store.attributes import TEXT
-from tolstat.store.record_fields import BETWEEN, fields_of
+from tolstat.store.stored_fields import BETWEEN, TEXT, fields_of
 
 VALUE, PRESENT = "value", "present"  # names of arrays
 EMPTY = {float: np.nan, int: 0, bool: False, str: ""}  # of a key that is missing
@@ -49,8 +48,8 @@ def _write(
         shape = (*cells.shape, len(places))
         inside = Cells([e[0] for e in entries], [e[1] for e in entries], shape)
         if len(entries) < np.prod(shape):
-            there = Cells(inside.places, [True] * len(entries), shape)
-            _write(group, there, bool, axes, f"{PRESENT}_{axis}")
+            presence = Cells(inside.places, [True] * len(entries), shape)
+            _write(group, presence, bool, axes, f"{PRESENT}_{axis}")
         _write(group, inside, inner, axes, name)
     elif fields := _fields(kind):
         for field in fields:
@@ -82,9 +81,9 @@ def _read(
         rows = np.arange(len(values)).reshape(-1, len(keys)).tolist()
         if (present := f"{PRESENT}_{axis}") not in group:
             return [dict(zip(keys, (values[i] for i in r), strict=True)) for r in rows]
-        there = group[present][...].ravel()
+        presence = group[present][...].ravel()
         return [
-            {key: values[i] for key, i in zip(keys, row, strict=True) if there[i]}
+            {key: values[i] for key, i in zip(keys, row, strict=True) if presence[i]}
             for row in rows
         ]
     if fields := _fields(kind):

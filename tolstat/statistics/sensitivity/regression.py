@@ -151,8 +151,8 @@ def _products(ranks: NDArray[np.int32]) -> Array:
     """Return the sums of products: of whole numbers, exact up to `EXACT` trials."""
     products = np.zeros((len(ranks), len(ranks)))
     for start in range(0, ranks.shape[1], EXACT):
-        some = ranks[:, start : start + EXACT].astype(float)
-        products += some @ some.T
+        rows = ranks[:, start : start + EXACT].astype(float)
+        products += rows @ rows.T
     return products
 
 
