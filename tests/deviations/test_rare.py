@@ -12,7 +12,7 @@ from tolstat.deviations.distributions import Normal, Tolerance
 from tolstat.deviations.mixture import centred, fitted
 from tolstat.deviations.rare import Rare
 from tolstat.deviations.rare_search import WIDE
-from tolstat.deviations.rare_stage import AS_STUDY
+from tolstat.deviations.samplers import AS_STUDY
 from tolstat.statistics.intervals.weighted_estimates import rare_share
 
 STREAMS = {f"x{i}": i for i in range(6)}

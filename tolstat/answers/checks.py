@@ -25,7 +25,8 @@ from tolstat.document.inline import (
 )
 from tolstat.execution.compatibility import why_sampled_differently
 from tolstat.execution.diagnostics.audit import finer, phased
-from tolstat.execution.verification import Check, Verification, other_answers
+from tolstat.execution.run_loop import other_answers
+from tolstat.execution.verification import Check, Verification
 from tolstat.integrator.examination import (
     MOST_STEPS,
     PERMITTED,

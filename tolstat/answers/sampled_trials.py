@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.deviations.rare_stage import AS_STUDY, DISTANCE, WEIGHT
-from tolstat.deviations.samplers import OWN
+from tolstat.deviations.samplers import AS_STUDY, DISTANCE, OWN, WEIGHT
 from tolstat.errors import Advice, QuestionError, Remedy
 from tolstat.statistics.integration_error import AuditedResponse, response_ends
 from tolstat.statistics.intervals.weights import Weights

@@ -11,7 +11,6 @@ import numpy as np
 from scipy.special import ndtr
 
 from tolstat.arrays import Array, Integers
-from tolstat.deviations import rare_stage
 from tolstat.deviations.mixture import Mixture, centred
 from tolstat.deviations.rare_search import (
     FOR_MOVES,
@@ -22,12 +21,13 @@ from tolstat.deviations.rare_search import (
 )
 from tolstat.deviations.rare_stage import (
     RandomNumbers,
+    RareStage,
     Stages,
     better_shares,
     chosen,
     stage_of,
 )
-from tolstat.deviations.samplers import Sampler
+from tolstat.deviations.samplers import DISTANCE, SPREAD, STAGE, WEIGHT, Sampler
 from tolstat.deviations.subset_simulation import approach
 
 ROUNDS, IDLE = 40, 6  # at most; without any move
@@ -178,11 +178,10 @@ class Rare(Sampler):
     aims = True
     columns = MappingProxyType(
         {
-            rare_stage.STAGE: "stage that the trial belongs to; NaN before it is drawn",
-            rare_stage.SPREAD: "times the spread of the study that the stage aimed at",
-            rare_stage.DISTANCE: "distance from the middle trial, in normal scores",
-            rare_stage.WEIGHT: "density in the study over that in the stage; NaN where "
-            "sought",
+            STAGE: "stage that the trial belongs to; NaN before it is drawn",
+            SPREAD: "times the spread of the study that the stage aimed at",
+            DISTANCE: "distance from the middle trial, in normal scores",
+            WEIGHT: "density in the study over that in the stage; NaN where sought",
         }
     )
     promise = (
@@ -219,7 +218,7 @@ class Rare(Sampler):
 
     def stages(
         self, seed: int, streams: Mapping[str, int], trials: int
-    ) -> Generator[rare_stage.RareStage, Array, None]:
+    ) -> Generator[RareStage, Array, None]:
         """Yield stages; the arguments are as of `Sampler.stages`."""
         numbers, directions = RandomNumbers(seed, streams), len(streams)
         search = Search(numbers, trials)

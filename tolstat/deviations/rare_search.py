@@ -14,12 +14,12 @@ from tolstat.deviations.mixture import (
     tempered,
 )
 from tolstat.deviations.rare_stage import (
-    AS_STUDY,
     Found,
     RandomNumbers,
     Stages,
     stage_of,
 )
+from tolstat.deviations.samplers import AS_STUDY
 from tolstat.deviations.subset_simulation import relaxed, slope
 
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores

@@ -8,14 +8,16 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from tolstat.arrays import Array, Integers
-from tolstat.deviations.samplers import Stage, uniform
+from tolstat.deviations.samplers import (
+    DISTANCE,
+    SPREAD,
+    STAGE,
+    WEIGHT,
+    Stage,
+    uniform,
+)
 
 LEAST_UNIT = 2.0**-53
-AS_STUDY = 0.1  # share of a stage as in the study: no weight is above one over it
-# columns of the sampling of each trial; no response can have these names
-STAGE, SPREAD, DISTANCE, WEIGHT = (
-    "rare-stage", "rare-spread", "rare-distance", "rare-weight",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,11 @@ REPLICATES = 16  # of Latin hypercubes, and scrambles of Sobol' points
 BELOW_ONE = 1 - 2.0**-53
 BITS = 32  # of a Sobol' point before scrambling: 4e9 trials
 OWN = 2  # the first trials of a group, A and B, are independent random trials
+# columns of each trial of a rare run; no response can have these names
+STAGE, SPREAD, DISTANCE, WEIGHT = (
+    "rare-stage", "rare-spread", "rare-distance", "rare-weight",
+)  # fmt: skip
+AS_STUDY = 0.1  # share of its stages as in the study: no weight is above one over it
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tolstat.arrays import Truths
 from tolstat.errors import LostError, ModelError
 from tolstat.execution.diagnostics.audit import audit, evaluated_again
 from tolstat.execution.diagnostics.audit_selection import Selection
@@ -20,7 +21,6 @@ from tolstat.execution.diagnostics.influence import (
 )
 from tolstat.execution.diagnostics.worst_cases import worst_cases
 from tolstat.execution.stages import Proposer, SampledStages, Trials, UntilPrecise
-from tolstat.execution.verification import other_answers
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
@@ -180,6 +180,16 @@ class BlockCheck:
         advice = "in its last bits; write (a * b).sum(axis=1) instead of a @ b"
         warnings.warn(f"{message} ({advice})", RuntimeWarning, stacklevel=2)
         return False
+
+
+def other_answers(first: Answers, second: Answers) -> Truths:
+    """Return which trials have other answers in any bit; one NaN is like another."""
+    a, b = (np.ascontiguousarray(x.responses) for x in (first, second))
+    same = (a.view(np.uint64) == b.view(np.uint64)) | (np.isnan(a) & np.isnan(b))
+    differ = ~same.all(axis=1) | (first.status != second.status)
+    if first.steps is not None and second.steps is not None:
+        differ |= first.steps != second.steps
+    return np.asarray(differ)
 
 
 def _with_diagnostics(

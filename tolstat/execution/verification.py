@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.arrays import Array, Integers, Truths
+from tolstat.arrays import Array, Integers
 from tolstat.errors import TolstatError
 from tolstat.execution.compatibility import (
     made_differently,
@@ -21,10 +21,11 @@ from tolstat.execution.compatibility import (
 )
 from tolstat.execution.diagnostics.audit_selection import random_trials
 from tolstat.execution.planning import planned_run
+from tolstat.execution.run_loop import other_answers
 from tolstat.execution.stages import drawn_again
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.lanes import cache
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model
 from tolstat.operating_system import processors
 from tolstat.status import Status
 from tolstat.store.open_run import open as open_run
@@ -167,16 +168,6 @@ def _differing(
     cases = cases_among(study.cases, chosen)
     again = workers.simulate_cases(study.model, cases, deviations[chosen])
     return chosen[other_answers(again, run.answers(chosen))]
-
-
-def other_answers(first: Answers, second: Answers) -> Truths:
-    """Return which trials have other answers in any bit; one NaN is like another."""
-    a, b = (np.ascontiguousarray(x.responses) for x in (first, second))
-    same = (a.view(np.uint64) == b.view(np.uint64)) | (np.isnan(a) & np.isnan(b))
-    differ = ~same.all(axis=1) | (first.status != second.status)
-    if first.steps is not None and second.steps is not None:
-        differ |= first.steps != second.steps
-    return np.asarray(differ)
 
 
 class Check(NamedTuple):

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from tolstat.deviations import iso286, iso1328
+from tolstat.deviations import grades
 from tolstat.deviations.distributions import DISTRIBUTIONS, Distribution, Tolerance
 from tolstat.deviations.spread import PLACES, Shifted, in_zone, unshifted, zone_of
 from tolstat.errors import DistributionError, GradeError, allowed_names
@@ -122,7 +122,7 @@ def _computable(distribution: Distribution) -> bool:
 def written_unit(keys: Mapping[str, Any], reader: DeviationReader) -> str:
     """Return the unit in which a deviation is written; empty for a grade."""
     text = str(keys.get("tolerance", keys.get("value", "")))
-    graded = not text or iso286.looks_like_grade(text)
+    graded = not text or grades.looks_like_grade(text)
     return "" if graded else reader.shown_unit(unit_of(text))
 
 
@@ -153,7 +153,7 @@ def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
         return None
     if not isinstance(text, str):
         raise DistributionError('tolerance: a text such as "+-1.2 mm" is expected')
-    if not iso286.looks_like_grade(text):
+    if not grades.looks_like_grade(text):
         if size is not None:
             raise GradeError("size belongs to a grade such as IT7; leave it out")
         return reader.zone(text)
@@ -168,7 +168,7 @@ def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
             f"{text}: {contributor.name} has no nominal size; give it, such as "
             f'{{ tolerance = "{text}", size = "350 mm" }}'
         )
-    return iso286.zone(text, abs(nominal))
+    return grades.zone(text, abs(nominal))
 
 
 def _class_of_gears(
@@ -176,20 +176,20 @@ def _class_of_gears(
 ) -> Tolerance:
     if contributor.gear is None:
         raise GradeError(
-            f"{iso1328.EDITION} is for the run-out and the pitch of gears; "
+            f"{grades.ISO_1328} is for the run-out and the pitch of gears; "
             f"{contributor.name} is neither"
         )
     if isinstance(flank_class, bool) or not isinstance(flank_class, int):
         raise GradeError(
-            f"iso1328 is a class from 1 to 11 ({iso1328.EDITION}), such as iso1328 = 7"
+            f"iso1328 is a class from 1 to 11 ({grades.ISO_1328}), such as iso1328 = 7"
         )
     if module is None:
         raise GradeError(
-            f"class {flank_class} of {iso1328.EDITION} needs the normal module, such "
+            f"class {flank_class} of {grades.ISO_1328} needs the normal module, such "
             'as module = "12 mm"'
         )
     diameter, error = contributor.gear
-    return iso1328.zone(error, diameter, quantity(str(module), "m"), flank_class)
+    return grades.gear_zone(error, diameter, quantity(str(module), "m"), flank_class)
 
 
 def keys_of(entry: Entry) -> dict[str, Any]:
@@ -228,7 +228,7 @@ def with_tolerance(
         raise DistributionError(
             f"{subject} no tolerance to change; give a whole entry, such as {EXAMPLE}"
         )
-    obsolete = {"module"} if iso286.looks_like_grade(tolerance) else {"module", "size"}
+    obsolete = {"module"} if grades.looks_like_grade(tolerance) else {"module", "size"}
     new = {
         "tolerance" if key == "iso1328" else key: value
         for key, value in keys.items()

@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import Any
 
 from tolstat import catalogue
-from tolstat.deviations import iso286
+from tolstat.deviations import grades
 from tolstat.deviations.names import expand
 from tolstat.errors import TolstatError, UnitError
 from tolstat.model.checked import described
@@ -84,7 +84,7 @@ def separated(text: str) -> tuple[str, str] | None:
     if parts is None:
         return None
     grade = parts["grade"]
-    if grade and (parts["last"] or not iso286.looks_like_grade(grade)):
+    if grade and (parts["last"] or not grades.looks_like_grade(grade)):
         return None
     last = parts["last"] or parts["unit"] or ""
     same = "" if last == "%" else last  # per cent is of the size
@@ -149,7 +149,7 @@ def note_readable(document: Document, model: Model | None, problems: Problems) -
             }
             zone, key = str(keys.get("tolerance", "")), f"[{section}] {name}"
             shares = any("%" in str(value) for value in keys.values())
-            of_a_size = shares or (zone and iso286.looks_like_grade(zone))
+            of_a_size = shares or (zone and grades.looks_like_grade(zone))
             if not keys or "data" in keys or of_a_size or problems.noted(key):
                 continue
             with problems.noting(key, keys):

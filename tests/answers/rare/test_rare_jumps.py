@@ -12,7 +12,7 @@ from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report.report_answer import StepKind
 from tolstat.answers.run_entries import verdicts_of
 from tolstat.cli.check import checked
-from tolstat.deviations.rare_stage import DISTANCE
+from tolstat.deviations.samplers import DISTANCE
 from tolstat.statistics.limits.yields import JUMP
 from tolstat.status import Status
 

@@ -27,7 +27,7 @@ from tolstat.answers.report.summaries import (
 )
 from tolstat.answers.sampled_trials import changes_of, drawn_trials
 from tolstat.arrays import Integers
-from tolstat.deviations.rare_stage import DISTANCE, SPREAD, STAGE
+from tolstat.deviations.samplers import DISTANCE, SPREAD, STAGE
 from tolstat.document.inline import Number, Row
 from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import Estimate
