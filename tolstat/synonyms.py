@@ -29,6 +29,7 @@ _WORDS: Mapping[Named, Named] = {
     ("truncated", "truncnorm", "trunc", "truncated_gauss", "truncated_gaussian",
      "screened", "sorted"): ("truncated_normal",),
     ("pert", "beta_pert"): ("beta",),
+    ("t", "student", "students_t", "student's_t", "t_distribution"): ("student_t",),
     # keys of a deviation
     ("tol", "tols", "tolerances", "zone", "plus_minus", "range", "grade", "it",
      "iso286", "t"): ("tolerance",),
@@ -44,6 +45,7 @@ _WORDS: Mapping[Named, Named] = {
     ("a",): ("alpha",),
     ("b",): ("beta",),
     ("k", "c"): ("shape",),
+    ("df", "dof", "nu", "ndf", "freedom"): ("degrees_of_freedom",),
     ("batch", "lot", "shared"): ("common",),
     ("costs",): ("cost",),
     ("csv", "file", "parts", "sample"): ("data", "table"),

@@ -16,6 +16,7 @@ from tolstat.deviations.distributions import (
     Constant,
     Lognormal,
     Normal,
+    StudentT,
     Tolerance,
     Trapezoidal,
     Triangular,
@@ -61,13 +62,18 @@ CASES = [
     (Beta(ZONE, 0.7, 0.8), stats.beta(0.7, 0.8, LOW, WIDTH)),
     (Lognormal(ZONE, 0.0), stats.lognorm(LOG_SIGMA, LOW, WIDTH / 4)),
     (Weibull(ZONE, 2.0), stats.weibull_min(2, LOW, WEIBULL)),
+    (
+        StudentT(ZONE, 12.0),
+        stats.t(12, MIDDLE, HALF / stats.t(12).ppf(BELOW_THREE_SIGMA)),
+    ),
     (Fitted("normal", 1e-4, 2e-4, 0.5), stats.norm(1e-4, 2e-4)),
     (Fitted("lognormal", -9.0, 0.4, 0.5), stats.lognorm(0.4, scale=np.exp(-9))),
 ]
-LIMITING = [  # no flank, one flank
+LIMITING = [  # no flank, one flank; no fourth moment
     (Triangular(ZONE, mode=LOW), stats.triang(0.0, LOW, WIDTH)),
     (Triangular(ZONE, mode=HIGH), stats.triang(1.0, LOW, WIDTH)),
     (Trapezoidal(ZONE, ZONE), stats.uniform(LOW, WIDTH)),
+    (StudentT(ZONE, 3.0), stats.t(3, MIDDLE, HALF / stats.t(3).ppf(BELOW_THREE_SIGMA))),
 ]
 
 
@@ -120,6 +126,31 @@ def test_clipped_parts_lie_at_the_ends():
     np.testing.assert_array_equal(clipped[process <= LOW], LOW)
     share = np.mean(clipped == HIGH)
     assert abs(share - stats.norm.sf(0.75)) < 4 * np.sqrt(0.25 / 100_000)
+
+
+def test_student_of_four_has_a_closed_form_and_of_many_is_normal():
+    """W. T. Shaw, J. Comput. Finance 9(4), 2006."""
+    u = np.append(np.linspace(0.001, 0.999, 999), BELOW_THREE_SIGMA)
+    root = np.sqrt(4 * u * (1 - u))
+    t = np.sign(u - 0.5) * 2 * np.sqrt(np.cos(np.arccos(root) / 3) / root - 1)
+    found = StudentT(ZONE, 4.0).deviations(u)
+    np.testing.assert_allclose(found, MIDDLE + HALF * t / t[-1], rtol=0, atol=1e-13)
+    many, normal = StudentT(ZONE, 1e7).deviations(u), Normal(ZONE).deviations(u)
+    np.testing.assert_allclose(many, normal, rtol=0, atol=1e-6 * HALF)
+
+
+@pytest.mark.parametrize("freedom", [3.0, 5.0, 30.0])
+def test_the_spread_of_student_is_its_own(freedom):
+    """Sigma follows from the heavy tails, not from the tolerance."""
+    student = StudentT(ZONE, freedom)
+    lower, upper, mean, sigma = spread_of(student)
+    assert (lower, upper) == ZONE
+    assert mean == pytest.approx(MIDDLE, rel=1e-9)
+    scale = HALF / stats.t(freedom).ppf(BELOW_THREE_SIGMA)
+    known = scale * np.sqrt(freedom / (freedom - 2))
+    assert sigma == pytest.approx(known, rel=2e-5)
+    inside = np.diff(stats.t(freedom, mean, scale).cdf([lower, upper]))
+    assert inside == pytest.approx(stats.norm.cdf(3) - stats.norm.cdf(-3), rel=1e-12)
 
 
 def test_constant_is_constant():
@@ -194,6 +225,8 @@ def test_impossible_fits_are_refused(values, kind, words):
         (lambda: Beta(ZONE, 1.0, -1.0), "beta = -1"),
         (lambda: Lognormal(ZONE, 3e-4), "outside the tolerance"),
         (lambda: Weibull(ZONE, 0.0), "above zero"),
+        (lambda: StudentT(ZONE, 2.9), "degrees_of_freedom = 2.9: at least 3"),
+        (lambda: StudentT(ZONE, float("nan")), "at least 3"),
     ],
 )
 def test_contradictory_keys_are_refused(make, words):

@@ -274,6 +274,16 @@ WRONG = {
         '{ tolerance = "+-1 mm", distribution = "weibull", shape = "round" }\n',
         ["rod_length", "shape: a number"],
     ),
+    "student without degrees of freedom": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", distribution = "student_t" }\n',
+        ["rod_length", "needs the key degrees_of_freedom"],
+    ),
+    "student of three readings": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", distribution = "student_t", degrees_of_freedom = 2 }\n',
+        ["rod_length", "degrees_of_freedom = 2: at least 3"],
+    ),
     "constant with a tolerance": (
         HEAD + "[deviations]\nrod_length = "
         '{ tolerance = "+-1 mm", distribution = "constant", value = "1 mm" }\n',

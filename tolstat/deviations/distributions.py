@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from scipy.special import betaincinv, ndtr, ndtri
+from scipy.special import betaincinv, ndtr, ndtri, stdtrit
 
 from tolstat.arrays import Array
 from tolstat.errors import DistributionError
@@ -22,6 +22,9 @@ MOST_CP = 20.0  # a process of 120 sigma between its limits is a slip
 # share of a centred normal distribution below mean + 3 sigma, the upper end of a
 # tolerance at Cp = 1
 THREE_SIGMA = 0.9986501019683699
+# of Student's t: two have no standard deviation, and close above two practically all of
+# it comes from parts that no run sees
+LEAST_FREEDOM = 3.0
 
 
 class Distribution(Protocol):
@@ -215,6 +218,31 @@ class Weibull(_Toleranced):
 
 
 @dataclass(frozen=True)
+class StudentT(_Toleranced):
+    """Student's t about the middle of the tolerance (JCGM 101, 6.4.9).
+
+    Not truncated: as many parts lie in the tolerance as of a normal distribution within
+    three sigma, 99.73 %, but those outside lie farther out.
+    """
+
+    # 9 for the mean of ten readings; few are heavy tails, many a normal distribution
+    degrees_of_freedom: float = key()
+
+    def __post_init__(self) -> None:
+        """Refuse degrees of freedom without a usable standard deviation."""
+        if not self.degrees_of_freedom >= LEAST_FREEDOM:
+            raise DistributionError(
+                f"degrees_of_freedom = {self.degrees_of_freedom:g}: at least "
+                f"{LEAST_FREEDOM:g} are needed, with fewer sigma means nothing"
+            )
+
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
+        freedom = self.degrees_of_freedom
+        scale = self.tolerance.half / stdtrit(freedom, THREE_SIGMA)
+        return np.asarray(self.tolerance.middle + scale * stdtrit(freedom, u))
+
+
+@dataclass(frozen=True)
 class Normal(_Toleranced):
     """Normal distribution, not truncated: the tolerance is +-3 sigma at Cp = 1."""
 
@@ -288,6 +316,7 @@ DISTRIBUTIONS: dict[str, type[Distribution]] = {
     "constant": Constant,
     "lognormal": Lognormal,
     "normal": Normal,
+    "student_t": StudentT,
     "trapezoidal": Trapezoidal,
     "triangular": Triangular,
     "truncated_normal": TruncatedNormal,
