@@ -201,7 +201,7 @@ WRONG = {
         HEAD + '[deviations]\nrod_length = "0.3..-0.1 mm"\n', ["rod_length", "lower end"],
     ),
     "decimal comma": (
-        HEAD + '[deviations]\nrod_length = "+-1,2 mm"\n', ["rod_length", "comma"],
+        HEAD + '[deviations]\nrod_length = "+-1,200 mm"\n', ["rod_length", "1.200 or 1200"],
     ),
     "unknown distribution": (
         HEAD + '[deviations]\nrod_length = { tolerance = "+-1 mm", distribution = "gauss" }\n',
