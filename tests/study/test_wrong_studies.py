@@ -35,7 +35,7 @@ A = 'links.A = { nominal = "50 mm", tolerance = "+-0.1 mm" }\n'
 WRONG = {
     "a link without a unit": (
         CHAIN + A + 'links.B = { nominal = 49.5 }\n',
-        ['[links] B = { nominal = 49.5 }: the size has no unit', 'nominal = "49.5 mm"'],
+        ['[links] B = 49.5: the size has no unit', 'nominal = "49.5 mm"'],
     ),
     "a link that is a number": (
         CHAIN + A + "links.B = 49.5\n", ["[links] B = 49.5: the size has no unit"],

@@ -13,11 +13,11 @@ from tolstat.model.contract import Model
 from tolstat.model.description import Contributor, Description
 from tolstat.model.setting_kinds import Number, Rows
 from tolstat.model.settings import Setting, make, setting_of, settings_of
+from tolstat.study.link_entry import NOMINAL, link_tables, typed_link
 from tolstat.study.problems import Problems
 from tolstat.study.study_schema import DECISIVE, Document
 
 SETTING = "links"  # of a model: a table by name with the column `nominal`
-NOMINAL = "nominal"
 
 
 def read_settings(
@@ -39,10 +39,10 @@ def read_settings(
         return make(model, values), document
     except ModelError as error:
         if not problems.noted_in(*DECISIVE):  # else names left out may be missed
-            size = keys_of_link(links.get(error.link))[NOMINAL]
+            size = links.get(error.link, {}).get(NOMINAL)
             if isinstance(size, int | float):
                 unit = f'write its unit, such as {NOMINAL} = "{size} mm"'
-                key, link = f"[links] {error.link}", links[error.link]
+                key, link = f"[links] {error.link}", typed_link(links[error.link])
                 problems.add(key, link, f"the size has no unit; {unit}")
             else:
                 problems.add("[settings]", None, str(error))
@@ -66,9 +66,9 @@ def _read_links(
         return {}, document
     kind = settings_of(model)[SETTING].kind
     sizes, deviations = dict[str, Any](), dict[str, Any]()
-    for name, link in document.links.items():
+    for name, keys in document.links.items():
+        link = typed_link(keys)
         with problems.noting(key := f"[links] {name}", link):
-            keys = keys_of_link(link)
             if NOMINAL not in keys:
                 example = 'such as nominal = "60 mm"'
                 raise ModelError(f"the key {NOMINAL} is missing, {example}")
@@ -90,8 +90,8 @@ def settings_with_links(table: Mapping[str, Any], model: Model) -> dict[str, Any
     if links := table.get("links"):
         columns = link_columns(model)
         settings[SETTING] = {
-            name: {k: x for k, x in keys_of_link(link).items() if k in columns}
-            for name, link in links.items()
+            name: {k: x for k, x in keys.items() if k in columns}
+            for name, keys in link_tables(links).items()
         }
     return settings
 
@@ -102,11 +102,6 @@ def link_columns(model: Model) -> tuple[str, ...]:
     if declared is None or not isinstance(declared.kind, Rows):
         return ()
     return tuple(declared.kind.columns)
-
-
-def keys_of_link(link: Any) -> dict[str, Any]:
-    """Return the keys of a link; a quantity alone is its nominal."""
-    return dict(link) if isinstance(link, Mapping) else {NOMINAL: link}
 
 
 def described_with_sizes(model: Model, settings: Any) -> Description:
