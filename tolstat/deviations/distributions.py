@@ -254,6 +254,9 @@ class Normal(_Toleranced):
     cpk: float | None = key(default=None, check="above zero")
     # mean less the middle of the tolerance, SI
     shift: float | None = key("difference", None)
+    # of a process as statistical control gives it, SI
+    mean: float | None = key("quantity", None)
+    sigma: float | None = key("difference", None, check="above zero")
 
     def __post_init__(self) -> None:
         """Refuse keys that contradict each other or the tolerance."""
@@ -264,15 +267,24 @@ class Normal(_Toleranced):
                     f"{name} = {ratio:g}: a ratio such as 1.33 is expected, at most "
                     f"{MOST_CP:g}"
                 )
-        if self.shift is not None and abs(self.shift) >= self.tolerance.half:
+        if self.shift is not None and self.mean is not None:
+            raise DistributionError("shift and mean say the same thing; give one")
+        if self.sigma is not None and (self.cp is not None or self.cpk is not None):
+            raise DistributionError("sigma, cp and cpk say the same thing; give one")
+        if self._off and abs(self._off) >= self.tolerance.half:
             raise DistributionError("mean outside the tolerance; give a smaller shift")
         if self.cp is not None and self.cpk is not None:
-            if self.shift is not None:
+            if self._off is not None:
                 raise DistributionError("give two of cp, cpk and shift, not all three")
             if self.cpk > self.cp:
                 raise DistributionError(
                     f"cpk = {self.cpk:g} is above cp = {self.cp:g}; it is at most cp"
                 )
+
+    @property
+    def _off(self) -> float | None:
+        """Mean less the middle of the tolerance, SI; None where it is not given."""
+        return self.shift if self.mean is None else self.mean - self.tolerance.middle
 
     @property
     def mean_and_sigma(self) -> tuple[float, float]:
@@ -281,10 +293,10 @@ class Normal(_Toleranced):
         if self.cp is not None and self.cpk is not None:
             shift, sigma = half * (1 - self.cpk / self.cp), half / (3 * self.cp)
         elif self.cpk is not None:
-            shift = self.shift or 0.0
+            shift = self._off or 0.0
             sigma = (half - abs(shift)) / (3 * self.cpk)
         else:
-            shift, sigma = self.shift or 0.0, half / (3 * (self.cp or 1.0))
+            shift, sigma = self._off or 0.0, self.sigma or half / (3 * (self.cp or 1.0))
         return self.tolerance.middle + shift, sigma
 
     def _between(self, lower: float, upper: float, u: Array) -> Array:

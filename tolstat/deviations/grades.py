@@ -12,16 +12,20 @@ ISO 1328-1:2013, 5.2 (rounding), 5.3.2 (single pitch), annex E (run-out, informa
 nine tenths of the total cumulative pitch deviation).
 """
 
-import re
 from bisect import bisect_left
 from decimal import ROUND_HALF_UP, Context, Decimal
 
 from tolstat.deviations.distributions import Tolerance
 from tolstat.errors import GradeError
 
-GRADES = range(1, 19)
-POSITIONS = ("h", "H", "js", "JS")
+GRADES = range(-1, 19)  # IT01 is -1
 
+# upper ends of ranges of sizes up to 500 mm; IT01 and IT0 there, um
+COARSE = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
+FINEST = {
+    -1: (0.3, 0.4, 0.4, 0.5, 0.6, 0.6, 0.8, 1, 1.2, 2, 2.5, 3, 4),
+    0: (0.5, 0.6, 0.6, 0.8, 1, 1, 1.2, 1.5, 2, 3, 4, 5, 6),
+}
 # upper end of a range of sizes, mm (above that of the row before): IT1 to IT18, um
 _ROWS = """
 3 0.8 1.2 2 3 4 6 10 14 25 40 60 100 140 250 400 600 1000 1400
@@ -51,21 +55,14 @@ TABLE = {
     for size, *widths in map(str.split, _ROWS.strip().splitlines())
 }
 
-_WRITTEN = re.compile(r"(IT|[A-Za-z]{1,2})\s*([0-9]{1,2})")
-
-
-def looks_like_grade(text: str) -> bool:
-    """Return whether a tolerance is written as a grade: "IT7", "h6", "js9"."""
-    return _WRITTEN.fullmatch(text.strip()) is not None
-
 
 def width(grade: int, size: float) -> float:
-    """Return the width of a tolerance grade at a nominal size, m.
+    """Return the width of a tolerance grade at a nominal size, m; IT01 is -1.
 
     Raises `GradeError` if the table of the standard lacks this grade or size.
     """
     if grade not in GRADES:
-        raise GradeError(f"IT{grade}: ISO 286-1 grades are IT1 to IT18 here")
+        raise GradeError("grades of ISO 286-1 are IT01, IT0 and IT1 to IT18")
     millimetres = round(1e3 * size, 9)
     if not 0 < millimetres <= 3150:
         raise GradeError(
@@ -77,26 +74,12 @@ def width(grade: int, size: float) -> float:
             f"IT{grade} of {millimetres:g} mm: ISO 286-1 has IT14 and above only over "
             "1 mm"
         )
+    if grade < 1:
+        if millimetres > COARSE[-1]:
+            raise GradeError("ISO 286-1 has IT01 and IT0 up to 500 mm")
+        return 1e-6 * FINEST[grade][bisect_left(COARSE, millimetres)]
     ends = list(TABLE)
     return 1e-6 * TABLE[ends[bisect_left(ends, millimetres)]][grade - 1]
-
-
-def zone(text: str, size: float) -> Tolerance:
-    """Return the zone of a grade on a drawing: deviations from the nominal size, m.
-
-    "IT7", "js7" and "JS7" lie half above and half below the nominal size, `size`, m;
-    "h7" below it (a shaft), "H7" above it (a hole). Raises `GradeError` if the grade is
-    unknown, or the standard's table lacks this size.
-    """
-    match = _WRITTEN.fullmatch(text.strip())
-    if match is None or match[1] not in ("IT", *POSITIONS):
-        raise GradeError(
-            f"'{text}': grades are IT1 to IT18, alone or as h, H, js, JS; write other "
-            "positions as their limits, lower..upper in mm, from the standard's table"
-        )
-    full = width(int(match[2]), size)
-    lower = {"h": -full, "H": 0.0}.get(match[1], -0.5 * full)
-    return Tolerance(lower, lower + full)
 
 
 ISO_1328 = "ISO 1328-1:2013"

@@ -22,6 +22,7 @@ from tolstat.errors import DistributionError
 RAREST = 6.0  # normal score of the ends that practically no part is beyond
 FARTHEST, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
 PLACES = ("mode", "median", "plateau")  # keys that are places in the zone
+WIDTHS = ("shift", "sigma")  # keys that are in proportion to the zone
 ROUNDING_OF_ZONE = 1e-12  # of half a zone: zero, but for rounding
 
 
@@ -166,8 +167,8 @@ def half_of(distributions: Mapping[str, Distribution]) -> float:
 def in_zone(distribution: Distribution, zone: Tolerance) -> Distribution:
     """Return a distribution in another zone, SI, beside the same shift of its nominal.
 
-    Mode, median and plateau lie as far across the new zone as across the old one; the
-    shift of a mean grows and shrinks with the zone. Other keys stay.
+    Mode, median, plateau and mean lie as far across the new zone as across the old one;
+    the shift of a mean and sigma grow and shrink with the zone. Other keys stay.
     """
     if isinstance(distribution, Shifted):
         return Shifted(in_zone(distribution.distribution, zone), distribution.by)
@@ -184,8 +185,11 @@ def in_zone(distribution: Distribution, zone: Tolerance) -> Distribution:
         if (typed := getattr(distribution, key, None)) is not None:
             plateau = isinstance(typed, Tolerance)
             keys[key] = Tolerance(*map(across, typed)) if plateau else across(typed)
-    if (shift := getattr(distribution, "shift", None)) is not None:
-        keys["shift"] = ratio * shift
+    for key in WIDTHS:
+        if (typed := getattr(distribution, key, None)) is not None:
+            keys[key] = ratio * typed
+    if (mean := getattr(distribution, "mean", None)) is not None:
+        keys["mean"] = across(mean)
     return cast(Distribution, dataclasses.replace(cast(Any, distribution), **keys))
 
 

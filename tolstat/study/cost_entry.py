@@ -248,7 +248,8 @@ def read_costs(
     if not isinstance(cost, dict) or not cost:
         raise CostError(f"cost: a table is expected, {EXAMPLE}")
     specified = {member: distributions[member] for member in readers}
-    if None in map(zone_of, specified.values()):
+    graded = "iso1328" in keys
+    if not (graded or "tolerance" in keys):
         raise CostError("cost needs a tolerance; add one to the entry")
     reader = next(iter(readers.values()))
     written = written_unit(keys, reader)
@@ -256,7 +257,6 @@ def read_costs(
     prices = {k: v for k, v in cost.items() if k not in ShiftKeys.model_fields}
     priced: list[Priced] = []
     if prices:
-        graded = "iso1328" in keys
         words = f"iso1328 = {keys['iso1328']}" if graded else str(keys["tolerance"])
         entry = Priced(name, words, specified, scale, sized=reader.is_sized(keys))
         priced.append(

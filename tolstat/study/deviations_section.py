@@ -139,7 +139,7 @@ def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:
     else:
         kind = str(rest.pop("distribution", DEFAULT)).replace("_", " ")
     zone = [str(rest.pop("tolerance"))] if "tolerance" in rest else []
-    if kind == DEFAULT and not {"cp", "cpk"} & set(rest):
+    if kind == DEFAULT and not {"cp", "cpk", "sigma"} & set(rest):
         rest["cp"] = 1
     words = [kind, *zone, *(f"{key} {value}" for key, value in rest.items())]
     if fitted:

@@ -2,9 +2,9 @@
 
 The rule of every other tolerance, whoever asks for it:
 
-- `mode`, `median` and `plateau`, and the `shift` of a mean, move with the zone: they
-  lie as far across the new one as across the old one, see
-  `tolstat.deviations.spread.in_zone`.
+- `mode`, `median`, `plateau`, `mean`, and the `shift` of a mean, move with the zone:
+  they lie as far across the new one as across the old one; `sigma` is in proportion to
+  it, so that Cp stays. See `tolstat.deviations.spread.in_zone`.
 - `distribution`, `cp`, `cpk`, `nominal_shift`, `common` and all other keys stay.
 - `size` stays for a grade alone. The tolerance replaces `iso1328` and `module`.
 - `cost` stays where it has a price for the new tolerance, and else goes: see
@@ -21,7 +21,16 @@ import numpy as np
 
 from tolstat.deviations import grades
 from tolstat.deviations.distributions import DISTRIBUTIONS, Distribution, Tolerance
-from tolstat.deviations.spread import PLACES, Shifted, in_zone, unshifted, zone_of
+from tolstat.deviations.general_tolerances import general_class, general_zone
+from tolstat.deviations.limits_and_fits import grade_zone, looks_like_grade
+from tolstat.deviations.spread import (
+    PLACES,
+    WIDTHS,
+    Shifted,
+    in_zone,
+    unshifted,
+    zone_of,
+)
 from tolstat.errors import DistributionError, GradeError, allowed_names
 from tolstat.model.description import Contributor
 from tolstat.study.nominal_size import DeviationReader
@@ -44,7 +53,8 @@ _FIELDS = [
 ]
 # all keys of an entry that its distribution depends on
 KEYS = dict.fromkeys([*OF_THE_TOLERANCE, "distribution", *_FIELDS])
-MOVED = (*PLACES, "shift")  # keys that change with the zone
+MOVED = (*PLACES, *WIDTHS, "mean")  # keys that change with the zone
+WITH_UNIT = ("tolerance", "value", "sigma")  # in whose unit a deviation is written
 EXAMPLE = '{ tolerance = "+-0.1 mm" }'
 
 Entry = str | dict[str, Any]
@@ -75,6 +85,8 @@ def read_distribution(entry: dict[str, Any], reader: DeviationReader) -> Distrib
     fields = {field.name: field for field in dataclasses.fields(kind)}
     values: dict[str, Any] = {}
     zone = _zone(keys, reader)
+    if zone is None and "sigma" in keys and "tolerance" in fields:
+        zone = _around(keys, fields, reader)
     if zone is not None:
         if "tolerance" not in fields:
             raise DistributionError(f"the {name} distribution has no tolerance")
@@ -109,6 +121,19 @@ def read_distribution(entry: dict[str, Any], reader: DeviationReader) -> Distrib
     return Shifted(distribution, reader.deviation(str(shift)))
 
 
+def _around(
+    keys: Mapping[str, Any], fields: Mapping[str, Any], reader: DeviationReader
+) -> Tolerance:
+    """Return three sigma to either side of the mean of an entry without tolerance."""
+    if wrong := [key for key in ("cp", "cpk", "shift") if key in keys]:
+        raise DistributionError(f"{wrong[0]} refers to a tolerance; add one")
+    mean, sigma = (
+        _value(key, keys[key], fields[key].metadata, reader) if key in keys else 0.0
+        for key in ("mean", "sigma")
+    )
+    return Tolerance(mean - 3 * sigma, mean + 3 * sigma)
+
+
 def _computable(distribution: Distribution) -> bool:
     """Tell whether its middle and its outermost deviations are numbers."""
     with np.errstate(all="ignore"):
@@ -121,8 +146,8 @@ def _computable(distribution: Distribution) -> bool:
 
 def written_unit(keys: Mapping[str, Any], reader: DeviationReader) -> str:
     """Return the unit in which a deviation is written; empty for a grade."""
-    text = str(keys.get("tolerance", keys.get("value", "")))
-    graded = not text or grades.looks_like_grade(text)
+    text = next((str(keys[key]) for key in WITH_UNIT if key in keys), "")
+    graded = not text or looks_like_grade(text)
     return "" if graded else reader.shown_unit(unit_of(text))
 
 
@@ -153,22 +178,31 @@ def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
         return None
     if not isinstance(text, str):
         raise DistributionError('tolerance: a text such as "+-1.2 mm" is expected')
-    if not grades.looks_like_grade(text):
+    if not looks_like_grade(text):
         if size is not None:
             raise GradeError("size belongs to a grade such as IT7; leave it out")
         return reader.zone(text)
-    if contributor.unit != "m":
+    general = general_class(text) is not None
+    if contributor.unit != "m" and not (general and contributor.unit == "rad"):
         raise GradeError(
-            f"{text} is a grade of lengths; {contributor.name} is given in "
+            f"{text} is of lengths{' and angles' if general else ''}; "
+            f"{contributor.name} is given in "
             f"{scale_of(contributor.unit, contributor.shown).shown}"
         )
+    if contributor.unit == "rad":
+        if size is None:
+            raise GradeError(
+                f"{text} of an angle is by the length of its shorter side; give it, "
+                f'such as {{ tolerance = "{text}", size = "50 mm" }}'
+            )
+        return general_zone(text, quantity(str(size), "m"), "rad")
     nominal = reader.size if size is None else reader.size_of_grade(str(size))
     if not nominal:
         raise GradeError(
             f"{text}: {contributor.name} has no nominal size; give it, such as "
             f'{{ tolerance = "{text}", size = "350 mm" }}'
         )
-    return grades.zone(text, abs(nominal))
+    return (general_zone if general else grade_zone)(text, abs(nominal))
 
 
 def _class_of_gears(
@@ -203,8 +237,8 @@ def shortest(keys: dict[str, Any]) -> Entry:
 
 
 def has_tolerance(keys: Mapping[str, Any]) -> bool:
-    """Return whether an entry has a tolerance, and not a grade of another name."""
-    return "tolerance" in keys or "iso1328" in keys
+    """Return whether an entry has a tolerance, or what gives one."""
+    return any(key in keys for key in ("tolerance", "iso1328", "sigma"))
 
 
 def distribution_of(keys: Mapping[str, Any], part: Contributor) -> Distribution:
@@ -228,7 +262,7 @@ def with_tolerance(
         raise DistributionError(
             f"{subject} no tolerance to change; give a whole entry, such as {EXAMPLE}"
         )
-    obsolete = {"module"} if grades.looks_like_grade(tolerance) else {"module", "size"}
+    obsolete = {"module"} if looks_like_grade(tolerance) else {"module", "size"}
     new = {
         "tolerance" if key == "iso1328" else key: value
         for key, value in keys.items()

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
-from tolstat.deviations import grades
+from tolstat.deviations.limits_and_fits import looks_like_grade
 from tolstat.errors import ModelError, UnitError
 from tolstat.study.problems import toml_of
 from tolstat.units.conversion import dimension
@@ -43,9 +43,7 @@ def separated(text: str) -> tuple[str, str] | None:
     size = f"{parts['size']} {parts['unit'] or same}".strip()
     if grade := parts["grade"]:
         fit = "".join(grade.split())
-        return (
-            (size, fit) if all(map(grades.looks_like_grade, fit.split("/"))) else None
-        )
+        return (size, fit) if all(map(looks_like_grade, fit.split("/"))) else None
     zone = parts["zone"] or f"{parts['one']}/{parts['other']}"
     return size, f"{zone} {last}".strip()
 
@@ -83,7 +81,7 @@ def tables_of(
         right = toml_of({**keys, TOLERANCE: both[1]})
         raise ModelError(f"a tolerance has no size; write {right}")
     hole, slash, shaft = (part.strip() for part in zone.partition("/"))
-    if not (slash and grades.looks_like_grade(hole)):
+    if not (slash and looks_like_grade(hole)):
         return {name: keys}
     if not (hole[:1].isupper() and shaft[:1].islower()):
         raise ModelError(f"'{zone}': a fit is a hole and a shaft, such as H7/g6")

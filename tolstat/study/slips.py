@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import Any
 
 from tolstat import catalogue
-from tolstat.deviations import grades
+from tolstat.deviations.limits_and_fits import looks_like_grade
 from tolstat.deviations.names import expand
 from tolstat.errors import DistributionError, TolstatError, UnitError
 from tolstat.model.checked import described
@@ -99,7 +99,7 @@ def note_readable(document: Document, model: Model | None, problems: Problems) -
             }
             zone, key = str(keys.get("tolerance", "")), f"[{section}] {name}"
             shares = any("%" in str(value) for value in keys.values())
-            of_a_size = shares or (zone and grades.looks_like_grade(zone))
+            of_a_size = shares or (zone and looks_like_grade(zone))
             if not keys or "data" in keys or of_a_size or problems.noted(key):
                 continue
             with problems.noting(key, keys):
