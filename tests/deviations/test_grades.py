@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tolstat.deviations import grades
-from tolstat.deviations.limits_and_fits import ABOVE, BELOW, grade_zone
+from tolstat.deviations import gear_classes, grades
+from tolstat.deviations.grades import ABOVE, BELOW, grade_zone
 from tolstat.errors import GradeError
 
 # values that workshop handbooks print: nominal size (mm), grade, um
@@ -168,12 +168,12 @@ def test_grades_that_are_refused(text, size, words):
 def test_classes_of_gears_by_hand():
     """D = 400 mm, m = 5 mm, class 7, from ISO 1328-1:2013 by pocket calculator."""
     # f_p: (0.4 + 2 + 5) * 2 = 14.8; F_p: (0.8 + 11 + 3.5 + 12) * 2 = 54.6
-    assert grades.single_pitch(0.4, 0.005, 7) == pytest.approx(15e-6)
-    assert grades.run_out(0.4, 0.005, 7) == pytest.approx(49e-6)
+    assert gear_classes.single_pitch(0.4, 0.005, 7) == pytest.approx(15e-6)
+    assert gear_classes.run_out(0.4, 0.005, 7) == pytest.approx(49e-6)
     # below 10 um to half a um, below 5 um to a tenth
-    assert grades.single_pitch(0.4, 0.005, 5) == pytest.approx(7.5e-6)
-    assert grades.single_pitch(0.4, 0.005, 2) == pytest.approx(2.6e-6)
-    assert "2013" in grades.ISO_1328
+    assert gear_classes.single_pitch(0.4, 0.005, 5) == pytest.approx(7.5e-6)
+    assert gear_classes.single_pitch(0.4, 0.005, 2) == pytest.approx(2.6e-6)
+    assert "2013" in gear_classes.ISO_1328
 
 
 @pytest.mark.parametrize(
@@ -188,7 +188,7 @@ def test_classes_of_gears_by_hand():
     ],
 )
 def test_ties_of_the_rounding_go_up(diameter, module, flank_class, pitch):
-    found = grades.single_pitch(diameter, module, flank_class)
+    found = gear_classes.single_pitch(diameter, module, flank_class)
     assert found == pytest.approx(pitch * 1e-6, rel=1e-12)
 
 
@@ -211,28 +211,30 @@ def test_fractions_are_rounded_exactly():
             f_p = (Fraction(diameter, 1000) + module * Fraction(2, 5) + 5) * of_class
             known = by_the_rule(f_p)
             ties += known - f_p in (Fraction(1, 2), Fraction(1, 4), Fraction(1, 20))
-            found = grades.single_pitch(*lengths, flank_class)
+            found = gear_classes.single_pitch(*lengths, flank_class)
             assert found == float(known / 10**6), (diameter, module)
             if math.isqrt(diameter) ** 2 == diameter:
                 F_p = Fraction(diameter, 500) + Fraction("7/10") * module + 12
                 F_p += Fraction("11/20") * math.isqrt(diameter)
                 known = by_the_rule(F_p * of_class * Fraction("9/10"))
-                found = grades.run_out(*lengths, flank_class)
+                found = gear_classes.run_out(*lengths, flank_class)
                 assert found == float(known / 10**6), (diameter, module)
     assert ties > 100
 
 
 def test_each_class_is_a_root_of_two_wider():
     for flank_class in (6, 8, 10):
-        wide = grades.run_out(1.092, 0.012, flank_class + 1)
-        narrow = grades.run_out(1.092, 0.012, flank_class)
+        wide = gear_classes.run_out(1.092, 0.012, flank_class + 1)
+        narrow = gear_classes.run_out(1.092, 0.012, flank_class)
         assert wide / narrow == pytest.approx(math.sqrt(2), abs=0.02)
 
 
 def test_zones_of_a_class():
-    lower, upper = grades.gear_zone("run-out", 0.4, 0.005, 7)
+    lower, upper = gear_classes.gear_zone("run-out", 0.4, 0.005, 7)
     assert (lower, upper) == (0.0, pytest.approx(24.5e-6))  # half of what is indicated
-    assert grades.gear_zone("pitch", 0.4, 0.005, 7) == pytest.approx((-15e-6, 15e-6))
+    assert gear_classes.gear_zone("pitch", 0.4, 0.005, 7) == pytest.approx(
+        (-15e-6, 15e-6)
+    )
 
 
 @pytest.mark.parametrize(
@@ -246,4 +248,4 @@ def test_zones_of_a_class():
 )
 def test_gears_that_are_refused(diameter, module, flank_class, words):
     with pytest.raises(GradeError, match=words):
-        grades.run_out(diameter, module, flank_class)
+        gear_classes.run_out(diameter, module, flank_class)

@@ -3,7 +3,7 @@
 import pytest
 
 from tolstat.errors import StudyError
-from tolstat.study.link_entry import link_tables, separated
+from tolstat.study.settings_section import link_tables, separated
 from tolstat.study.study import load
 
 CHAIN = {"model": "dimension_chain", "trials": 8, "seed": 1}
@@ -119,11 +119,11 @@ REST = {
     "deviations": {
         "rod_length": "+-1 mmm",
         "crank_angle": {"tolerance": "+-1 mm", "distribution": "rectangular"},
-        "crank_radius": {"tolerance": "+-1 mm", "sigma": 3},
+        "crank_radius": {"tolerance": "+-1 mm", "std": 3},
     },
     "limits": {"yaw": "3 mrad", "rod_force": {"limit": "<= 3 kN", "cpk": 2}},
 }
-SAID = ["unknown unit 'mmm'", "'uniform'", "no key sigma", '[limits] yaw = "3 mrad"',
+SAID = ["unknown unit 'mmm'", "'uniform'", "no key std", '[limits] yaw = "3 mrad"',
         "no key cpk"]  # fmt: skip
 
 

@@ -18,8 +18,7 @@ from tolstat.model.checked import described, impossible
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor, Response
 from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows, as_typed
-from tolstat.study.link_entry import NOMINAL
-from tolstat.study.settings_section import SETTING
+from tolstat.study.settings_section import NOMINAL, SETTING
 
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
 BEGIN = 34

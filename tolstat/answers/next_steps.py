@@ -13,9 +13,9 @@ from tolstat.store.files_beside import free_name
 from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.study.distribution_entry import KEYS, Entry, keys_of, typed
 from tolstat.study.editor import together
-from tolstat.study.link_entry import NOMINAL
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import toml_of
+from tolstat.study.settings_section import NOMINAL
 from tolstat.units.grammar import quantity
 from tolstat.units.scale import KNOWN, figures
 

@@ -19,10 +19,13 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from tolstat.deviations import grades
 from tolstat.deviations.distributions import DISTRIBUTIONS, Distribution, Tolerance
-from tolstat.deviations.general_tolerances import general_class, general_zone
-from tolstat.deviations.limits_and_fits import grade_zone, looks_like_grade
+from tolstat.deviations.grades import (
+    general_class,
+    general_zone,
+    grade_zone,
+    looks_like_grade,
+)
 from tolstat.deviations.spread import (
     PLACES,
     WIDTHS,
@@ -208,22 +211,24 @@ def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
 def _class_of_gears(
     flank_class: Any, module: Any, contributor: Contributor
 ) -> Tolerance:
+    from tolstat.deviations.gear_classes import ISO_1328, gear_zone  # seldom used
+
     if contributor.gear is None:
         raise GradeError(
-            f"{grades.ISO_1328} is for the run-out and the pitch of gears; "
+            f"{ISO_1328} is for the run-out and the pitch of gears; "
             f"{contributor.name} is neither"
         )
     if isinstance(flank_class, bool) or not isinstance(flank_class, int):
         raise GradeError(
-            f"iso1328 is a class from 1 to 11 ({grades.ISO_1328}), such as iso1328 = 7"
+            f"iso1328 is a class from 1 to 11 ({ISO_1328}), such as iso1328 = 7"
         )
     if module is None:
         raise GradeError(
-            f"class {flank_class} of {grades.ISO_1328} needs the normal module, such "
+            f"class {flank_class} of {ISO_1328} needs the normal module, such "
             'as module = "12 mm"'
         )
     diameter, error = contributor.gear
-    return grades.gear_zone(error, diameter, quantity(str(module), "m"), flank_class)
+    return gear_zone(error, diameter, quantity(str(module), "m"), flank_class)
 
 
 def keys_of(entry: Entry) -> dict[str, Any]:

@@ -32,8 +32,8 @@ from tolstat.study.distribution_entry import (
     shortest,
     with_tolerance,
 )
-from tolstat.study.link_entry import NOMINAL, link_tables, with_link
 from tolstat.study.nominal_size import DeviationReader
+from tolstat.study.settings_section import NOMINAL, link_tables, with_link
 
 Entries = Mapping[str, Entry]
 

@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import Any
 
 from tolstat import catalogue
-from tolstat.deviations.limits_and_fits import looks_like_grade
+from tolstat.deviations.grades import looks_like_grade
 from tolstat.deviations.names import expand
 from tolstat.errors import DistributionError, TolstatError, UnitError
 from tolstat.model.checked import described
@@ -20,10 +20,16 @@ from tolstat.model.setting_kinds import Text
 from tolstat.model.settings import read, settings_of
 from tolstat.study.distribution_entry import keys_of, read_distribution, shortest
 from tolstat.study.limits_section import read_limit
-from tolstat.study.link_entry import NOMINAL, TOLERANCE, separated, tables_of
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems, toml_of
-from tolstat.study.settings_section import link_columns, settings_with_links
+from tolstat.study.settings_section import (
+    NOMINAL,
+    TOLERANCE,
+    link_columns,
+    separated,
+    settings_with_links,
+    tables_of,
+)
 from tolstat.study.study_schema import Document
 from tolstat.units.conversion import dimension, si_unit
 

@@ -34,7 +34,6 @@ from tolstat.study.given_points import (
     read_table,
 )
 from tolstat.study.limits_section import read_limits
-from tolstat.study.link_entry import NOMINAL
 from tolstat.study.memory_needed import large, too_large
 from tolstat.study.nominal_size import SHARES
 from tolstat.study.problems import Problems
@@ -47,6 +46,7 @@ from tolstat.study.sampling import (
     warnings_of,
 )
 from tolstat.study.settings_section import (
+    NOMINAL,
     described_with_sizes,
     link_columns,
     read_settings,
