@@ -457,3 +457,32 @@ def test_a_share_that_is_a_rounding_error_is_none(ran):
     (share,) = (each for each in run.numbers if each.name == "share_c")
     assert 0 < share.value < 1e-30
     assert run.scale_of(share).words(share.value) == "0 %"
+
+
+@pytest.mark.parametrize(
+    ("formula", "links", "unit"),
+    [
+        ("r*w", {"r": "10 mm", "w": "60 rpm"}, "m/s"),
+        ("r*w**2", {"r": "10 mm", "w": "60 rpm"}, "m/s^2"),
+        ("r*phi", {"r": "10 mm", "phi": "3 deg"}, "m"),
+        ("phi/t", {"phi": "3 deg", "t": "3 s"}, "rad/s"),
+        ("w*t", {"w": "60 rpm", "t": "3 s"}, "rad"),
+        ("F/x", {"F": "3 N", "x": "1 mm"}, "N/m"),
+        ("c*phi/r", {"c": "3 N m/rad", "phi": "2 deg", "r": "1 m"}, "N"),
+        ("U/I", {"U": "3 V", "I": "20 mA"}, "ohm"),
+        ("L*a*dT", {"L": "3 mm", "a": "11.5e-6 1/K", "dT": "40 degC"}, "m"),
+    ],
+)
+def test_units_of_products_are_those_that_people_use(formula, links, unit):
+    """An angle beside what has none is a plain number; beside time it is a speed."""
+    study = {"model": "dimension_chain", "trials": 8, "seed": 1, "links": links}
+    (gap,) = load({**study, "settings": {"gap": formula}}).description.responses
+    assert gap.unit == unit
+    assert gap.shown == ("N/mm" if unit == "N/m" else "")
+
+
+def test_temperatures_of_two_scales_are_not_mixed():
+    links = {"a": "293 K", "b": "20 degC"}
+    study = {"model": "dimension_chain", "trials": 8, "seed": 1, "links": links}
+    with pytest.raises(StudyError, match="a in K and b in degC: both are differences"):
+        load({**study, "settings": {"gap": "a - b"}})

@@ -1,7 +1,8 @@
 """Algebras that evaluate a formula: numbers of all trials, slopes, dimensions.
 
-In dimensions an angle stays an angle among plain numbers; with anything else it is a
-plain number, so that the length of an arc is radius times angle.
+In dimensions an angle stays an angle among plain numbers and times; with anything else
+it is a plain number, so that the length of an arc is radius times angle, and its speed
+radius times speed of turning.
 """
 
 import math
@@ -272,7 +273,7 @@ class Dimensions:
             # 180/pi*angle is a plain number again: of degrees
             both = first * second if sign == "*" else first / second
             return Kind(both, both == PLAIN and (left.ratio or right.ratio))
-        first, second = (PLAIN if _is_turning(x) else x for x in (first, second))
+        first, second = _beside(first, second), _beside(second, first)
         both = first * second if sign == "*" else first / second
         return Kind(both, both == PLAIN)
 
@@ -316,6 +317,14 @@ class Dimensions:
 def _is_turning(dimension: Any) -> bool:
     """Tell a plain number, an angle, and its powers from what has another dimension."""
     return not set(dimension) - {"[angle]"}
+
+
+def _beside(dimension: Any, other: Any) -> Any:
+    """Return an angle, or its speed, without the angle beside what has none."""
+    turning, others = {"[angle]", "[time]"}, set(other)
+    if not set(dimension) <= turning or others <= turning or "[angle]" in others:
+        return dimension
+    return dimension / ANGLE ** dimension.get("[angle]", 0)
 
 
 def _settled(kind: Kind) -> Kind:
