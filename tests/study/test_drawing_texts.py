@@ -13,6 +13,7 @@ from tests.study.test_every_problem import CHAIN, problems_of
 from tests.study.test_nominal_size import zone
 from tolstat.answers.allocate.fresh_runs import FreshRuns
 from tolstat.deviations.spread import spread_of
+from tolstat.errors import TolstatError
 from tolstat.study.study import load
 
 
@@ -194,3 +195,39 @@ def test_a_report_of_a_sigma_alone(tmp_path):
     assert tolstat.report(run)
     fresh = tomllib.loads(tolstat.fresh_study(run, {"a": "+-60 um"}))
     assert fresh["links"]["a"]["sigma"] == "20 um"
+
+
+TWO = [
+    {"share": "70 %", "mean": "10 mm", "sigma": "20 um"},
+    {"share": "30 %", "mean": "10.05 mm", "sigma": "20 um"},
+]
+MIXED = {"nominal": "10 mm", "distribution": "mixture"}
+
+
+def test_two_suppliers_by_their_means_and_sigmas(tmp_path):
+    links = {"a": {**MIXED, "parts": TWO}, "b": "9 +-0.01 mm"}
+    study = gap(links, "a", limits={"gap": "9.95..10.08 mm"})
+    mixture = load(study).deviating.distributions["a"]
+    np.testing.assert_allclose(mixture.parts, [(0.7, 0, 2e-5), (0.3, 5e-5, 2e-5)], 1e-9)
+    run = tolstat.run(study, output=tmp_path / "mixture.h5")
+    share = np.mean(run.column("gap") < 9.95e-3) + np.mean(run.column("gap") > 10.08e-3)
+    assert share == pytest.approx(0.024411, abs=4 * np.sqrt(0.0244 / 4000))
+    assert tolstat.report(run)
+    with pytest.raises(TolstatError, match="a mixture has no tolerance to change"):
+        tolstat.fresh_study(run, {"a": "+-0.1 mm"})
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ("two", "parts: a list of tables is expected"),
+        ([{"mean": "10 mm", "sigma": "1 um"}], "each needs its share"),
+        ([TWO[0]], "100 % together, not 70 %"),
+        ([TWO[0], {**TWO[1], "distribution": "uniform"}], "has no key mean"),
+        ([TWO[0], {"share": "30 %", "tolerance": "+-9 um", "distribution": "uniform"}],
+         "parts: each is normal"),
+        ([TWO[0], {"share": "30 kg", "sigma": "1 um"}], "another kind"),
+    ],
+)  # fmt: skip
+def test_a_wrong_mixture_is_refused(parts, words):
+    assert words in problems_of(gap({"a": {**MIXED, "parts": parts}}, "a"))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from scipy.special import betaincinv, ndtr, ndtri, stdtrit
+from scipy.special import betaincinv, gammaincinv, lambertw, ndtr, ndtri, stdtrit
 
 from tolstat.arrays import Array
 from tolstat.errors import DistributionError
@@ -22,6 +22,10 @@ MOST_CP = 20.0  # a process of 120 sigma between its limits is a slip
 # share of a centred normal distribution below mean + 3 sigma, the upper end of a
 # tolerance at Cp = 1
 THREE_SIGMA = 0.9986501019683699
+ROUNDING = 1e-9  # of the sum of shares
+BITS = 60  # of the place between two sources, halved as often
+# of a curvilinear trapezoid: shares beside its ends where a series holds, its terms
+SMALL, TERMS, STEPS, LEAST_SHARE = 1e-3, 20, 3, 0.5
 # of Student's t: two have no standard deviation, and close above two practically all of
 # it comes from parts that no run sees
 LEAST_FREEDOM = 3.0
@@ -48,7 +52,7 @@ def key(
     ----------
     reads : str
         "number"; "quantity", "difference" or "tolerance", in the unit of the
-        contributor; "word".
+        contributor; "word"; "parts", a list of entries with their shares.
     default : optional
         Value of a key that the study omits; without a default the key is required.
     choices : sequence of str
@@ -322,11 +326,116 @@ class TruncatedNormal(Normal):
         return np.clip(parts, lower, upper)
 
 
+@dataclass(frozen=True)
+class Gamma(_Toleranced):
+    """Gamma distribution that begins at the lower end of the tolerance.
+
+    Not truncated: 99.865 % of the parts lie below the upper end.
+    """
+
+    shape: float = key(check="above zero")  # 1 is exponential, large almost symmetric
+
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
+        share = gammaincinv(self.shape, u) / gammaincinv(self.shape, THREE_SIGMA)
+        return np.asarray(lower + (upper - lower) * share)
+
+
+@dataclass(frozen=True)
+class Gumbel(_Toleranced):
+    """Gumbel distribution of the largest of many: a long tail upwards.
+
+    Not truncated: 0.135 % of the parts lie below the tolerance, as many above it.
+    """
+
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
+        first, last = (-math.log(-math.log(x)) for x in (1 - THREE_SIGMA, THREE_SIGMA))
+        return lower + (upper - lower) * (-np.log(-np.log(u)) - first) / (last - first)
+
+
+@dataclass(frozen=True)
+class CurvilinearTrapezoid(_Toleranced):
+    """Uniform between ends that are known inexactly (JCGM 101, 6.4.3)."""
+
+    # each end lies so far to either side of that of the tolerance, at most, SI
+    inexactness: float = key("difference", check="above zero")
+
+    def __post_init__(self) -> None:
+        """Refuse ends that may change places."""
+        super().__post_init__()
+        if self.inexactness >= self.tolerance.half:
+            raise DistributionError("inexactness is less than half the tolerance")
+
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
+        half, d = self.tolerance.half, self.inexactness
+        reach, flank = half + d, np.minimum(u, 1 - u)
+        # below the flat part: share y of the reach with y ln y - y + 1 = q
+        q = 4 * d * flank / reach
+        e = np.sqrt(2 * q) - q / 3  # 1 - y where q is small
+        exact = 1 - np.exp(1 + lambertw((q - 1) / math.e, -1).real)
+        for _ in range(STEPS):  # by Newton: there the closed form loses figures
+            rise = sum(e**k / (k * (k - 1)) for k in range(2, TERMS))
+            e = e - (rise - q) / -np.log1p(-np.minimum(e, LEAST_SHARE))
+        e = np.where(q < SMALL, e, exact)
+        # of the parts up to the end of the flank, and the flat density beyond
+        edge = (half - d) / reach
+        share = (1 - edge + edge * math.log(edge)) * reach / (4 * d)
+        density = -math.log(edge) / (4 * d)
+        flat = d - half + (flank - share) / density
+        away = np.where(flank < share, reach * (e - 1), flat)
+        return self.tolerance.middle + np.where(u < 0.5, away, -away)
+
+
+class Source(NamedTuple):
+    """A source of normal parts: its share of all, mean and sigma, SI."""
+
+    share: float
+    mean: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """Parts of several sources, such as suppliers."""
+
+    parts: tuple[Source, ...] = key("parts")
+
+    def __post_init__(self) -> None:
+        """Refuse shares whose sum is not 1."""
+        total = math.fsum(share for share, *_ in self.parts)
+        least = min((share for share, *_ in self.parts), default=0.0)
+        if not least > 0 or abs(total - 1) > ROUNDING:
+            raise DistributionError(
+                f"shares of a mixture are above 0 and 100 % together, not "
+                f"{100 * total:.6g} %"
+            )
+
+    def deviations(self, u: Array) -> Array:
+        """Return deviations, SI, at unit samples 0 < u < 1."""
+        scores = np.asarray(ndtri(u))
+        each = np.array([mean + sigma * scores for _, mean, sigma in self.parts])
+        low, high = each.min(axis=0), each.max(axis=0)
+        sign = np.where(u < 0.5, 1.0, -1.0)  # the smaller tail keeps its figures
+        tail = np.minimum(u, 1 - u)
+        for _ in range(BITS):
+            middle = 0.5 * (low + high)
+            below = sum(
+                share * ndtr(sign * (middle - mean) / sigma)
+                for share, mean, sigma in self.parts
+            )
+            left = (sign * (below - tail)) < 0
+            low, high = np.where(left, middle, low), np.where(left, high, middle)
+        return np.asarray(0.5 * (low + high))
+
+
 DISTRIBUTIONS: dict[str, type[Distribution]] = {
     "arcsine": Arcsine,
     "beta": Beta,
     "constant": Constant,
+    "curvilinear_trapezoid": CurvilinearTrapezoid,
+    "gamma": Gamma,
+    "gumbel": Gumbel,
     "lognormal": Lognormal,
+    "mixture": Mixture,
     "normal": Normal,
     "student_t": StudentT,
     "trapezoidal": Trapezoidal,

@@ -13,6 +13,7 @@ from tolstat.arrays import Array
 from tolstat.deviations.distributions import (
     THREE_SIGMA,
     Distribution,
+    Gamma,
     Lognormal,
     Tolerance,
     Weibull,
@@ -22,7 +23,7 @@ from tolstat.errors import DistributionError
 RAREST = 6.0  # normal score of the ends that practically no part is beyond
 FARTHEST, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
 PLACES = ("mode", "median", "plateau")  # keys that are places in the zone
-WIDTHS = ("shift", "sigma")  # keys that are in proportion to the zone
+WIDTHS = ("shift", "sigma", "inexactness")  # keys that are in proportion to the zone
 ROUNDING_OF_ZONE = 1e-12  # of half a zone: zero, but for rounding
 
 
@@ -125,7 +126,7 @@ def fixed_point(distribution: Distribution, *, sized: bool) -> float:
       what is typed as most likely. Friction -20..+40 %, mode 0 %, becomes -10..+20 %.
     - a deviation without nominal value with a zone from zero: zero. It is an amplitude.
       A run-out 0..60 um becomes 0..30 um.
-    - a distribution that begins at its lower end, lognormal or Weibull: that end.
+    - a distribution that begins at its lower end (gamma, lognormal, Weibull): that end.
 
     A shift of the nominal moves the zone and its fixed point.
 
@@ -142,7 +143,7 @@ def fixed_point(distribution: Distribution, *, sized: bool) -> float:
                 plateau = isinstance(typical, Tolerance)
                 return float(typical.middle if plateau else typical)
     from_zero = not sized and zone.lower == 0
-    if from_zero or isinstance(distribution, Lognormal | Weibull):
+    if from_zero or isinstance(distribution, Gamma | Lognormal | Weibull):
         return zone.lower
     return zone.middle
 

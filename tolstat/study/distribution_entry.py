@@ -19,7 +19,13 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from tolstat.deviations.distributions import DISTRIBUTIONS, Distribution, Tolerance
+from tolstat.deviations.distributions import (
+    DISTRIBUTIONS,
+    Distribution,
+    Normal,
+    Source,
+    Tolerance,
+)
 from tolstat.deviations.grades import (
     general_class,
     general_zone,
@@ -57,7 +63,12 @@ _FIELDS = [
 # all keys of an entry that its distribution depends on
 KEYS = dict.fromkeys([*OF_THE_TOLERANCE, "distribution", *_FIELDS])
 MOVED = (*PLACES, *WIDTHS, "mean")  # keys that change with the zone
+# by their keys: deviations without a tolerance that could change
+WITHOUT = {
+    "data": "measured parts have", "value": "a constant has", "parts": "a mixture has",
+}  # fmt: skip
 WITH_UNIT = ("tolerance", "value", "sigma")  # in whose unit a deviation is written
+SOURCES = 'such as { share = "70 %", mean = "10 mm", sigma = "0.02 mm" }'
 EXAMPLE = '{ tolerance = "+-0.1 mm" }'
 
 Entry = str | dict[str, Any]
@@ -88,7 +99,7 @@ def read_distribution(entry: dict[str, Any], reader: DeviationReader) -> Distrib
     fields = {field.name: field for field in dataclasses.fields(kind)}
     values: dict[str, Any] = {}
     zone = _zone(keys, reader)
-    if zone is None and "sigma" in keys and "tolerance" in fields:
+    if zone is None and "sigma" in keys and "sigma" in fields:
         zone = _around(keys, fields, reader)
     if zone is not None:
         if "tolerance" not in fields:
@@ -156,6 +167,8 @@ def written_unit(keys: Mapping[str, Any], reader: DeviationReader) -> str:
 
 def _value(key: str, value: Any, declared: Any, reader: DeviationReader) -> Any:
     """Read the value of one key as its distribution declares it."""
+    if declared["reads"] == "parts":
+        return _sources(value, reader)
     if read := QUANTITIES.get(declared["reads"]):
         return read(reader, str(value))
     if declared["reads"] == "word":
@@ -166,6 +179,23 @@ def _value(key: str, value: Any, declared: Any, reader: DeviationReader) -> Any:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise DistributionError(f"{key}: a number is expected")
     return float(value)
+
+
+def _sources(parts: Any, reader: DeviationReader) -> tuple[Source, ...]:
+    """Return share, mean and sigma of each part of a mixture."""
+    if not isinstance(parts, Sequence) or not all(isinstance(x, dict) for x in parts):
+        raise DistributionError(f"parts: a list of tables is expected, {SOURCES}")
+    sources = []
+    for part in parts:
+        share = part.get("share")
+        if not isinstance(share, str):
+            raise DistributionError(f"parts: each needs its share, {SOURCES}")
+        normal = {key: x for key, x in part.items() if key != "share"}
+        distribution = read_distribution(normal, reader)
+        if type(distribution) is not Normal:
+            raise DistributionError(f"parts: each is normal, {SOURCES}")
+        sources.append(Source(quantity(share, "1"), *distribution.mean_and_sigma))
+    return tuple(sources)
 
 
 def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
@@ -262,8 +292,8 @@ def with_tolerance(
     DistributionError
         If the entry has no tolerance to change.
     """
-    if "data" in keys or "value" in keys:
-        subject = "measured parts have" if "data" in keys else "a constant has"
+    if wrong := [subject for key, subject in WITHOUT.items() if key in keys]:
+        subject = wrong[0]
         raise DistributionError(
             f"{subject} no tolerance to change; give a whole entry, such as {EXAMPLE}"
         )
