@@ -412,8 +412,8 @@ class Mixture:
     def deviations(self, u: Array) -> Array:
         """Return deviations, SI, at unit samples 0 < u < 1."""
         scores = np.asarray(ndtri(u))
-        each = np.array([mean + sigma * scores for _, mean, sigma in self.parts])
-        low, high = each.min(axis=0), each.max(axis=0)
+        quantiles = np.array([mean + sigma * scores for _, mean, sigma in self.parts])
+        low, high = quantiles.min(axis=0), quantiles.max(axis=0)
         sign = np.where(u < 0.5, 1.0, -1.0)  # the smaller tail keeps its figures
         tail = np.minimum(u, 1 - u)
         for _ in range(BITS):
@@ -422,8 +422,8 @@ class Mixture:
                 share * ndtr(sign * (middle - mean) / sigma)
                 for share, mean, sigma in self.parts
             )
-            left = (sign * (below - tail)) < 0
-            low, high = np.where(left, middle, low), np.where(left, high, middle)
+            rises = sign * (below - tail) < 0
+            low, high = np.where(rises, middle, low), np.where(rises, high, middle)
         return np.asarray(0.5 * (low + high))
 
 

@@ -214,8 +214,8 @@ def grade_zone(text: str, size: float) -> Tolerance:
     match = _WRITTEN.fullmatch(text.strip())
     letter = match[1] if match else ""
     lower_case, upper_case = letter.lower(), letter.upper()
-    known = lower_case in LETTERS and letter in (lower_case, upper_case)
-    if not match or not (known or letter == "IT"):
+    is_letter = lower_case in LETTERS and letter in (lower_case, upper_case)
+    if not match or not (is_letter or letter == "IT"):
         raise GradeError(
             f"'{text}': grades are IT01 to IT18, alone or behind a letter of ISO "
             "286-1, a to zc for a shaft, A to ZC for a hole, without i, l, o, q and w"
@@ -245,11 +245,11 @@ def _lower_end(letter: str, grade: int, size: float, full: float) -> float:
         return 0.0 if hole else -full
     if name == "j":
         ends = _J.get(f"{letter}{grade}", ())
-        far = ends[step] if step < len(ends) else math.nan
-        return far - full if hole else -far
+        distance = ends[step] if step < len(ends) else math.nan
+        return distance - full if hole else -distance
     if name in BELOW:
-        few = name in "ab" and size <= 1
-        distance = math.nan if few else _value(BELOW[name], size)
+        missing = name in "ab" and size <= 1
+        distance = math.nan if missing else _value(BELOW[name], size)
         return distance if hole else -distance - full
     distance = _value(ABOVE[name], size)
     if not hole:

@@ -69,7 +69,7 @@ class Law(NamedTuple):
         varying, power = self.price - self.fixed, self.exponent
         if self.rate:
             return self.fixed + varying * math.exp((self.at - half) / self.rate)
-        return self.fixed + varying * self.at**power / half**power
+        return float(self.fixed + varying * self.at**power / half**power)
 
 
 class Offered(NamedTuple):

@@ -165,10 +165,10 @@ def plain(text: str) -> str:
     A comma is a decimal sign, unless it may also separate thousands: a UnitError.
     """
     text = text.strip().replace(MINUS, "-").replace("…", "..")
-    for whole, part in _COMMA.findall(text):
-        if len(part) == 3 and whole.strip("0"):
+    for first, last in _COMMA.findall(text):
+        if len(last) == 3 and first.strip("0"):
             raise UnitError(
-                f"'{whole},{part}' may be {whole}.{part} or {whole}{part}; write one "
+                f"'{first},{last}' may be {first}.{last} or {first}{last}; write one "
                 "of these"
             )
     return _COMMA.sub(r"\1.\2", text)

@@ -23,11 +23,18 @@ OPERATIONS = {
 OF_ONE = {
     "sqrt": np.sqrt, "abs": np.abs, "exp": np.exp, "log": np.log,
     "sin": np.sin, "cos": np.cos, "tan": np.tan,
-    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
+    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "tanh": np.tanh,
+    "floor": np.floor, "ceil": np.ceil, "round": np.round, "sign": np.sign,
 }  # fmt: skip
 OF_TWO = {
     "atan2": np.arctan2, "hypot": np.hypot, "min": np.minimum, "max": np.maximum,
+    "mod": np.mod, "power": np.power,
 }  # fmt: skip
+COMPARISONS: dict[str, Any] = {
+    "<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal,
+}  # fmt: skip
+CHOICE = "IF"  # of a condition, what holds if it is met, and what if not
+STEPS = ("floor", "ceil", "round")
 SMALL = 1e-3  # of the terms: a larger error does not show that a value is none
 WITH_ZEROS = ("sin", "cos", "tan", "log")  # where their argument is not zero
 # where a function has no value
@@ -63,6 +70,10 @@ class Values:
         with np.errstate(all="ignore"):
             if name in OF_ONE:
                 result = OF_ONE[name](arguments[0])
+            elif name == CHOICE:
+                result = np.where(*arguments)
+            elif name in COMPARISONS:
+                return COMPARISONS[name](*arguments)
             else:
                 result = reduce(OF_TWO[name], arguments)
         return self._checked(result, OUTSIDE.get(name, "too large"))
@@ -92,6 +103,8 @@ DERIVATIVES = {
     "asin": lambda x, y: 1 / np.sqrt(1 - x * x),
     "acos": lambda x, y: -1 / np.sqrt(1 - x * x),
     "atan": lambda x, y: 1 / (1 + x * x),
+    "tanh": lambda x, y: 1 - y * y,
+    **dict.fromkeys((*STEPS, "sign"), lambda x, y: 0.0 * x),
 }
 
 
@@ -114,7 +127,13 @@ class Derived(Values):
             return self.carried(sign, value, [(first, left), (second, right)], divisor)
 
     def function(self, name: str, arguments: Sequence[Any]) -> Any:
+        if name == CHOICE:
+            condition, *choices = arguments
+            chosen = (np.where(condition, *both) for both in zip(*choices, strict=True))
+            return type(choices[0])(*chosen)
         values = [argument.value for argument in arguments]
+        if name in COMPARISONS:
+            return super().function(name, values)
         value = super().function(name, values)
         with np.errstate(all="ignore"):
             outer = derivatives(name, values, value)
@@ -156,6 +175,11 @@ def derivatives(name: str, arguments: Sequence[Any], value: Any) -> list[Any]:
     if name == "hypot":
         # no slope at the tip
         return [x / np.where(value > 0, value, 1.0) for x in arguments]
+    if name == "mod":
+        return [np.ones_like(value), -np.floor_divide(*arguments)]
+    if name == "power":
+        base, exponent = arguments
+        return [exponent * base ** (exponent - 1), np.log(base) * value]
     if name == "atan2":
         y, x = arguments
         square = x * x + y * y
@@ -189,6 +213,14 @@ class Roundings(Derived):
         size = np.abs(self.links[name])
         return Rounded(self.links[name], self._unit * size, size)
 
+    def function(self, name: str, arguments: Sequence[Any]) -> Any:
+        if name in STEPS:  # what is whole but for rounding is whole
+            x = arguments[0]
+            nearest = np.round(x.value)
+            whole_number = np.abs(x.value - nearest) <= x.error
+            arguments = [x._replace(value=np.where(whole_number, nearest, x.value))]
+        return super().function(name, arguments)
+
     @property
     def _unit(self) -> float:
         return len(self.links) * float(np.finfo(float).eps)
@@ -220,7 +252,7 @@ def _without_rounding(value: Any, error: Any, size: Any) -> Rounded:
 PLAIN, ANGLE = dimension("1"), dimension("rad")
 OF_AN_ANGLE = ("sin", "cos", "tan")
 TO_AN_ANGLE = ("asin", "acos", "atan")
-ALIKE = ("abs", "hypot", "min", "max", "atan2")
+ALIKE = ("abs", "hypot", "min", "max", "atan2", "mod", *COMPARISONS)
 BARE = (
     "{} of a plain number leaves open whether degrees or radians are meant; make it a "
     'link with its unit, "30 deg" or "30 rad"; a number of degrees in a formula is '
@@ -281,6 +313,18 @@ class Dimensions:
         if name in ALIKE:
             same = self._alike(arguments, "does not go with")
             return Kind(ANGLE) if name == "atan2" else same
+        if name == CHOICE:
+            return self._alike(arguments[1:], "does not go with")
+        if name == "sign":
+            return Kind(PLAIN)
+        if name == "power":
+            for kind in arguments:
+                if kind is not NOTHING and kind.dimension != PLAIN:
+                    raise ValueError(
+                        "an exponent is a plain number, and so is the base of a link as "
+                        f"exponent, not {_words(kind)}"
+                    )
+            return Kind(PLAIN)
         (kind,) = arguments
         if name in OF_AN_ANGLE:
             return self._of_an_angle(name, kind)

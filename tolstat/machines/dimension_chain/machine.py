@@ -40,8 +40,8 @@ class DimensionChain(Model):
             sentence = f"link of {scale.factor * size:.10g} {scale.mark}".strip()
             link = Contributor(name, unit, "", sentence, size=size, shown=scale.shown)
             links.append(link)
-        shown, sentence = SHOWN.get(settings.unit, ""), settings.formula.text
-        gap = Response(GAP, settings.unit, sentence=sentence, shown=shown)
+        unit, text = settings.unit, settings.formula.text
+        gap = Response(GAP, unit, sentence=text, shown=SHOWN.get(unit, ""))
         return Description(tuple(links), (gap,))
 
     def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
