@@ -321,8 +321,8 @@ class Dimensions:
             for kind in arguments:
                 if kind is not NOTHING and kind.dimension != PLAIN:
                     raise ValueError(
-                        "an exponent is a plain number, and so is the base of a link as "
-                        f"exponent, not {_words(kind)}"
+                        "an exponent is a plain number, and so is the base of a link "
+                        f"as exponent, not {_words(kind)}"
                     )
             return Kind(PLAIN)
         (kind,) = arguments
