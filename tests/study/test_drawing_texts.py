@@ -148,6 +148,7 @@ def test_mean_and_sigma_as_statistical_control_gives_them(keys, mean, sigma):
     study = load(gap({"a": {"nominal": "50 mm", **keys}, "b": "49 mm"}))
     distribution = study.deviating.distributions["a"]
     np.testing.assert_allclose(distribution.mean_and_sigma, (mean * 1e-6, sigma * 1e-6))
+    assert study.reading_warnings == ()
 
 
 @pytest.mark.parametrize(

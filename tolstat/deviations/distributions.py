@@ -51,7 +51,7 @@ def key(
     Parameters
     ----------
     reads : str
-        "number"; "quantity", "difference" or "tolerance", in the unit of the
+        "number"; "quantity", "difference", "mean" or "tolerance", in the unit of the
         contributor; "word"; "parts", a list of entries with their shares.
     default : optional
         Value of a key that the study omits; without a default the key is required.
@@ -259,7 +259,7 @@ class Normal(_Toleranced):
     # mean less the middle of the tolerance, SI
     shift: float | None = key("difference", None)
     # of a process as statistical control gives it, SI
-    mean: float | None = key("quantity", None)
+    mean: float | None = key("mean", None)
     sigma: float | None = key("difference", None, check="above zero")
 
     def __post_init__(self) -> None:

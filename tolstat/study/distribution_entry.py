@@ -52,6 +52,7 @@ OUTERMOST = np.array([2.0**-53, 0.5, 1 - 2.0**-53])
 QUANTITIES: dict[str, Callable[[DeviationReader, str], Any]] = {
     "quantity": DeviationReader.deviation,
     "difference": DeviationReader.difference,
+    "mean": DeviationReader.mean,
     "tolerance": DeviationReader.zone,
 }
 OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module", "nominal_shift")
