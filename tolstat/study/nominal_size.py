@@ -135,7 +135,7 @@ class DeviationReader:
         return float(self.axis([text])[0])
 
     def mean(self, text: str) -> float:
-        """Return the mean of a process less the nominal, SI: a size needs no warning."""
+        """Return the mean of a process less the nominal, SI; it may be a size."""
         before = len(self.warnings)
         value = self.deviation(text)
         del self.warnings[before:]
