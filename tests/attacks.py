@@ -48,7 +48,7 @@ PRICED = PRICED.replace('"+-0.1 mm" }', f'"+-0.1 mm", cost = {COST} }}')
 NUMBERS = {"kills": 300, "flips": 500, "models": 100, "executors": 50}
 LOADED = [  # once, and not by each process that is killed
     "tests.attacks", "scipy.optimize", "tolstat.cli.batch", "tolstat.cli.allocate",
-    "tolstat.answers.rare.rare_answer", "tolstat.answers.report.gather",
+    "tolstat.answers.rare.rare_answer", "tolstat.answers.reports",
     "tolstat.execution.execute", "tolstat.machines.dimension_chain.machine",
 ]  # fmt: skip
 SLOW = 10.0  # s, to notice that an executor fails

@@ -10,7 +10,7 @@ if TYPE_CHECKING:  # `__getattr__` loads these names
     from tolstat.answers.compare.compare_runs import compare
     from tolstat.answers.new_study import new_study
     from tolstat.answers.relimit import limited
-    from tolstat.answers.report.gather import report, summary
+    from tolstat.answers.reports import report, summary
     from tolstat.answers.views.evaluate import evaluate, trajectory, view
     from tolstat.answers.views.replay import replay
     from tolstat.answers.what_if.fresh_study import fresh_study

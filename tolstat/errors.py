@@ -1,6 +1,7 @@
 """Errors of tolstat, and the advice that they give."""
 
 import difflib
+import traceback
 from collections.abc import Iterable
 from enum import StrEnum
 from pathlib import Path
@@ -135,6 +136,18 @@ def told(error: BaseException) -> str:
     exception.__notes__ = []  # they would come last
     words = [*exception.format_exception_only()][-1].strip()
     return words if len(words) <= LONGEST_MESSAGE else f"{words[:LONGEST_MESSAGE]} ..."
+
+
+def package_that_fails(error: BaseException) -> str:
+    """Return the package whose import fails by this error; empty if none does.
+
+    Many read environment variables and files of their own while they are loaded. A
+    fault of this package, or of what was called, is none.
+    """
+    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+    loading = [f.f_globals for f in frames if f.f_code.co_name == "<module>"]
+    names = [module["__name__"].partition(".")[0] for module in loading]
+    return names[-1] if names and names[-1] not in ("__main__", "tolstat") else ""
 
 
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:

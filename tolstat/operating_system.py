@@ -4,13 +4,16 @@ No other file imports a module or calls a function that one of them lacks, Windo
 among them. Each function here says what happens without it.
 """
 
+import errno
 import math
 import os
 import shutil
 import signal
+import stat
 from contextlib import suppress
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, BinaryIO
 
 # a command that gets one of these stops; not every system has the last two
 STOP_SIGNALS = tuple(
@@ -32,6 +35,36 @@ def processors() -> int:
     return os.cpu_count() or 1
 
 
+def make_private(folder: Path) -> None:
+    """Create a folder whose content other users than root cannot have written.
+
+    It is removed first if they could. A PermissionError names a folder that belongs to
+    another user, or one above that others can write; a sticky one, such as /tmp, is
+    no danger. Where systems know no users, the folder is only created.
+    """
+    for path in (*reversed(folder.parents), folder):
+        path.mkdir(mode=0o700, exist_ok=True)
+        status = path.stat()
+        if not hasattr(os, "getuid"):
+            continue
+        if status.st_uid not in (0, os.getuid()):
+            raise PermissionError(0, f"{path} belongs to another user")
+        if path == folder and status.st_mode & 0o077:
+            shutil.rmtree(path)
+            path.mkdir(mode=0o700)
+        elif status.st_mode & 0o022 and not status.st_mode & stat.S_ISVTX:
+            raise PermissionError(0, f"other users can write to {path}")
+
+
+def local_time(seconds: float) -> str:
+    """Return a time since 1970 to the second, with its zone; UTC where TZ is none."""
+    try:
+        time = datetime.fromtimestamp(seconds).astimezone()
+    except ValueError:  # a zone of a day or more, such as TZ=UTC+24
+        time = datetime.fromtimestamp(seconds, UTC)
+    return time.isoformat(timespec="seconds")
+
+
 def process_exists(number: int) -> bool:
     """Return whether a process with this number runs on this computer."""
     import psutil
@@ -44,11 +77,16 @@ def memory() -> float:
     """Return how much memory this process may have, bytes; without limits, all."""
     import psutil
 
-    limits = [float(psutil.virtual_memory().total), _resource_limit("RLIMIT_AS")]
+    limits = [float(psutil.virtual_memory().total), address_space()]
     for path in CONTAINER_LIMITS:
         with suppress(OSError, ValueError):  # ValueError: "max"
             limits.append(float(int(Path(path).read_text())))
     return min(limits)
+
+
+def address_space() -> float:
+    """Return how much this process may map, bytes; infinite without limit."""
+    return _resource_limit("RLIMIT_AS")
 
 
 def largest_file() -> float:
@@ -83,11 +121,24 @@ def lock(file: IO[Any], *, wait: bool = False) -> bool:
     return True
 
 
-def open_as_it_is(path: Path) -> IO[str]:
-    """Open or create a file of text; links are not followed, pipes not waited for."""
-    flags = os.O_RDWR | os.O_CREAT
-    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-    return os.fdopen(os.open(path, flags, 0o666), "r+", errors="replace")
+def open_regular(path: Path, flags: int, mode: int = 0o666) -> BinaryIO:
+    """Open a file, unbuffered; links are not followed where it is written.
+
+    A folder, a pipe or another device is an OSError, and never waited for.
+    """
+    writing = flags & os.O_RDWR
+    flags |= getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    flags |= getattr(os, "O_NOFOLLOW", 0) if writing else 0
+    descriptor = os.open(path, flags, mode)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise OSError(errno.EINVAL, "a folder or a device; a file is expected")
+    return os.fdopen(descriptor, "r+b" if writing else "rb", buffering=0)
+
+
+def is_mine(file: os.stat_result) -> bool:
+    """Return whether a file belongs to this user; true where systems know no users."""
+    return not hasattr(os, "getuid") or file.st_uid == os.getuid()
 
 
 def give_second_name(path: Path, other: Path) -> None:

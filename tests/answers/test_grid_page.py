@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 
@@ -12,6 +13,7 @@ from click.testing import CliRunner
 import tolstat
 from tests.answers.browser import scroll_widths
 from tolstat import Contributor, Description, Model, Outcome, Response
+from tolstat.answers.report.report_answer import StepKind
 from tolstat.cli.main import main
 from tolstat.document.blocks import Figure, Section
 from tolstat.model.view import Curve
@@ -61,6 +63,17 @@ def test_limits_best_and_worst_agree_with_the_closed_form(grid):
     assert found.worst.value == pytest.approx(-1.9e-3)
     said = as_text(found.document().blocks[0].blocks[3].parts)
     assert said.startswith("55 of 240 combinations meet the limit. Best: a 0 mm, b")
+
+
+def test_next_steps_of_a_grid_are_data(grid):
+    kinds = StepKind.SEE_WORST, StepKind.WRITE_TABLE
+    steps = json.loads(tolstat.report(grid).json())["findings"]["steps"]
+    assert [step["kind"] for step in steps] == [*kinds]
+    (table,) = tolstat.report(tolstat.run(CHAIN)).findings.steps[1].commands
+    assert table == "tolstat export run.h5 -o run.csv"
+    assert steps[0]["commands"] == [
+        shlex.join(["tolstat", "trial", f"{grid.path}", "239"])
+    ]
 
 
 def test_of_two_limits_the_one_that_decides_is_drawn(tmp_path):

@@ -9,12 +9,14 @@ from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.study.study import load
 
+PAGE = '<head>\n<meta name="generator" content="tolstat">\na page'
+
 
 @pytest.fixture
 def no_pages(monkeypatch):
     """Reports are tested elsewhere, and take a second each."""
     report = "tolstat.answers.report.report_answer.Report.html"
-    monkeypatch.setattr(report, lambda self: "a page")
+    monkeypatch.setattr(report, lambda self: PAGE)
 
 
 @pytest.fixture

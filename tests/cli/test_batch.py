@@ -16,10 +16,12 @@ import pytest
 import tolstat
 from tests.answers.browser import asked
 from tests.cli.command_line import TOLSTAT, call, chain, wait_for_trials
+from tests.cli.conftest import PAGE
 from tests.conftest import ROOT
 from tolstat.answers.run_entries import Entry, RunIndex
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.store.files_beside import identity
 from tolstat.study.study import load
 
 
@@ -59,7 +61,7 @@ def test_each_study_of_a_queue_is_started_extended_or_resumed(no_pages, tmp_path
     page = (tmp_path / "batch.html").read_text()
     for name in ("before", "half", "new"):
         assert f'href="{name}.html"' in page
-        assert (tmp_path / f"{name}.html").read_text() == "a page"
+        assert (tmp_path / f"{name}.html").read_text().endswith("a page")
     assert 'href="wrong' not in page
     assert rows["new"]["verdicts"] == "undecided: gap"
 
@@ -157,6 +159,61 @@ def test_an_index_replaces_nothing_else(tmp_path):
     own.unlink()
     assert call("batch", called).exit_code == 2  # its report has the name of the index
     assert call("batch", path, "-o", tmp_path / "no" / "where").exit_code == 2
+    for name in ("nothing", "loop"):
+        (tmp_path / "loop").unlink(missing_ok=True)
+        (tmp_path / "loop").symlink_to(name)
+        assert call("batch", path, "-o", tmp_path / "loop").exit_code == 2
+    assert call("batch", path, "-o", path).exit_code == 2  # a file
+    assert not path.with_suffix(".h5").exists()
+
+
+def test_a_page_of_another_run_is_written_again(no_pages, tmp_path):
+    """Also if it is younger than the run: after `run --force`, or of other limits."""
+    path = chain(tmp_path, "study")
+    page = path.with_suffix(".html")
+    assert call("batch", path).exit_code == 0
+    written = page.read_text()
+    page.write_text(written + " kept")
+    assert call("batch", path).exit_code == 0
+    assert page.read_text() == written + " kept"
+    tolstat.run(path, force=True)
+    page.touch()
+    assert call("batch", path).exit_code == 0
+    assert page.read_text() != written and "kept" not in page.read_text()
+    page.write_text(PAGE)  # of `tolstat report`, perhaps with other limits
+    assert call("batch", path).exit_code == 0
+    assert page.read_text() != PAGE
+
+
+def test_a_page_that_is_no_report_is_kept_and_named(no_pages, tmp_path):
+    path = chain(tmp_path, "study")
+    page = path.with_suffix(".html")
+    page.write_text("my own page")
+    refused = call("batch", path)
+    assert refused.exit_code == 2 and "study.html is not a report" in refused.stderr
+    assert page.read_text() == "my own page"
+    assert index(tmp_path)["study"]["report"] == ""
+
+
+def test_the_page_of_a_run_names_it(tmp_path):
+    path = chain(tmp_path, "study")
+    assert call("batch", path).exit_code == 0
+    page = path.with_suffix(".html")
+    head = page.read_text().partition("</head>")[0]
+    assert f'<meta name="run" content="{identity(path.with_suffix(".h5"))}">' in head
+    before = page.stat().st_mtime_ns
+    assert call("batch", path).exit_code == 0
+    assert page.stat().st_mtime_ns == before
+
+
+def test_where_every_study_is_refused_nothing_is_written(tmp_path, monkeypatch):
+    folder = tmp_path / "inner"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    wrong = chain(folder, "wrong", limit=">= 1 kN")
+    for arguments in (["."], [wrong, "."], [wrong, "-o", folder / "index"]):
+        assert call("batch", *arguments).exit_code == 2
+        assert [*tmp_path.iterdir()] == [folder] and [*folder.iterdir()] == [wrong]
 
 
 def test_titles_are_texts_in_an_index(no_pages, tmp_path):

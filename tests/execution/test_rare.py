@@ -29,6 +29,7 @@ from tests.execution.same_runs import Enough, same
 from tests.store.tampering import resealed
 from tolstat.answers.rare.rare_answer import normal_score, rare_summary
 from tolstat.answers.rare.rare_document import STAGES
+from tolstat.answers.report.report_answer import StepKind
 from tolstat.answers.run_entries import RunIndex, entry_of
 from tolstat.cli.main import main
 from tolstat.errors import QuestionError, RunFileError, StudyError
@@ -80,6 +81,18 @@ def stopped(study, path, trials):
     enough = Enough(trials)
     with Workers(2, enough, block=40) as crew:
         return execute(load(study), path, crew, progress=enough.tell)
+
+
+def test_a_rare_report_says_what_to_do_next_and_what_is_assumed(study, tmp_path):
+    part = stopped(study, tmp_path / "part.h5", 300)  # in the search
+    report = tolstat.report(part)
+    (step,) = report.findings.steps
+    assert step.kind is StepKind.RESUME and report.trials.counted == 0
+    assert repr(report) == "<tolstat rare: part.h5, gap undecided>"  # no "failed ppm"
+    words = words_in(*report.document().blocks)
+    assert f"{step.commands[0]}." in words
+    assert "Deviations are independent." in words
+    assert "anytime-valid" not in words and "may decide" not in words  # as plain runs
 
 
 def test_a_share_of_1_ppm_is_estimated(run):

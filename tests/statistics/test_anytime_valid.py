@@ -12,7 +12,11 @@ from tolstat.statistics.intervals.shares import (
     evidence_against,
     proportion,
 )
-from tolstat.statistics.limits.yields import trials_that_decide
+from tolstat.statistics.sample_size import (
+    fewest_trials,
+    trials_enough,
+    trials_that_decide,
+)
 
 BAR = 0.0027
 
@@ -66,6 +70,19 @@ def test_checking_after_every_trial_keeps_the_error_rate():
 
 def test_zero_out_of_limit_decides_after_some_trials():
     assert anytime_valid(0, 1700).upper < BAR < anytime_valid(0, 1600).upper
+
+
+@pytest.mark.parametrize("times", [1, 4])
+def test_the_fewest_trials_without_one_out_of_limit_show_a_share(times):
+    fewest = fewest_trials(BAR, times)
+    assert anytime_valid(0, times * fewest).upper <= BAR
+    assert anytime_valid(0, times * int(0.9 * fewest)).upper > BAR
+
+
+def test_planned_trials_are_enough_if_they_decide_with_the_fraction_so_far():
+    assert trials_enough(0, 100, BAR, 1700) == 1700  # met
+    assert trials_enough(10, 100, BAR, 1700) == 1700  # not met
+    assert trials_enough(0, 100, BAR, 1600) == trials_that_decide(0, 100, BAR) > 1600
 
 
 @pytest.mark.parametrize("trials", [300, 2000])

@@ -14,7 +14,7 @@ from tests.studies.coverage.index_problems import intervals as of_indices
 from tests.studies.coverage.measure import FAMILIES, TABLE, digest, measure
 from tests.studies.coverage.one_response import failing, intervals, until_quantile
 from tolstat.statistics.intervals.quantiles import quantiles
-from tolstat.statistics.precision import FIRST_STAGE
+from tolstat.statistics.sample_size import FIRST_STAGE
 
 SURE = 3.5  # standard errors
 EXACT, APPROXIMATE = 0.95, 0.93  # what they claim to cover

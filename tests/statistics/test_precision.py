@@ -7,13 +7,13 @@ import pytest
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import integration_error
-from tolstat.statistics.precision import (
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.sample_size import (
     Precision,
     Statistic,
     next_stage,
     trials_wanted,
 )
-from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 
 MEDIAN = Statistic("y", "quantile", 0.5)

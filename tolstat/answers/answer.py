@@ -19,11 +19,15 @@ ENDINGS = (".html", ".csv", ".json")
 # by the name of an answer: the module of this folder that has its document, and the
 # function there. An answer is types, and knows none of its words.
 DOCUMENTS = {
+    "allocate": ("allocate.allocation_document", "allocation_document"),
     "compare": ("compare.comparison_document", "comparison_document"),
     "extremes": ("sweep.extremes_document", "extremes_document"),
     "rare": ("rare.rare_document", "rare_document"),
     "report": ("report.report_document", "report_document"),
+    "runs": ("runs_document", "runs_document"),
     "summary": ("report.summary_document", "summary_document"),
+    "trial": ("views.replay_document", "replay_document"),
+    "what_if": ("what_if.what_if_document", "what_if_document"),
 }
 
 

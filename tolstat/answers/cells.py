@@ -3,12 +3,21 @@
 import math
 from collections.abc import Mapping
 
-from tolstat.document.blocks import Cell
-from tolstat.document.inline import Name, Number, Parts, Word, counted, listed, text
+from tolstat.document.blocks import Cell, Given
+from tolstat.document.inline import (
+    Name,
+    Number,
+    Parts,
+    Word,
+    counted,
+    listed,
+    say,
+    text,
+)
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import UNDECIDED, Yield
-from tolstat.statistics.summary import QUANTILES, Summary
+from tolstat.statistics.summary import QUANTILES, Limited, Summary
 from tolstat.units.scale import AS_IS, PER_CENT, PPM, Scale, share_words
 
 Cells = dict[str, Number | str]
@@ -25,14 +34,38 @@ def demand_words(limit: Limit) -> str:
     return limit.demand or share_words(limit.demanded)
 
 
-def verdict_cell(judged: Yield) -> Cell:
-    """Return a verdict, above its reason or the trials that would decide it."""
+def limit_row(
+    limited: Limited, trials: int = 0, failed: int = 0, *, weighted: bool = False
+) -> dict[str, Given]:
+    """Return cells of a table: a limit with its demand, verdict and results.
+
+    Of so many trials, of which some failed.
+    """
+    yields, ppk = limited.yields, limited.equivalent_ppk
+    good = say("yield, if failed trials were good: {}",
+               Number(yields.within_at_most, PER_CENT, of=trials))  # fmt: skip
+    fraction = ppm(yields.fraction_out_of_limit, trials)
+    return {
+        "limit": limit_cell(limited.limit),
+        "verdict": verdict_cell(yields, weighted=weighted),
+        "out of limit, ppm": Cell((fraction,), good if failed else ()),
+        "equivalent Ppk": Cell(
+            (Number(ppk),), say("demanded {}", Number(limited.limit.ppk))
+        ),
+    }
+
+
+def verdict_cell(judged: Yield, *, weighted: bool = False) -> Cell:
+    """Return a verdict, above its reason or the trials that would decide it.
+
+    How many weighted trials would is not known.
+    """
     word = Word(judged.verdict, judged.verdict)
     if judged.reason:
         return Cell((word,), text(f"({judged.reason})"))
     if judged.needed:
         return Cell((word,), text("about ", counted(judged.needed, "trial"), " decide"))
-    if judged.verdict == UNDECIDED:
+    if judged.verdict == UNDECIDED and not weighted:
         return Cell((word,), text("more than 1e9 trials may decide"))
     return Cell((word,))
 
@@ -84,37 +117,31 @@ def number_cells(summary: Summary, scale: Scale, whose: str = "") -> Cells:
     return {f"{whose}{n} [unit]": x for n, x in numbers.items()}
 
 
-def limit_cells(
-    limit: Limit | None,
-    scale: Scale,
-    verdict: str = "",
-    within: Estimate = NONE,
-    fraction_out_of_limit: Estimate = NONE,
-    equivalent_ppk: Estimate = NONE,
-) -> Cells:
+def limit_cells(limited: Limited | None, scale: Scale) -> Cells:
     """Return cells of a wide table: a limit, and its results."""
-    ends = limit.permitted if limit else (math.nan, math.nan)
-    lower, upper = (end if math.isfinite(end) else math.nan for end in ends)
+    lower, upper, demanded, verdict = math.nan, math.nan, math.nan, ""
+    within = fraction = ppk = NONE
+    if limited:
+        ends, yields = limited.limit.permitted, limited.yields
+        lower, upper = (end if math.isfinite(end) else math.nan for end in ends)
+        demanded, verdict = limited.limit.demanded, yields.words
+        within, fraction = yields.within, yields.fraction_out_of_limit
+        ppk = limited.equivalent_ppk
     return {
         "lower limit [unit]": Number(lower, scale),
         "upper limit [unit]": Number(upper, scale),
-        "demanded [%]": Number(limit.demanded if limit else math.nan, PER_CENT),
+        "demanded [%]": Number(demanded, PER_CENT),
         "verdict": verdict,
         "yield [%]": Number(within, PER_CENT),
-        "fraction out of limit [ppm]": Number(fraction_out_of_limit, PPM),
-        "equivalent Ppk": Number(equivalent_ppk),
+        "fraction out of limit [ppm]": Number(fraction, PPM),
+        "equivalent Ppk": Number(ppk),
     }
 
 
 def summary_cells(summary: Summary, scale: Scale, whose: str = "") -> Cells:
     """Return cells of a wide table: the numbers of a response, and of its limit."""
-    cells, percentiles = limit_cells(None, scale), NONE
-    if limited := summary.limited:
-        yields, percentiles = limited.yields, limited.percentiles.ppk
-        cells = limit_cells(
-            limited.limit, scale, yields.words, yields.within,
-            yields.fraction_out_of_limit, limited.equivalent_ppk,
-        )  # fmt: skip
-    cells["Ppk by percentiles"] = Number(percentiles)
+    limited = summary.limited
+    cells = limit_cells(limited, scale)
+    cells["Ppk by percentiles"] = Number(limited.percentiles.ppk if limited else NONE)
     named = {f"{whose}{head}": cell for head, cell in cells.items()}
     return number_cells(summary, scale, whose) | named

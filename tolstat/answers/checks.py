@@ -78,9 +78,9 @@ def verified_document(path: Path, verification: Verification) -> blocks.Document
         f"{len(check.evaluated)} trials, evaluated again": check.different,
         f"{len(check.alone)} of them, each alone": check.dependent,
     }
-    for what, trials in findings.items():
+    for check_words, trials in findings.items():
         words = f"different in {ranges_of(trials)}" if len(trials) else "as stored"
-        rows[what] = text(words)
+        rows[check_words] = text(words)
     if check.nominal_differs:
         rows["nominal trial, evaluated again"] = text("different")
     # samples of a rare run depend on the computer
@@ -113,7 +113,7 @@ def _conclusion(path: Path, verification: Verification) -> blocks.Paragraph:
 
 def surroundings_document(places: dict[str, str]) -> blocks.Document:
     """Return versions, processor, cores, and where compiled code is kept."""
-    rows = [{"what": what, "here": here} for what, here in places.items()]
+    rows = [{"what": fact, "here": value} for fact, value in places.items()]
     return blocks.Document("", (blocks.table_of(rows, words=["here"]),))
 
 

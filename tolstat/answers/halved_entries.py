@@ -1,6 +1,6 @@
 """Entries of the study of a run, and the same with half their tolerance."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tolstat.deviations.distributions import Tolerance
@@ -10,14 +10,13 @@ from tolstat.model.description import Contributor
 from tolstat.store.stored_run import Run
 from tolstat.study.distribution_entry import (
     KEYS,
+    MOVED,
     distribution_of,
     has_tolerance,
+    keys_of,
     shortest,
     typed,
     with_tolerance,
-)
-from tolstat.study.distribution_entry import (
-    MOVED as MOVED,  # for those who ask what else changes
 )
 from tolstat.study.editor import StudyEditor, together
 from tolstat.study.nominal_size import DeviationReader
@@ -53,10 +52,15 @@ def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
     return entries
 
 
-def entries_of(run: Run) -> Iterator[tuple[str, dict[str, Any], Sequence[str]]]:
-    """Yield the entries of [links] and [deviations]: name, keys, contributors."""
-    for entry in editor_of(run).entries():
-        yield entry.name, entry.keys, entry.members
+def common_tolerance(entries: Mapping[str, str | dict[str, Any]]) -> str:
+    """Return the tolerance of all entries.
+
+    Empty if they differ, or where a tolerance alone is no remedy: other keys have to
+    change with it.
+    """
+    alone = all(isinstance(e, str) or not e.keys() & {*MOVED} for e in entries.values())
+    tolerances = {str(keys_of(entry)["tolerance"]) for entry in entries.values()}
+    return tolerances.pop() if alone and len(tolerances) == 1 else ""
 
 
 def nominal_shift(entry: Mapping[str, Any], part: Contributor) -> float:
@@ -72,10 +76,10 @@ def fixed_points(run: Run) -> dict[str, float]:
     """
     parts = {part.name: part for part in run.contributors}
     return {
-        name: _fixed_point(keys, parts[name])
-        for _, keys, members in entries_of(run)
-        if has_tolerance(keys)
-        for name in members
+        name: _fixed_point(entry.keys, parts[name])
+        for entry in editor_of(run).entries()
+        if has_tolerance(entry.keys)
+        for name in entry.members
         if name in run.assumed  # not a link that has a size alone
     }
 

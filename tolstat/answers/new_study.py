@@ -2,6 +2,7 @@
 
 import keyword
 import textwrap
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
 from itertools import groupby, zip_longest
@@ -17,7 +18,8 @@ from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, impossible
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor, Response
-from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows, as_typed
+from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows
+from tolstat.study.problems import toml_of
 from tolstat.study.settings_section import NOMINAL, SETTING
 
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
@@ -72,7 +74,7 @@ def new_study(model: str | Model) -> str:
         ("[limits]  # 99.73 % within, unless said otherwise", _limits(responses)),
     )
     title = " ".join((model.title or model.name).split())
-    lines = [HEAD.format(title=title, name=as_typed(model.name, quoted=True))]
+    lines = [HEAD.format(title=title, name=toml_of(model.name))]
     for head, section in sections:
         if entries := [*section]:
             lines += [head, *entries, ""]
@@ -89,7 +91,8 @@ def _settings(model: Model, *, linked: bool) -> Iterator[str]:
         kind, group, words = setting.kind, setting.group, setting.sentence
         if not isinstance(kind, Boolean | Rows) and kind.allowed:
             words = f"{words}; allowed: {kind.allowed}"
-        yield _entry(f"{setting.name} = {_toml(kind, setting.default)}", words)
+        value = toml_of(_as_toml(kind, setting.default))
+        yield _entry(f"{setting.name} = {value}", words)
 
 
 def _links(model: Model) -> list[str] | None:
@@ -100,12 +103,12 @@ def _links(model: Model) -> list[str] | None:
         table and isinstance(kind, Rows) and kind.named and NOMINAL in kind.columns
     ):
         return None
-    rows = {name: _cells(kind, row) for name, row in table.default.items()}
+    rows = _as_toml(kind, table.default)
     if [*kind.columns] == [NOMINAL]:
-        sizes = {n: cells.removeprefix(f"{NOMINAL} = ") for n, cells in rows.items()}
-        links = (f"{n} = {s.replace(' ', ' +-0.1 ')}" for n, s in sizes.items())
-        return [LINK_TEXTS, *links]
-    return [f'{n} = {{ {cells}, tolerance = "+-0.1 mm" }}' for n, cells in rows.items()]
+        sizes = {n: row[NOMINAL].replace(" ", " +-0.1 ") for n, row in rows.items()}
+        return [LINK_TEXTS, *(f"{n} = {toml_of(size)}" for n, size in sizes.items())]
+    links = {name: {**row, "tolerance": "+-0.1 mm"} for name, row in rows.items()}
+    return [f"{name} = {toml_of(link)}" for name, link in links.items()]
 
 
 def _parts(model: Model, settings: Any, parts: Sequence[Contributor]) -> Iterator[str]:
@@ -133,28 +136,22 @@ def _limits(responses: Sequence[Response]) -> Iterator[str]:
         yield _entry(f'# {response.name} = "<= {example}"', response.sentence)
 
 
-def _toml(kind: Kind, value: Any) -> str:
-    """Return a setting as in a study, with quotes around all but numbers."""
+def _as_toml(kind: Kind, value: Any) -> Any:
+    """Return a setting as a study holds it: numbers, texts, lists and tables."""
     if isinstance(kind, Numbers):
-        return "[" + ", ".join(_toml(kind.each, number) for number in value) + "]"
+        return [_as_toml(kind.each, number) for number in value]
     if isinstance(kind, Rows):
-        return _rows(kind, value)
+        if isinstance(value, dict):
+            return {name: _row(kind, row) for name, row in value.items()}
+        return [_row(kind, row) for row in value]
     words = kind.words(value)
-    bare = isinstance(kind, Boolean) or (
-        isinstance(kind, Number) and words not in kind.presets and " " not in words
-    )
-    return words if bare else as_typed(words, quoted=True)
+    number = isinstance(kind, Number) and words not in kind.presets
+    bare = isinstance(kind, Boolean) or (number and " " not in words)
+    return tomllib.loads(f"value = {words}")["value"] if bare else words
 
 
-def _rows(kind: Rows, value: Any) -> str:
-    if isinstance(value, dict):
-        rows = (f"{k} = {{ {_cells(kind, row)} }}" for k, row in value.items())
-        return "{ " + ", ".join(rows) + " }"
-    return "[" + ", ".join(f"{{ {_cells(kind, row)} }}" for row in value) + "]"
-
-
-def _cells(kind: Rows, row: Mapping[str, Any]) -> str:
-    return ", ".join(f"{k} = {_toml(c.kind, row[k])}" for k, c in kind.columns.items())
+def _row(kind: Rows, row: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _as_toml(c.kind, row[name]) for name, c in kind.columns.items()}
 
 
 def _entry(line: str, words: str) -> str:

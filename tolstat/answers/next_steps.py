@@ -37,17 +37,16 @@ def command(*words: object, machine: str = "") -> str:
     machine : str
         As of `--machine`; empty if it is installed.
     """
-    own = ["--machine", machine] if machine else []
-    return shlex.join(["tolstat", *map(_word, words), *own])
+    option = ["--machine", machine] if machine else []
+    return shlex.join(["tolstat", *map(_word, words), *option])
 
 
-def _word(given: object) -> str:
+def _word(word: object) -> str:
     """Return a word of a command; a file that begins with - is no option."""
-    if given == IN_MEMORY:
-        given = SAVED
-    if isinstance(given, Path) and str(given).startswith("-"):
-        return f".{os.sep}{given}"
-    return str(given)
+    if word == IN_MEMORY:
+        word = SAVED
+    is_file = isinstance(word, Path) and str(word).startswith("-")
+    return f".{os.sep}{word}" if is_file else str(word)
 
 
 def to_resume(path: Path, machine: str) -> str:
@@ -60,7 +59,12 @@ def to_replay(path: Path, trial: int, machine: str) -> str:
     return command("trial", path, trial, machine=machine)
 
 
-def _beside(run: Run, word: str) -> Path:
+def to_export(run: Run) -> str:
+    """Return the command that writes all trials as a table beside the run."""
+    return command("export", run.path, "-o", _file_of(run).with_suffix(".csv"))
+
+
+def _study_beside(run: Run, word: str) -> Path:
     """Return the name of a study beside a run: run.h5, run-WORD.toml."""
     return _file_of(run).with_name(f"{_file_of(run).stem}-{word}.toml")
 
@@ -83,10 +87,10 @@ def to_run_again(run: Run, trials: int | None = None) -> str:
     study = run.study_file
     if study is None or not study.is_file():
         return ""
-    beside = study.with_suffix(".h5").resolve() == run.path.resolve()
-    place = [] if beside else ["-o", run.path]
+    by_default = study.with_suffix(".h5").resolve() == run.path.resolve()
+    output = [] if by_default else ["-o", run.path]
     return command(
-        "run", as_typed(study), *typed_options(run, trials), *place, "--force",
+        "run", as_typed(study), *typed_options(run, trials), *output, "--force",
         machine=run.machine,
     )  # fmt: skip
 
@@ -107,7 +111,7 @@ def to_halve(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
         name: str(keys_of(entry)["tolerance"])
         for name, entry in halved_entries(run, parts).items()
     }
-    study = _beside(run, "halved")
+    study = _study_beside(run, "halved")
     return _to_write(run, halves, study) if halves else ()
 
 
@@ -134,9 +138,9 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
             priced[entry.name] = toml_of(keys)
     if not priced:
         return ()
-    costly = _beside(run, "priced")
+    costly = _study_beside(run, "priced")
     write, _ = _to_write(run, priced, costly)
-    path = _beside(run, "allocated")
+    path = _study_beside(run, "allocated")
     return write, command("allocate", costly, "-o", path, machine=run.machine)
 
 
@@ -208,8 +212,8 @@ def typed_options(run: Run, trials: int | None = None) -> list[object]:
 
 def as_typed(path: Path) -> Path:
     """Return a path as it is typed in the folder of this process, or below it."""
-    here = Path(os.path.relpath(path))
-    return path if os.pardir in here.parts else here
+    relative = Path(os.path.relpath(path))
+    return path if os.pardir in relative.parts else relative
 
 
 def worded(error: TolstatError) -> str:
@@ -246,5 +250,5 @@ def _typed(advice: Advice) -> str:
         Remedy.EXPORT: (("export", path, "-o", table), "shows them"),
         Remedy.PLOT: (("show", path, "--plot", picture, *response), "shows them"),
     }
-    words, what = commands[advice.remedy]
-    return f"`{command(*words, machine=advice.machine)}` {what}"
+    words, effect = commands[advice.remedy]
+    return f"`{command(*words, machine=advice.machine)}` {effect}"

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tolstat.errors import Advice, BrokenError, Remedy, RunFileError
+from tolstat.files import content as content_of
 from tolstat.literal import csv_cell
-from tolstat.store.files_beside import aside_of
+from tolstat.store.files_beside import create_aside
 from tolstat.store.integrity import is_run
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PLAIN
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 KEPT = {".h5": "a run", ".toml": "a study"}  # by the ending of its name
-MOST = 1_000_000  # bytes of a study
+MEGABYTES = 1  # of a study
 TABLES = (".csv", ".parquet")
 
 
@@ -34,6 +35,10 @@ def check_folder(path: Path) -> None:
     """
     if not path.parent.is_dir():
         raise RunFileError(f"{path} cannot be written: no such folder")
+    try:
+        path.resolve()
+    except (OSError, RuntimeError) as error:  # links in a circle
+        raise RunFileError(f"{path} cannot be written: {error}") from error
 
 
 def check_output(path: Path) -> None:
@@ -84,7 +89,7 @@ def _reader(path: Path) -> Path | None:
     for folder in path.parents:
         for study in sorted(folder.glob("*.toml")):
             with suppress(OSError):
-                if study.stat().st_size <= MOST and named.search(study.read_bytes()):
+                if named.search(content_of(study, MEGABYTES)):
                     return study
     return None
 
@@ -108,14 +113,14 @@ def replace(path: Path, content: bytes | Callable[[Path], object]) -> Path:
             write(path)
             return path
         target = path.resolve()  # a link stays one
-        aside = aside_of(target)
+        aside, file = create_aside(target)
+        file.close()
         try:
             write(aside)
             os.replace(aside, target)
-        except OSError:
+        finally:
             with suppress(OSError):
                 aside.unlink()
-            raise
     except OSError as error:
         raise RunFileError(f"{path} cannot be written: {error}") from error
     return path

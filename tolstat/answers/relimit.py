@@ -68,7 +68,7 @@ def limited(
 
 def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     """Return a run with other limits and unchanged diagnostics; see `limited`."""
-    problems = Problems(f"{run.path}", "cannot answer this")
+    problems = problems_of(run)
     check_section("limits", limits, problems)
     read = read_limits(limits, run.responses, problems)
     problems.raise_if_any()
@@ -90,10 +90,15 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     limits_words = "; ".join(f"{name} {limit.words}" for name, limit in read.items())
     note = f"requested limits, not those of the study: {limits_words}"
     chosen = {"audit": run.audited, "worst cases": run.diagnostics.worst_cases}
-    if unchanged := [what for what, records in chosen.items() if records]:
+    if unchanged := [kind for kind, records in chosen.items() if records]:
         note += f"; of the study's limits: {' and '.join(unchanged)}"
     units = {name: unit_of(limit.words) for name, limit in read.items()}
     return run.limited({n: both[n] for n in names if n in both}, units, note)
+
+
+def problems_of(run: Run) -> Problems:
+    """Return the collection of problems of a question about a run."""
+    return Problems(f"{run.path}", "cannot answer this")
 
 
 def _halved(run: Run, model: Model | None) -> Any:

@@ -90,11 +90,11 @@ class RunAnswer(AboutRun):
 def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
     """Return the fields of `RunAnswer`."""
     deviations = {
-        each.name: SampledDeviation(
-            assumed.words, *assumed.tolerance, run.scales[each.name], each.sentence
+        part.name: SampledDeviation(
+            assumed.words, *assumed.tolerance, run.scales[part.name], part.sentence
         )
-        for each in run.contributors
-        if (assumed := run.assumed.get(each.name))
+        for part in run.contributors
+        if (assumed := run.assumed.get(part.name))
     }
     return {
         **identity_of(run),
@@ -134,13 +134,13 @@ def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
     QuestionError
         If a name is not one of the run's responses.
     """
-    known = [response.name for response in run.responses]
+    names = [response.name for response in run.responses]
     chosen = [chosen] if isinstance(chosen, str) else chosen
     for name in chosen:
-        if name not in known:
-            allowed = allowed_names(name, known)
+        if name not in names:
+            allowed = allowed_names(name, names)
             raise QuestionError(f"response {name}: unknown; {allowed}")
-    return list(dict.fromkeys(chosen)) or list(run.limits) or known[:MOST_IN_FOCUS]
+    return list(dict.fromkeys(chosen)) or list(run.limits) or names[:MOST_IN_FOCUS]
 
 
 def notes_of(run: Run, sample: Sample | None) -> list[str]:

@@ -3,7 +3,6 @@
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,15 +11,12 @@ import numpy as np
 from tolstat.answers.answer import Answer
 from tolstat.answers.report.report_warnings import turning
 from tolstat.answers.sampled_trials import drawn_trials
-from tolstat.document import blocks
-from tolstat.document.inline import Link, Number, Parts, Row, text
+from tolstat.document.inline import Number, Row
 from tolstat.errors import DamagedError, FormatError, RunFileError, TolstatError
 from tolstat.statistics.limits.yields import WORST_FIRST, Yield, yield_of
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import AS_IS
 
-SIZE = AS_IS._replace(most=2)
 # of files that cannot be read; else no run
 STATES: dict[type, str] = {DamagedError: "damaged", FormatError: "other format"}
 
@@ -43,14 +39,6 @@ class Entry(NamedTuple):
     report: Path | None = None
     problem: str = ""  # why it is damaged or no run, or what stopped it
 
-    @property
-    def progress(self) -> Parts:
-        """The number of its finished trials."""
-        if not self.trials:
-            return ()
-        of = () if self.ran == self.trials else (Number(self.ran), " of ")
-        return *of, Number(self.trials)
-
 
 @dataclass(frozen=True, repr=False)
 class RunIndex(Answer):
@@ -66,44 +54,6 @@ class RunIndex(Answer):
     def _short(self) -> str:
         return f"{len(self.entries)} runs in {self.folder}"
 
-    def document(self) -> blocks.Document:
-        """Return a table of the runs, and their problems."""
-        none = blocks.paragraph(f"no run is stored in {self.folder}")
-        problems = (
-            blocks.Verbatim(
-                f"{entry.run or entry.study}: "
-                + entry.problem.removeprefix(str(entry.run)).lstrip(": ")
-            )
-            for entry in self.entries
-            if entry.problem
-        )
-        parts = blocks.shown(self.progress(), *problems)
-        return blocks.Document(self.title, parts if self.entries else (none,))
-
-    def progress(self) -> blocks.Table:
-        """Return a table with a row for each: state, limits, trials."""
-        rows: list[dict[str, blocks.Given]] = []
-        for entry in self.entries:
-            page, failed = self._relative(entry.report), entry.failed
-            time = entry.written and datetime.fromisoformat(entry.written)
-            size = text(Number(entry.bytes / 1e6, SIZE), " MB")
-            rows.append({
-                "study": Link(entry.study, page) if page else entry.study,
-                "state": entry.state,
-                "limits": entry.verdicts,
-                "trials": entry.progress,
-                "failed": Number(failed) if entry.ran and failed is not None else None,
-                "model": entry.model,
-                "written": f"{time:%Y-%m-%d %H:%M}" if time else None,
-                "size": size if entry.bytes else None,
-                "title": entry.title,
-                "s": Number(entry.seconds),
-            })  # fmt: skip
-        return blocks.table_of(
-            rows, words=["limits", "title"], page_only=["title", "s"], look="dense",
-            spare=["size", "written", "model", "failed"],
-        )  # fmt: skip
-
     def rows(self) -> list[Row]:
         """Return a row for each with all fields; paths are relative to the folder."""
         return [
@@ -111,13 +61,13 @@ class RunIndex(Answer):
                 **entry._asdict(),
                 "failed": "" if entry.failed is None else entry.failed,
                 "seconds": Number(entry.seconds),
-                "run": self._relative(entry.run),
-                "report": self._relative(entry.report),
+                "run": self.relative(entry.run),
+                "report": self.relative(entry.report),
             }
             for entry in self.entries
         ]
 
-    def _relative(self, path: Path | None) -> str:
+    def relative(self, path: Path | None) -> str:
         """Return a path relative to the folder."""
         return Path(os.path.relpath(path, self.folder)).as_posix() if path else ""
 
@@ -131,39 +81,34 @@ def stored_runs(folder: Path) -> RunIndex:
         If there is no such folder.
     """
     entries = map(entry_at, _stored_in(folder))
-    named = (each._replace(study=str(each.run)) for each in entries)
+    named = (entry._replace(study=str(entry.run)) for entry in entries)
     return RunIndex("", folder, tuple(named))
 
 
 def entry_of(run: Run) -> Entry:
     """Return the row of a run."""
     verdicts = verdicts_of(run)
+    words = (f"{word}: {', '.join(names)}" for word, names in verdicts.items())
     return Entry(
-        run.path.stem,
-        run.title,
-        run.model,
-        "complete" if run.complete else "in part" if run.ended else "planned",
-        run.trials,
-        run.ended,
-        None if run.aim else run.failed,
-        "; ".join(f"{word}: {', '.join(names)}" for word, names in verdicts.items()),
-        run.provenance["ended_at"],
-        run.provenance["seconds"],
-        run.path.stat().st_size,
-        run.path,
-    )
+        run.path.stem, run.title, run.model,
+        state="complete" if run.complete else "in part" if run.ended else "planned",
+        trials=run.trials, ran=run.ended, failed=None if run.aim else run.failed,
+        verdicts="; ".join(words), written=run.provenance["ended_at"],
+        seconds=run.provenance["seconds"], bytes=run.path.stat().st_size,
+        run=run.path,
+    )  # fmt: skip
 
 
 def judged(run: Run) -> Mapping[str, Yield]:
     """Return the verdict on each limit, from the trials that ran; none of a grid."""
-    if (drawn := drawn_trials(run)) is None or not drawn.sample.ran.any():
+    if (trials := drawn_trials(run)) is None or not trials.sample.ran.any():
         return {}
     yields = {
-        name: yield_of(drawn.values(name), drawn.sample_for(name), limit.permitted,
-                       limit.demanded, drawn.ends(name), drawn.audited(name))
+        name: yield_of(trials.values(name), trials.sample_for(name), limit.permitted,
+                       limit.demanded, trials.ends(name), trials.audited(name))
         for name, limit in run.limits.items()
     }  # fmt: skip
-    turned = turning(run, drawn.trials_done)
+    turned = turning(run, trials.trials_done)
     return yields | {name: yields[name].jumping for name in turned}
 
 

@@ -66,9 +66,15 @@ class Drawn(NamedTuple):
         return {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
 
     def ends(self, name: str) -> Array | None:
-        """Return what integration errors allow of a response; None if not audited."""
-        ends = ends_of(self.run, name)
-        return None if ends is None else ends[:, self.trials]
+        """Return the responses that integration errors allow, as of `response_ends`.
+
+        None where nothing was evaluated again.
+        """
+        if (again := self.run.audited) is None:
+            return None
+        chosen = again.at_random | (again.chosen_by.get(name, 0) != 0)
+        values, precise = self.run.column(name), again.responses[name]
+        return response_ends(values, again.trials, precise, chosen)[:, self.trials]
 
     def audited(self, name: str) -> AuditedResponse | None:
         """Return what the audit shows of a response; None if not audited."""
@@ -86,18 +92,6 @@ class Drawn(NamedTuple):
         status = self.run.status.reshape(-1, group)
         complete = np.all(status == Status.DONE, axis=1)
         return values[complete], int(np.count_nonzero(~complete))
-
-
-def ends_of(run: Run, name: str) -> Array | None:
-    """Return the responses that integration errors allow, as of `response_ends`.
-
-    None where nothing was evaluated again.
-    """
-    if (again := run.audited) is None:
-        return None
-    chosen = again.at_random | (again.chosen_by.get(name, 0) != 0)
-    values, precise = run.column(name), again.responses[name]
-    return response_ends(values, again.trials, precise, chosen)
 
 
 def audited_of(run: Run, name: str) -> AuditedResponse | None:

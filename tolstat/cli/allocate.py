@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from tolstat.answers.allocate.allocate_tolerances import allocated
-from tolstat.answers.allocate.allocation import CHART
+from tolstat.answers.allocate.allocation_document import CHART, chart_of
 from tolstat.answers.next_steps import command
 from tolstat.answers.output_file import check_ending, replace
 from tolstat.answers.views.view_file import VIEWS, save_view
@@ -72,7 +72,8 @@ def allocate(
             proved = visible(command("run", output, machine=machine))
             replace(output, allocation.study_file(by, proved).encode())
         if plot:
-            save_view(allocation.chart, plot, f"{loaded.title}: cost over ppm", CHART)
+            title = f"{loaded.title}: cost over ppm"
+            save_view(chart_of(allocation), plot, title, CHART)
         options.deliver(allocation, None, form)
     if output and not form:
         written = f"written to {output}; repeat the proof: {proved}"

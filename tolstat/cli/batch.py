@@ -15,8 +15,9 @@ from rich.table import Table
 
 from tolstat.answers.next_steps import worded
 from tolstat.answers.output_file import check_folder, replace
-from tolstat.answers.report.gather import report
+from tolstat.answers.reports import report
 from tolstat.answers.run_entries import Entry, RunIndex, entry_of
+from tolstat.answers.runs_document import progress_table
 from tolstat.cli import options
 from tolstat.cli.check import checked
 from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
@@ -25,12 +26,16 @@ from tolstat.errors import RunFileError, StoppedError, TolstatError
 from tolstat.execution.execute import complete, run_of
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.files import opened
 from tolstat.render.screen import Screen, as_rich, show_table
+from tolstat.store.files_beside import identity
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
 WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
 TITLE = "tolstat batch"
+HEAD = 10_000  # bytes of a page or a table, in which its mark stands
+GENERATOR = '<meta name="generator" content="tolstat">'  # in each page of an answer
 HEADS = ",".join(Entry._fields[:5])  # how the table of an index begins
 
 
@@ -66,11 +71,12 @@ def batch(
             for study in files:
                 if not stop.is_set():
                     queue.work_off(study, workers)
-        show_table(queue.index.progress())
+        show_table(progress_table(queue.index))
         for entry in queue.entries.values():
             if entry.problem:
                 console.say(f"{entry.study}: {entry.problem}")
-        console.say(f"index in {page} and {page.with_suffix('.csv')}")
+        if page.exists():
+            console.say(f"index in {page} and {page.with_suffix('.csv')}")
         if stop.is_set():
             console.print("stopped; the same command continues")
             leave_interrupted()
@@ -96,7 +102,7 @@ class Queue:
 
     def table(self) -> Table:
         """Return the index for the live display."""
-        return as_rich(self.index.progress(), self.console.width)
+        return as_rich(progress_table(self.index), self.console.width)
 
     def work_off(self, study: Path, workers: Workers) -> None:
         """Run one study and write its report; a failure stops no other study."""
@@ -129,8 +135,11 @@ class Queue:
             self._fail(study, worded(error), error.exit_code)
         except MemoryError:
             self._fail(study, "not enough memory", 1)
-        replace(self.page, self.index.html().encode())
-        replace(self.page.with_suffix(".csv"), self.index.csv().encode())
+        entries = self.entries.values()
+        if self.page.exists() or any(e.run or e.state == STOPPED for e in entries):
+            self.page.parent.mkdir(exist_ok=True)
+            replace(self.page, self.index.html().encode())
+            replace(self.page.with_suffix(".csv"), self.index.csv().encode())
 
     def _set(self, study: Path, **changes: Any) -> None:
         self.entries[study] = self.entries[study]._replace(**changes)
@@ -141,12 +150,15 @@ class Queue:
 
 
 def _report(run: Run) -> Path:
-    """Return the report of a run, written if missing."""
+    """Return the report of a run, written unless the page is of this very run."""
     page = run.path.with_suffix(".html")
-    with suppress(OSError):
-        if page.stat().st_mtime >= run.path.stat().st_mtime:
-            return page
-    return report(run).save(page)
+    of_this_run = f'<meta name="run" content="{identity(run.path)}">'
+    if _begins_with(page, of_this_run):
+        return page
+    if os.path.lexists(page) and not _begins_with(page, GENERATOR):
+        raise RunFileError(f"{page} is not a report of tolstat and is not replaced")
+    marked = report(run).html().replace("<head>", f"<head>\n{of_this_run}", 1)
+    return replace(page, marked.encode())
 
 
 def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
@@ -157,7 +169,8 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
         folder = folder.relative_to(Path.cwd())
     page = folder / "batch.html"
     check_folder(folder)
-    folder.mkdir(exist_ok=True)
+    if os.path.lexists(folder) and not folder.is_dir():  # also a link to nothing
+        raise RunFileError(f"{folder} is no folder; name another for the index (-o)")
     taken = {run_of(study).with_suffix(".html").resolve() for study in files}
     for path, mark in ((page, f"<title>{TITLE}"), (page.with_suffix(".csv"), HEADS)):
         ours = not os.path.lexists(path) or _begins_with(path, mark)
@@ -170,6 +183,6 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
 
 
 def _begins_with(path: Path, mark: str) -> bool:
-    with suppress(OSError), path.open("rb") as file:
-        return path.is_file() and mark.encode() in file.read(1000)
+    with suppress(OSError), opened(path) as file:
+        return mark.encode() in file.read(HEAD)
     return False

@@ -5,12 +5,21 @@ import errno
 import importlib
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.resources import files
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import click
 
-from tolstat.errors import TolstatError, allowed_names
+from tolstat.errors import (
+    BrokenError,
+    TolstatError,
+    allowed_names,
+    package_that_fails,
+    told,
+)
+from tolstat.operating_system import address_space
 
 FILES = {
     "new": "new",
@@ -21,6 +30,7 @@ FILES = {
     "batch": "batch", "runs": "show", "export": "report", "models": "show",
     "doctor": "verify",
 }  # fmt: skip  # of `tolstat.cli`, by command
+LEAST_MEMORY = 1e9  # bytes of address space; libraries of two processors need 0.7e9
 EXIT_CODES = """
 \b
 Exit codes:
@@ -66,33 +76,49 @@ class Group(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl([(name, _sentence(name)) for name in FILES])
 
+    def make_context(self, *arguments: Any, **more: Any) -> click.Context:
+        """Read the command line; an error ends it with a sentence."""
+        with _sentences():  # help is printed here
+            return super().make_context(*arguments, **more)
+
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; an error ends it with a sentence."""
-        try:
-            _check_folder()
+        with _sentences():
+            _check_surroundings()
             return super().invoke(ctx)
-        except TolstatError as error:
-            from tolstat.answers.next_steps import worded
 
-            _end(worded(error), error.exit_code)
-        except MemoryError:
-            click.echo("tolstat: not enough memory", err=True)
-            sys.exit(1)
-        except OSError as error:
-            if error.filename is not None:  # too long a name, or nothing may be there
-                _end(f"{error.filename}: {error.strerror}", 1)
-            if error.errno not in (errno.ENOSPC, errno.EPIPE):
-                raise
-            # at exit Python would write its buffer, and fail again
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            if error.errno == errno.EPIPE:  # its reader, such as head, has ended
-                sys.exit(0)
-            click.echo(
-                "tolstat: the disk of standard output is full, and the output is cut "
-                "off; data stored before is safe",
-                err=True,
-            )
-            sys.exit(1)
+
+@contextmanager
+def _sentences() -> Iterator[None]:
+    """End with a sentence at an error that is not a fault of this package."""
+    try:
+        yield
+    except TolstatError as error:
+        from tolstat.answers.next_steps import worded
+
+        _end(worded(error), error.exit_code)
+    except MemoryError:
+        click.echo("tolstat: not enough memory", err=True)
+        sys.exit(1)
+    except Exception as error:
+        if package := package_that_fails(error):
+            _end_unloaded(package, error)
+        if not isinstance(error, OSError):
+            raise
+        if error.filename is not None:  # too long a name, or nothing may be there
+            _end(f"{error.filename}: {error.strerror}", 1)
+        if error.errno not in (errno.ENOSPC, errno.EPIPE):
+            raise
+        # at exit Python would write its buffer, and fail again
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if error.errno == errno.EPIPE:  # its reader, such as head, has ended
+            sys.exit(0)
+        click.echo(
+            "tolstat: the disk of standard output is full, and the output is cut "
+            "off; data stored before is safe",
+            err=True,
+        )
+        sys.exit(1)
 
 
 def _end(words: str, code: int) -> NoReturn:
@@ -103,8 +129,26 @@ def _end(words: str, code: int) -> NoReturn:
     sys.exit(code)
 
 
-def _check_folder() -> None:
-    """Refuse a working directory that was removed: models are called there."""
+def _end_unloaded(package: str, error: Exception) -> NoReturn:
+    """End with a sentence where a package that is needed cannot be loaded here."""
+    settings = [name for name in os.environ if name.startswith(f"{package.upper()}_")]
+    hint = f"; environment: {', '.join(sorted(settings))}" if settings else ""
+    reason = " ".join(told(error).split())
+    click.echo(f"tolstat: {package} cannot be loaded: {reason}{hint}", err=True)
+    sys.exit(1)
+
+
+def _check_surroundings() -> None:
+    """Refuse too little memory, and a working directory that was removed.
+
+    With less, packages cannot be loaded, and some try for long. Models are called in
+    the working directory.
+    """
+    if (most := address_space()) < LEAST_MEMORY:
+        raise BrokenError(
+            f"{most / 1e6:.0f} MB of memory are allowed (ulimit -v), and commands need "
+            f"{LEAST_MEMORY / 1e6:.0f} MB"
+        )
     try:
         os.getcwd()
     except OSError as error:

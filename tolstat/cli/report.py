@@ -5,11 +5,11 @@ from pathlib import Path
 
 import click
 
+from tolstat.answers import reports
 from tolstat.answers.compare.compare_runs import compare as comparison
 from tolstat.answers.output_file import check_output
 from tolstat.answers.output_file import export as write_trials
 from tolstat.answers.relimit import limited
-from tolstat.answers.report import gather
 from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
 from tolstat.errors import QuestionError
@@ -43,7 +43,7 @@ def report(
         except QuestionError as error:
             advice = fresh_run_advice(source, (), limits)
             raise QuestionError(f"{error}{advice}", *error.advice) from None
-    answer = gather.report(run, responses)
+    answer = reports.report(run, responses)
     if form:
         options.deliver(answer, output, form)
     else:

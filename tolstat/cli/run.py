@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.report.gather import summary
+from tolstat.answers.reports import summary
 from tolstat.cli import options
 from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
 from tolstat.cli.progress import ProgressBar

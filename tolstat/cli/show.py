@@ -12,8 +12,9 @@ from rich.live import Live
 from tolstat import catalogue
 from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.report.gather import summary
+from tolstat.answers.reports import summary
 from tolstat.answers.run_entries import RunIndex, entry_of, stored_runs
+from tolstat.answers.runs_document import progress_table
 from tolstat.answers.sweep.curves import save_sweeps
 from tolstat.answers.sweep.extremes_document import comparisons
 from tolstat.cli.entry import INTERRUPTED, stop_on_interrupt
@@ -103,7 +104,7 @@ def follow_run(path: Path) -> None:
             status = f"{path}: {run.ended} of {run.trials} trials{failed}"
             if live:
                 index = RunIndex("", path.parent, (entry_of(run),))
-                live.update(as_rich(index.progress(), console.width))
+                live.update(as_rich(progress_table(index), console.width))
             elif status != printed:
                 console.say(printed := status)
             if run.complete or not writer:

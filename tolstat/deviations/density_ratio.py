@@ -33,6 +33,9 @@ FARTHEST, STEPS = 6.4, 4097
 SCORES = np.linspace(-FARTHEST, FARTHEST, STEPS)
 
 
+KEPT = 1 << 24  # deviations of a sample whose terms are kept, at most
+
+
 class Density:
     """Density of a distribution, as its deviations and their slope over normal scores.
 
@@ -95,6 +98,7 @@ class DensityRatio:
         self.distributions = distributions
         self.dependence = dependence
         self._known: dict[str, tuple[Density, Array]] = {}
+        self._terms: dict[str, tuple[Distribution, Array, Array]] = {}
 
     def weights(self, new: Mapping[str, Distribution]) -> Array:
         """Return the density of each trial with new distributions over that as sampled.
@@ -111,15 +115,9 @@ class DensityRatio:
         log_weight, outside = np.zeros(trials), np.zeros(trials, np.bool_)
         scores = {}
         for name in names:
-            sampled, before = self._sampled_density(name)
-            density = Density(new[name], sampled)
-            after = density.scores(self.deviations[name])
+            after, term = self._term(name, new[name])
             outside |= np.isinf(after)
-            log_weight += (
-                np.log(sampled.size / density.size)
-                + sampled.log_slope(before)
-                - density.log_slope(after)
-            )
+            log_weight += term
             scores[name] = after
         for joint in dependent_groups(names, self.dependence):
             before = np.array([self._sampled_density(name)[1] for name in joint])
@@ -133,6 +131,26 @@ class DensityRatio:
         weights = np.exp(log_weight)
         weights[outside] = 0.0
         return np.asarray(weights, np.float64)
+
+    def _term(self, name: str, new: Distribution) -> tuple[Array, Array]:
+        """Return new scores of a contributor, and what it adds to log weights.
+
+        Those of the latest distribution are kept: groups share their members.
+        """
+        kept = self._terms.get(name)
+        if kept and kept[0] == new:
+            return kept[1:]
+        sampled, before = self._sampled_density(name)
+        density = Density(new, sampled)
+        after = density.scores(self.deviations[name])
+        term = (
+            np.log(sampled.size / density.size)
+            + sampled.log_slope(before)
+            - density.log_slope(after)
+        )
+        if len(after) * len(self.deviations) <= KEPT:
+            self._terms[name] = new, after, term
+        return after, term
 
     def _sampled_density(self, name: str) -> tuple[Density, Array]:
         """Return the sampled density of a contributor, and its normal scores."""

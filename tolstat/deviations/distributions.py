@@ -8,7 +8,7 @@ function at 0 < u < 1, SI.
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -31,7 +31,7 @@ SMALL, TERMS, STEPS, LEAST_SHARE = 1e-3, 20, 3, 0.5
 LEAST_FREEDOM = 3.0
 
 
-class Distribution(Protocol):
+class Distribution(Hashable, Protocol):
     """Interface of every distribution."""
 
     def deviations(self, u: Array) -> Array:

@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -24,6 +25,7 @@ RAREST = 6.0  # normal score of the ends that practically no part is beyond
 FARTHEST, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
 PLACES = ("mode", "median", "plateau")  # keys that are places in the zone
 WIDTHS = ("shift", "sigma", "inexactness")  # keys that are in proportion to the zone
+KEPT = 8192  # distributions whose spread is kept
 ROUNDING_OF_ZONE = 1e-12  # of half a zone: zero, but for rounding
 
 
@@ -45,6 +47,7 @@ def zone_of(distribution: Distribution) -> Tolerance | None:
     return getattr(distribution, "tolerance", None)
 
 
+@lru_cache(KEPT)
 def spread_of(distribution: Distribution) -> Spread:
     """Return the spread of a distribution.
 

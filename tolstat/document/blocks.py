@@ -196,6 +196,18 @@ def shown(*blocks: Block | None) -> tuple[Block, ...]:
     )
 
 
+def section(
+    title: str,
+    *parts: Block | None,
+    anchor: str = "",
+    level: int = 2,
+    page_only: bool = False,
+    role: str = "",
+) -> Section:
+    """Return a section of the blocks that are not empty; other fields as its own."""
+    return Section(title, shown(*parts), anchor, level, page_only, role)
+
+
 def _is_empty(block: Block) -> bool:
     match block:
         case Paragraph(()) | Bullets(()) | Section(blocks=()):

@@ -3,7 +3,6 @@
 A plan is compared as a mapping of names to values, of those that matter.
 """
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -23,6 +22,7 @@ from tolstat.store.run_records import Plan
 from tolstat.store.stored_run import Run
 from tolstat.study.files import study_text
 from tolstat.study.study import Study, load
+from tolstat.toml import toml_table
 
 
 def study_of(run: Run, trials: int | None = None, model: Model | None = None) -> Study:
@@ -35,7 +35,7 @@ def study_of(run: Run, trials: int | None = None, model: Model | None = None) ->
         model=model,
         trials=trials if sampled else None,
         seed=sampled.seed if sampled else None,
-        folder=run.study_file.parent if run.study_file else None,
+        folder=run.data_folder,
     )
 
 
@@ -54,17 +54,31 @@ def differences(
             yield prefix + name, old, new
 
 
-def study_differs(run: Plan, study_file: Path | None = None) -> list[str]:
-    """Return the changes of the study file since a run was made from it."""
+def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
+    """Return the changes of the study file since a run was made from it.
+
+    The run may be a stranger's. So a file that it names is quoted only if it is a study
+    of its model, and has the name of the run beside it; of any other one, what the run
+    stores.
+    """
     path = study_file or run.study_file
     try:
-        table = tomllib.loads(study_text(path)) if path else run.study.table
+        table = toml_table(study_text(path)) if path else run.study.table
     except (DataError, ValueError, RecursionError):
         return []  # moved, or being edited: the run stores its text
-    return [
-        f"{path}: {name} was {old!r} when the run was made, and is {new!r}"
-        for name, old, new in differences(run.study.table, table)
+    changes = list(differences(run.study.table, table))
+    ours = not path or path.with_suffix(".h5") == run.path.resolve()
+    if study_file or (ours and table.get("model") == run.model):
+        return [
+            f"{path}: {name} was {old!r} when the run was made, and is {new!r}"
+            for name, old, new in changes
+        ]
+    stored = [
+        f"{path}: {name} was {old!r} when the run was made, and differs"
+        for name, old, _ in changes
+        if old is not None
     ]
+    return stored or ([f"{path} differs from the study of the run"] if changes else [])
 
 
 def made_differently(run: Plan, source_digest: str) -> list[str]:

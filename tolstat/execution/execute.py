@@ -4,15 +4,21 @@ import os
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from tolstat.errors import Advice, Remedy, RunFileError
+from tolstat.errors import Advice, Remedy, RunFileError, StoppedError
 from tolstat.execution import compatibility
 from tolstat.execution.planning import cannot_be_built, planned_run
 from tolstat.execution.run_loop import Progress, Telling, carry_out
-from tolstat.execution.stages import SampledStages, Trials, drawn_again
-from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.execution.stages import (
+    SampledStages,
+    Trials,
+    drawn_again,
+    unchanged_if_stopped,
+)
+from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.files_beside import Lock, check_replaceable
@@ -20,7 +26,7 @@ from tolstat.store.memory_recorder import MemoryRecorder
 from tolstat.store.open_run import existing
 from tolstat.store.open_run import open as open_run
 from tolstat.store.provenance import now
-from tolstat.store.run_writer import RunWriter
+from tolstat.store.run_writer import Recorder, RunWriter
 from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.study.study import Source, Study, load
 
@@ -194,12 +200,19 @@ def execute(
     if path:
         check_replaceable(path, force=True)  # no lock is laid beside a device
     with Lock(path) if path else nullcontext() as lock:
-        stages = SampledStages(study)
-        _tell_impossible(study, stages.trials, tell)
-        plan = planned_run(study, stages.trials, lock.path if lock else IN_MEMORY)
-        with (
-            RunWriter.made(lock, plan, force=force) if lock else MemoryRecorder(plan)
-        ) as recorder:
+        try:
+            stages = workers.call(SampledStages, study)
+            _tell_impossible(study, stages.trials, workers, tell)
+            place = lock.path if lock else IN_MEMORY
+            plan = workers.call(planned_run, study, stages.trials, place)
+            recorder: Recorder = (
+                RunWriter.made(lock, plan, force=force, by=workers)
+                if lock
+                else MemoryRecorder(plan)
+            )
+        except Interrupted:
+            raise StoppedError("stopped before any trial ran") from None
+        with recorder:
             carry_out(study, stages, recorder, workers, tell)
     del stages, plan  # frees memory before stored trials are read
     return recorder.recorded()
@@ -222,24 +235,30 @@ def go_on(
         if trials is not None:
             compatibility.check_extensible(run, trials)
         study = compatibility.study_of(run, trials, model)
-        stages = drawn_again(run, study, workers)
-        plan = _plan_again(run, study, stages.trials, regardless=regardless)
-        if trials is not None:
-            _tell_impossible(study, stages.trials, tell)
-        rerun = rerun or run.rerun is not None
-        status = stages.trials.status[: run.trials]
-        nominal = run.nominal_values["status"] != Status.NOT_RUN.word
-        nominal &= not run.damage.nominal
-        del run  # its columns are in the trials
-        with RunWriter.opened(lock, plan, status) as file:
+        with unchanged_if_stopped(run):
+            stages = drawn_again(run, study, workers)
+            plan = workers.call(
+                partial(_plan_again, run, study, stages.trials, regardless=regardless)
+            )
+            if trials is not None:
+                _tell_impossible(study, stages.trials, workers, tell)
+            rerun = rerun or run.rerun is not None
+            status = stages.trials.status[: run.trials]
+            nominal = run.nominal_values["status"] != Status.NOT_RUN.word
+            nominal &= not run.damage.nominal
+            del run  # its columns are in the trials
+            file = RunWriter.opened(lock, plan, status, by=workers)
+        with file:
             carry_out(study, stages, file, workers, tell, nominal=nominal, rerun=rerun)
     del stages, status, plan  # frees memory before the stored trials are read
     return file.recorded()
 
 
-def _tell_impossible(study: Study, trials: Trials, tell: Telling) -> None:
+def _tell_impossible(
+    study: Study, trials: Trials, workers: Workers, tell: Telling
+) -> None:
     """Warn before any trial runs how many cannot be built; refuse if none can."""
-    if warning := cannot_be_built(study, trials.deviations):
+    if warning := workers.call(cannot_be_built, study, trials.deviations):
         tell(Progress(0, 0, study.trials, warning=warning))
 
 
@@ -289,7 +308,8 @@ def complete(study_file: Path, workers: Workers, tell: Telling) -> Completion:
     compatibility.check_asked(run, study)
     if run.complete and not run.damage:
         again = compatibility.study_of(run)
-        trials = drawn_again(run, again, workers).trials
+        with unchanged_if_stopped(run):
+            trials = drawn_again(run, again, workers).trials
         compatibility.check_same(run, planned_run(again, trials, path))
         notes = compatibility.made_differently(run, study.model.source_digest)
         return Completion(run, FINISHED_BEFORE, tuple(notes))

@@ -131,7 +131,7 @@ def carry_out(
             if rerun and trials.failed:
                 ended = replace(ended, rerun=_rerun(study, trials, workers))
             if ended is not run:
-                file.finish(ended)
+                file.finish(ended, workers)
     except LostError as error:
         raise file.failed(error) from error
 
@@ -199,9 +199,9 @@ def _with_diagnostics(
     audited, number = None, len(trials.status)
     try:
         tell(Progress(number, trials.failed, number, "audit"))
-        audited = audit(study, trials, workers)
+        audited = workers.call(audit, study, trials, workers)
         tell(Progress(number, trials.failed, number, "diagnostics"))
-        diagnostics = _diagnostics(study, trials, workers)
+        diagnostics = workers.call(_diagnostics, study, trials, workers)
     except ModelError as error:  # keep the trials although diagnostics fail
         diagnostics = Diagnostics(missing=str(error))
     ended = run.first(number)
@@ -219,7 +219,7 @@ def _diagnostics(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
     return Diagnostics(
         by_name,
         worst_cases(study, trials, ends, table, workers),
-        workers.call(halved_shares, study, trials, by_name),
+        halved_shares(study, trials, by_name),
         idle_contributors(study, trials, ends, table, workers),
     )
 

@@ -5,7 +5,8 @@ A proposer gives the next stage from the answers so far, or none.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
@@ -14,14 +15,15 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.errors import Advice, Remedy, StoppedError
-from tolstat.execution.workers.block_scheduler import Interrupted, Workers
+from tolstat.execution.workers.block_scheduler import Interrupted
 from tolstat.model.contract import Answers
 from tolstat.model.description import Description
 from tolstat.statistics.limits.limit import margins
-from tolstat.statistics.precision import FIRST_STAGE, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
+from tolstat.statistics.sample_size import FIRST_STAGE, next_stage, trials_wanted
 from tolstat.status import Status
 from tolstat.store.run_records import Stopped
+from tolstat.store.run_writer import TO_THE_END, Stoppable
 from tolstat.store.stored_run import Run
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study
@@ -253,32 +255,34 @@ class UntilPrecise:
         )
 
 
-def drawn_again(
-    run: Run, study: Study, workers: Workers | None = None
-) -> SampledStages:
+@contextmanager
+def unchanged_if_stopped(run: Run) -> Iterator[None]:
+    """Raise StoppedError, which says that a run is unchanged, once the workers stop."""
+    path, machine = run.path, run.machine
+    try:
+        yield
+    except Interrupted:
+        raise StoppedError(
+            f"stopped before any new trial ran; the run in {path} is unchanged",
+            Advice(Remedy.RESUME, path, machine),
+        ) from None
+
+
+def drawn_again(run: Run, study: Study, by: Stoppable = TO_THE_END) -> SampledStages:
     """Return the trials of a stored run, sampled again, with their stored answers.
 
-    Stages that depend on missing answers are left out. StoppedError once the workers
-    stop.
+    Stages that depend on missing answers are left out. Workers may stop it.
     """
-    stages = SampledStages(study)
+    stages: SampledStages = by.call(SampledStages, study)
     trials = stages.trials
     answered = run.status != Status.NOT_RUN
     answered[run.damage.trials] = False
     trials.take_stored(run, answered)
-    try:
-        while trials.status[: trials.sampled].all():
-            stage = (
-                workers.call(stages.next, trials) if workers else stages.next(trials)
-            )
-            if stage is None:
-                break
-            trials.add(stage)
-    except Interrupted:
-        raise StoppedError(
-            f"stopped before any new trial ran; the run in {run.path} is unchanged",
-            Advice(Remedy.RESUME, run.path, run.machine),
-        ) from None
+    while trials.status[: trials.sampled].all():
+        stage = by.call(stages.next, trials)
+        if stage is None:
+            break
+        trials.add(stage)
     not_sampled = slice(trials.sampled, None)
     trials.status[not_sampled], trials.responses[not_sampled] = Status.NOT_RUN, np.nan
     return stages

@@ -22,7 +22,7 @@ from pathlib import Path
 import platformdirs
 
 from tolstat.lanes.digest import digest
-from tolstat.operating_system import lock
+from tolstat.operating_system import lock, make_private
 
 # LLVM's third level does not make equations faster, and takes a tenth longer
 LEVEL = 2
@@ -80,24 +80,27 @@ def cache_folder(source: Path, module: str) -> str | None:
     Returns
     -------
     str or None
-        None if nothing can be written: a warning says so, and every session
-        compiles again. The environment variable NUMBA_CACHE_DIR moves the folder.
+        None if nothing can be written, or if others may write there, whose code would
+        be executed: a warning says so, and every session compiles again. The
+        environment variable NUMBA_CACHE_DIR moves the folder.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(chosen) if chosen else platformdirs.user_cache_path("tolstat")
-    folder = home / f"tolstat-{digest(source, *ENGINE, machine_code())}"
+    name = f"tolstat-{digest(source, *ENGINE, machine_code())}"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = (home / name).resolve()  # a link may lead elsewhere later
+        make_private(folder)
         (folder / "used").touch()
-    except OSError as error:
+    except (OSError, RuntimeError) as error:  # links in a circle
+        reason = getattr(error, "strerror", error)
         warnings.warn(
-            f"compiled code cannot be kept in {folder} ({error.strerror}): every "
-            "session compiles again; set NUMBA_CACHE_DIR to a folder you can write",
+            f"compiled code cannot be kept in {home / name} ({reason}): every session "
+            "compiles again; set NUMBA_CACHE_DIR to a folder that you alone can write",
             RuntimeWarning,
             stacklevel=2,
         )
         return None
-    _remove_unused(home, folder)
+    _remove_unused(folder)
     return str(folder / module)
 
 
@@ -133,10 +136,10 @@ def _digests(home: Path) -> dict[str, str]:
     }
 
 
-def _remove_unused(home: Path, current: Path) -> None:
+def _remove_unused(current: Path) -> None:
     """Remove folders of other sources, unused for UNUSED_DAYS."""
     oldest = time.time() - UNUSED_DAYS * 86400.0
-    for folder in home.glob("tolstat-*"):
+    for folder in current.parent.glob("tolstat-*"):
         mark = folder / "used"
         if folder != current and mark.exists() and mark.stat().st_mtime < oldest:
             shutil.rmtree(folder, ignore_errors=True)

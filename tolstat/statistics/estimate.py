@@ -37,7 +37,7 @@ class Lack(Enum):
     ANY_OUT = "none out of limit in either"
 
 
-class Reason(str):
+class NoInterval(str):
     """The reason why a number has no interval; as text, the sentence.
 
     Attributes
@@ -51,7 +51,7 @@ class Reason(str):
     lack: Lack
     numbers: Mapping[str, float]
 
-    def __new__(cls, lack: Lack, **numbers: float) -> Reason:
+    def __new__(cls, lack: Lack, **numbers: float) -> NoInterval:
         """Return the reason, worded."""
         reason = super().__new__(cls, lack.value.format(**numbers))
         reason.lack, reason.numbers = lack, numbers
@@ -63,8 +63,8 @@ class Reason(str):
 
 
 CONFIDENCE = 0.95  # of every printed interval
-RANDOM_ONLY = Reason(Lack.RANDOM_TRIALS)
-FAILED_THERE = Reason(Lack.FAILED_TRIALS)
+RANDOM_ONLY = NoInterval(Lack.RANDOM_TRIALS)
+FAILED_THERE = NoInterval(Lack.FAILED_TRIALS)
 MORE_TRIALS = {Lack.TRIALS, Lack.GROUPS, Lack.SALTELLI}
 
 
@@ -78,8 +78,8 @@ class Estimate(NamedTuple):
     lower, upper : float
         Ends of the interval; NaN if no trustworthy one exists.
     reason : str
-        Reason why there is no interval: a `Reason` of these statistics, or a sentence
-        of another floor; empty with an interval.
+        Why there is no interval: a `NoInterval` of these statistics, or a sentence of
+        another floor; empty with an interval.
     """
 
     value: float
@@ -100,7 +100,7 @@ class Estimate(NamedTuple):
     @property
     def lack(self) -> Lack | None:
         """What its interval lacks; None with an interval, or a reason in words."""
-        return self.reason.lack if isinstance(self.reason, Reason) else None
+        return self.reason.lack if isinstance(self.reason, NoInterval) else None
 
     @property
     def needs_more(self) -> bool:
@@ -119,7 +119,7 @@ class Estimate(NamedTuple):
         return Estimate(1 - self.value, *ends, self.reason)
 
 
-NONE_DONE = Estimate(math.nan, reason=Reason(Lack.ANY_DONE))
+NONE_DONE = Estimate(math.nan, reason=NoInterval(Lack.ANY_DONE))
 
 
 def enclosing(value: float, lower: float, upper: float) -> Estimate:

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.statistics.estimate import NONE_DONE, RANDOM_ONLY, Estimate, Lack, Reason
+from tolstat.statistics.estimate import (
+    NONE_DONE,
+    RANDOM_ONLY,
+    Estimate,
+    Lack,
+    NoInterval,
+)
 from tolstat.statistics.intervals.as_sampled import mean_as_sampled, sigma_as_sampled
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, mean_of, sigma_of
 from tolstat.statistics.intervals.quantiles import (
@@ -102,7 +108,7 @@ class Sample(NamedTuple):
     def failures(self) -> Estimate:
         """Share of the trials that ran and failed."""
         if not self.ran.any():
-            return Estimate(math.nan, reason=Reason(Lack.ANY_RUN))
+            return Estimate(math.nan, reason=NoInterval(Lack.ANY_RUN))
         return self.share(~self.done, self.ran, proportion)
 
 

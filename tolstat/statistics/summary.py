@@ -11,7 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import CONFIDENCE, NONE_DONE, Estimate, Lack, Reason
+from tolstat.statistics.estimate import (
+    CONFIDENCE,
+    NONE_DONE,
+    Estimate,
+    Lack,
+    NoInterval,
+)
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.intervals.moments import Ends, Reach
 from tolstat.statistics.limits.limit import Limit, ppk_of
@@ -21,8 +27,8 @@ from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
 LEAST_OF_MOMENTS = 200  # trials from which Ppk by moments has an interval
 MOST_PPK = 100.0  # Ppk above which the spread is too small to be a measure
-ONE_END = Estimate(math.nan, reason=Reason(Lack.SECOND_END))
-NO_SPREAD = Estimate(math.nan, reason=Reason(Lack.SPREAD))
+ONE_END = Estimate(math.nan, reason=NoInterval(Lack.SECOND_END))
+NO_SPREAD = Estimate(math.nan, reason=NoInterval(Lack.SPREAD))
 
 
 class Performance(NamedTuple):
@@ -87,9 +93,9 @@ def by_moments(
         return Performance(NO_SPREAD, NO_SPREAD)
     reason = middle.reason or spread.reason
     if not dependent and sample.done.sum() < LEAST_OF_MOMENTS:
-        reason = Reason(Lack.TRIALS, needed=LEAST_OF_MOMENTS)
+        reason = NoInterval(Lack.TRIALS, needed=LEAST_OF_MOMENTS)
     if spread.sure and spread.lower <= 0:
-        reason = Reason(Lack.LEAST_SIGMA)
+        reason = NoInterval(Lack.LEAST_SIGMA)
     sides = []
     for end in reversed(limit.finite):
         sign = 1 if end == limit.upper else -1
@@ -140,9 +146,9 @@ def _side(end: float, middle: Estimate, outer: Estimate, sign: int) -> Estimate:
     if not (middle.sure and outer.sure):
         return Estimate(value, reason=outer.reason or middle.reason)
     if middle.lower == outer.lower or middle.upper == outer.upper:
-        return Estimate(math.nan, reason=Reason(Lack.UNEQUAL_HALVES))
+        return Estimate(math.nan, reason=NoInterval(Lack.UNEQUAL_HALVES))
     if outer.lower == outer.upper:
-        return Estimate(math.nan, reason=Reason(Lack.UNEQUAL_OUTERMOST))
+        return Estimate(math.nan, reason=NoInterval(Lack.UNEQUAL_OUTERMOST))
     # monotonic in either percentile: the extremes lie at the corners
     corners = [
         ratio(m, f)
@@ -162,7 +168,7 @@ def _ratio(distance: float, spread: float) -> float:
 def _worth_printing(index: Estimate) -> Estimate:
     """Return the estimate, or the reason why its interval or number is not printed."""
     if index.value > MOST_PPK or (index.sure and index.lower > MOST_PPK):
-        return Estimate(math.nan, reason=Reason(Lack.MORE_SPREAD, most=MOST_PPK))
+        return Estimate(math.nan, reason=NoInterval(Lack.MORE_SPREAD, most=MOST_PPK))
     if index.reason or not index.sure:
         return Estimate(index.value, reason=index.reason)
     return index

@@ -1,76 +1,48 @@
 """Records written to HDF5 and read back, by the types of their fields.
 
 Texts, numbers and tuples of these are attributes, arrays are datasets. A mapping is a
-group of these, and so is a tuple of records, by their names. A record of attributes
-alone is stored among the attributes of its owner, with the name of the field in front
-(`limit_words`). Any other record is a group. None and empty values are not written.
+group of these, and so is a tuple of records, by their names. A mapping of mappings is a
+group of arrays over their keys. A record of attributes alone is stored among the
+attributes of its owner, with the name of the field in front (`limit_words`). Any other
+record is a group. None and empty values are not written.
 """
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
-from types import NoneType
-from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Any, get_args, get_origin
 
 import h5py
-import numpy as np
 
-NAMES = {"unit": "units", "sentence": "long_name", "range": "valid_range"}  # as in CF
+from tolstat.store.stored_fields import (
+    Field,
+    column_of,
+    fields_of,
+    has_attribute,
+    read_attribute,
+    write_attribute,
+)
+from tolstat.store.tables import read_table, write_table
+
 PLAIN = (str, bool, int, float)
-BETWEEN = ", "  # parts of a key
-
-
-class Stored(NamedTuple):
-    """How a field is stored if its type does not say it; used as an annotation."""
-
-    name: str = ""  # its own if empty
-    # records of columns are stored among the attributes of these, after this prefix;
-    # another attribute lists the columns in order
-    columns: str | None = None
-
-
-ELSEWHERE = "elsewhere"  # annotation of a field that this module does not write
-
-
-class Field(NamedTuple):
-    """A field of a record."""
-
-    name: str
-    kind: Any  # its type, without None
-    optional: bool
-    stored: str  # its name in the file
-    columns: str | None  # as in `Stored`
-
-
-@cache
-def fields_of(record: Any) -> tuple[Field, ...]:
-    """Return the fields of a record that are stored."""
-    fields = []
-    for name, hint in get_type_hints(record, include_extras=True).items():
-        notes = getattr(hint, "__metadata__", ())
-        if ELSEWHERE in notes:
-            continue
-        kind = get_args(hint)[0] if notes else hint
-        if optional := NoneType in get_args(kind):
-            kind = get_args(kind)[0]
-        stored, columns = next(iter(notes), Stored())
-        stored = stored or NAMES.get(name, name)
-        fields.append(Field(name, kind, optional, stored, columns))
-    return tuple(fields)
 
 
 def write_record(owner: h5py.HLObject, record: Any, prefix: str = "") -> None:
     """Write the fields of a record, with a prefix before the name of each."""
     kind: Any = type(record)
     for field in fields_of(kind):
-        value, name = getattr(record, field.name), prefix + field.stored
+        value, stored = getattr(record, field.name), field.stored
+        name = prefix + stored.name
         if value is None or (isinstance(value, str | Sequence | Mapping) and not value):
             continue
-        if field.columns is not None:
+        if stored.columns is not None:
             columns = _by_key(value)
-            _put(owner, name, tuple(columns), tuple[str, ...])
+            write_attribute(owner, name, tuple(columns))
             for column, item in columns.items():
-                write_record(owner[column], item, field.columns)
+                write_record(column_of(owner, column), item, stored.columns)
+        elif stored.axes:
+            group = owner.create_group(name)
+            write_attribute(group, "long_name", stored.sentence)
+            write_table(group, value, field.kind, stored.axes)
         elif _is_flat(field.kind):
             write_record(owner, value, f"{name}_")
         else:
@@ -84,38 +56,38 @@ def _put(owner: h5py.HLObject, name: str, value: Any, kind: Any) -> None:
     elif _is_group(kind):
         group = owner.create_group(name, track_order=True)
         for key, item in _by_key(value).items():
-            key = BETWEEN.join(key) if isinstance(key, tuple) else str(key)
-            _put(group, key, item, _inner(kind))
+            _put(group, str(key), item, _inner(kind))
     elif not _is_attribute(kind):
         owner[name] = value
-    elif kind in PLAIN:
-        owner.attrs[name] = kind(value)  # of a subclass, too
-    elif _inner(kind) is str:  # no texts are joined, none is split
-        array = np.array(value, dtype=object)
-        owner.attrs.create(name, array, dtype=h5py.string_dtype())
-    else:
-        owner.attrs[name] = np.array(value)
+    else:  # of a subclass, too
+        write_attribute(owner, name, kind(value) if kind in PLAIN else value)
 
 
 def read_fields(owner: h5py.HLObject, kind: Any, prefix: str = "") -> dict[str, Any]:
     """Return the stored fields of a record; KeyError if a required one is missing."""
     fields = fields_of(kind)
-    return {f.name: _read(owner, prefix + f.stored, f) for f in fields}
+    return {f.name: _read(owner, prefix + f.stored.name, f) for f in fields}
 
 
 def _read(owner: h5py.HLObject, name: str, field: Field) -> Any:
     """Return the value of a field."""
-    kind, prefix = field.kind, f"{name}_"
-    if field.columns is not None:
-        inner, columns = _inner(kind), owner.attrs.get(name, ())
-        values = [inner(**read_fields(owner[c], inner, field.columns)) for c in columns]
+    kind, prefix, (_, before, axes, _) = field.kind, f"{name}_", field.stored
+    if before is not None:
+        inner = _inner(kind)
+        columns = read_attribute(owner, name) if has_attribute(owner, name) else ()
+        values = [
+            inner(**read_fields(column_of(owner, column), inner, before))
+            for column in columns
+        ]
         return _collected(kind, columns, values)
     if _is_flat(kind):
-        missing = prefix + fields_of(kind)[0].stored not in owner.attrs
-        if missing and field.optional:
+        first = prefix + fields_of(kind)[0].stored.name
+        if field.optional and not has_attribute(owner, first):
             return None
         return kind(**read_fields(owner, kind, prefix))
-    if name in (owner.attrs if _is_attribute(kind) else owner):
+    if axes and name in owner:
+        return read_table(owner[name], kind, axes)
+    if has_attribute(owner, name) if _is_attribute(kind) else name in owner:
         return _take(owner, name, kind)
     if field.optional:
         return None
@@ -136,8 +108,18 @@ def _take(owner: h5py.HLObject, name: str, kind: Any) -> Any:
         return _collected(kind, keys, [_take(group, key, inner) for key in keys])
     if not _is_attribute(kind):
         return owner[name][...]
-    value = owner.attrs[name]
-    return kind(value) if kind in PLAIN else tuple(value.tolist())
+    return _typed(read_attribute(owner, name), kind, name)
+
+
+def _typed(value: Any, kind: Any, name: str) -> Any:
+    """Return a plain value, or a tuple of these, if it is of its type."""
+    if kind not in PLAIN and isinstance(value, list):
+        inner, *others = get_args(kind)
+        if others == [...] or len(value) == len(others) + 1:
+            return tuple(_typed(item, inner, name) for item in value)
+    elif type(value) is kind or (kind is float and type(value) is int):
+        return kind(value)
+    raise ValueError(f"its attribute {name} is of another type")
 
 
 def _by_key(values: Any) -> Mapping[Any, Any]:
@@ -150,8 +132,6 @@ def _collected(kind: Any, keys: Iterable[str], values: Iterable[Any]) -> Any:
     if not _is_mapping(kind):
         return tuple(values)
     key_kind = get_args(kind)[0]
-    if get_origin(key_kind) is tuple:
-        return {tuple(k.split(BETWEEN)): v for k, v in zip(keys, values, strict=True)}
     return {key_kind(k): v for k, v in zip(keys, values, strict=True)}
 
 

@@ -3,21 +3,29 @@
 import hashlib
 import os
 import re
+import secrets
 import shutil
 import socket
-from contextlib import AbstractContextManager, suppress
+import stat
+from contextlib import AbstractContextManager, ExitStack, suppress
 from itertools import count
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, BinaryIO
 
 from tolstat.errors import Advice, BrokenError, Remedy, RunFileError, TolstatError
-from tolstat.operating_system import largest_file, lock, open_as_it_is, process_exists
+from tolstat.files import created, opened, opened_for_writing
+from tolstat.operating_system import (
+    is_mine,
+    largest_file,
+    lock,
+    process_exists,
+)
 from tolstat.store.integrity import is_run
 from tolstat.store.open_run import open as open_run
 from tolstat.store.provenance import now
 
 WORDS = "process "  # what a lock begins with
-_numbers = count()
+LONGEST = 1000  # bytes of it
 
 
 class Lock(AbstractContextManager["Lock"]):
@@ -46,31 +54,29 @@ class Lock(AbstractContextManager["Lock"]):
             self._file.truncate(0)
             self._file.seek(0)
             holder = f"{os.getpid()} on {socket.gethostname()} since {now()}"
-            self._file.write(WORDS + holder)
-            self._file.flush()
+            self._file.write(f"{WORDS}{holder}".encode())
 
-    def _taken(self) -> IO[str]:
+    def _taken(self) -> BinaryIO:
         """Return the lock, open, locked and still in its place."""
         while True:
-            file = open_as_it_is(self._lock)
-            words = file.read()
-            if words and not words.startswith(WORDS):
-                file.close()
-                raise RunFileError(
-                    f"{self._lock} is not a lock of tolstat; rename that file, or "
-                    "give the run another name"
-                )
-            if not lock(file):
-                file.seek(0)  # its holder may have written its name since
-                holder = file.read().strip() or "another process"
-                file.close()
-                raise RunFileError(
-                    f"{self.path} is being written by {holder}; wait for it, or give "
-                    "another name"
-                )
-            if is_still(file, self._lock):
-                return file
-            file.close()  # its holder has just removed it
+            with ExitStack() as stack:
+                file = stack.enter_context(opened_for_writing(self._lock))
+                words = _words_of(file)
+                if words and not words.startswith(WORDS):
+                    raise RunFileError(
+                        f"{self._lock} is not a lock of tolstat; rename that file, or "
+                        "give the run another name"
+                    )
+                if not lock(file):
+                    # its holder may have written its name since
+                    holder = _words_of(file).strip() or "another process"
+                    raise RunFileError(
+                        f"{self.path} is being written by {holder}; wait for it, or "
+                        "give another name"
+                    )
+                if is_still(file, self._lock):  # else its holder has just removed it
+                    stack.pop_all()
+                    return file
 
     def __exit__(self, *_: object) -> None:
         """Release the lock."""
@@ -93,15 +99,25 @@ def writer_of(path: Path) -> str:
 
     The lock is only read, so no writer has to wait.
     """
-    lock = _lock_of(path)
     try:
-        words = lock.read_text().strip() if lock.is_file() else ""
-    except (OSError, ValueError):
+        with opened(_lock_of(path)) as file:
+            words = _words_of(file).strip()
+    except (OSError, RuntimeError):  # links in a circle
+        return ""
+    if not words.startswith(WORDS):
         return ""
     holder = re.match(
         rf"process (\d+) on {re.escape(socket.gethostname())} since ", words
     )
     return "" if holder and not process_exists(int(holder[1])) else words
+
+
+def _words_of(file: BinaryIO) -> str:
+    """Return what a lock says of its holder; a new one is not read, so none is left."""
+    if not os.fstat(file.fileno()).st_size:
+        return ""
+    file.seek(0)
+    return file.read(LONGEST).decode(errors="replace")
 
 
 def _lock_of(path: Path) -> Path:
@@ -111,14 +127,36 @@ def _lock_of(path: Path) -> Path:
 
 
 def aside_of(path: Path) -> Path:
-    """Return a temporary name beside a path; remove files of dead processes."""
-    names = re.compile(re.escape(path.name) + r"\.([0-9]{1,9})-[0-9]+\.part")
+    """Return a temporary name beside a path, which cannot be predicted.
+
+    Files of such names that dead processes of this user left there are removed.
+    """
+    names = re.compile(re.escape(path.name) + r"\.([0-9]{1,9})-[0-9a-f]+\.part")
     for file in path.parent.iterdir():
         name = names.fullmatch(file.name)
         if name and not process_exists(int(name[1])):
             with suppress(OSError):
-                file.unlink()
-    return path.with_name(f"{path.name}.{os.getpid()}-{next(_numbers)}.part")
+                status = file.lstat()
+                if stat.S_ISREG(status.st_mode) and is_mine(status):
+                    file.unlink()
+    return path.with_name(f"{path.name}.{os.getpid()}-{secrets.token_hex(8)}.part")
+
+
+def create_aside(path: Path, before: BinaryIO | None = None) -> tuple[Path, BinaryIO]:
+    """Return a temporary file beside a path, open and unbuffered.
+
+    It has the permissions of the file that it will replace, or of the open one before
+    it; without one, those of a new file.
+    """
+    aside = aside_of(path)
+    try:
+        status = os.fstat(before.fileno()) if before else path.stat()
+    except FileNotFoundError:
+        return aside, created(aside, 0o666)
+    mode = stat.S_IMODE(status.st_mode)
+    file = created(aside, mode)
+    aside.chmod(mode)  # the umask may have taken some
+    return aside, file
 
 
 def free_name(path: Path, word: str) -> Path:
@@ -137,11 +175,15 @@ def before_of(path: Path) -> Path:
 def identity(path: Path) -> str:
     """Return what identifies a run file: a digest of its beginning, where its seal is.
 
-    Empty if there is no file.
+    Empty if there is nothing of this name; a word for what cannot be read.
     """
-    with suppress(OSError), path.open("rb") as file:
-        return hashlib.sha256(file.read(4096)).hexdigest()[:16]
-    return ""
+    try:
+        with opened(path) as file:
+            return hashlib.sha256(file.read(4096)).hexdigest()[:16]
+    except FileNotFoundError:
+        return ""
+    except OSError:
+        return "unreadable"
 
 
 def run_before(path: Path) -> tuple[str, bool]:

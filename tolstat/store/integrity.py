@@ -14,7 +14,6 @@ import re
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -23,10 +22,13 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.errors import DamagedError, FormatError, RunFileError
+from tolstat.files import opened, read_exactly
+from tolstat.operating_system import local_time
 
-FORMAT = 7
+FORMAT = 8
 MARK = b"tolstat seal, format "
 HDF5 = b"\x89HDF\r\n\x1a\n"
+MOST_SEAL = 1 << 22  # bytes: of 50 000 columns
 NEAR = 1 << 16  # bytes from the beginning, in which earlier formats have their seal
 UNSEALED, VERSION = 2, b"version_tolstat"  # formats 1 and 2, and an attribute of theirs
 PART = 1 << 20  # bytes that are digested at once
@@ -37,6 +39,7 @@ ODD = np.uint64(0x9E3779B97F4A7C15)  # 2**64 over the golden ratio
 HALF = np.uint64(32)
 AT_ONCE = 8192  # rows, so that the data stay in the processor's cache
 EXACT = np.uint64(12)  # bits of a checksum that a float64 has no room for
+LATEST = 4e9  # s since 1970 at which a run may be written
 NAMED = 20  # ranges of trials that are listed
 
 File = BinaryIO | io.RawIOBase
@@ -81,7 +84,7 @@ def _digest_of(file: File, holes: list[Hole]) -> bytes:
     for first, stop in around(holes, file.seek(0, 2)):
         for start in range(first, stop, PART):
             file.seek(start)
-            digest.update(file.read(min(stop - start, PART)) or b"")
+            digest.update(read_exactly(file, min(stop - start, PART)))
     return digest.hexdigest().encode()
 
 
@@ -98,7 +101,7 @@ def _format_of(file: File) -> int:
 def is_run(path: Path) -> bool:
     """Tell whether a file is a run, damaged or not."""
     try:
-        with path.open("rb") as file:
+        with opened(path) as file:
             return _format_of(file) > 0
     except OSError:  # not ours to read, nor to replace
         return False
@@ -107,7 +110,7 @@ def is_run(path: Path) -> bool:
 def check_seal(path: Path) -> None:
     """Refuse a file that is no run, has another format, or is damaged."""
     try:
-        with path.open("rb") as file:
+        with opened(path) as file:
             _check(file, path)
     except OSError as error:
         raise RunFileError(f"{path} cannot be read: {error.strerror}") from error
@@ -127,7 +130,7 @@ def _check(file: File, path: Path) -> None:
             "with the tolstat that made it, or run its study again",
         )
     file.seek(len(MARK))
-    seal = PATTERN.match(b"".join(file.readline() for _ in range(4)))
+    seal = PATTERN.match(file.read(MOST_SEAL) or b"")
     size = file.seek(0, 2)
     sealed = int(seal[1]) if seal else size
     if seal is None or sealed != size or _digest_of(file, _holes(seal[3])) != seal[2]:
@@ -184,11 +187,9 @@ def times_of(clock: NDArray[Any]) -> dict[str, Any]:
     """
     if not is_whole(clock):
         return {"ended_at": "", "seconds": math.nan}
-    written = datetime.fromtimestamp(clock[1]).astimezone()
-    return {
-        "ended_at": written.isoformat(timespec="seconds"),
-        "seconds": float(clock[0]),
-    }
+    if not 0 <= clock[1] < LATEST:
+        raise ValueError("its clock is wrong")
+    return {"ended_at": local_time(clock[1]), "seconds": float(clock[0])}
 
 
 def is_whole(clock: NDArray[Any]) -> bool:

@@ -54,7 +54,7 @@ class MemoryRecorder:
         """Return the error: nothing of the run remains."""
         return error
 
-    def finish(self, run: Run) -> None:
+    def finish(self, run: Run, by: object) -> None:
         """Record the complete run."""
         self.run = run
 

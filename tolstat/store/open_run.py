@@ -17,6 +17,9 @@ from tolstat.store import layout
 from tolstat.store.codec import read_fields
 from tolstat.store.integrity import Damage, check_seal, fingerprints, is_whole, times_of
 from tolstat.store.run_records import STATUS, STEPS
+from tolstat.store.run_rules import broken_rules
+from tolstat.store.schema import check_schema
+from tolstat.store.stored_fields import has_attribute, read_attribute
 from tolstat.store.stored_run import IN_MEMORY, NO_FILE, Run
 
 RunSource = Run | str | os.PathLike[str]  # a run file, or the run that was read from it
@@ -56,11 +59,16 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
     check_seal(path)
     try:
         with h5py.File(path, "r", locking=False) as file:
+            check_schema(file, path.stat().st_size)
             run = _read(path, file)
+        wrong = next(broken_rules(run), "")
     except OSError as error:
         raise RunFileError(f"{path} cannot be read as HDF5: {error}") from error
-    except (KeyError, ValueError, TypeError, RuntimeError, AttributeError) as error:
-        raise RunFileError(f"{path} is not a complete run: {error}") from error
+    except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError,
+            ValueError) as error:  # fmt: skip
+        wrong = str(error)
+    if wrong:
+        raise RunFileError(f"{path} is not a complete run: {wrong}")
     if run.damage and not damaged:
         raise DamagedError(
             f"{path} is damaged: {run.damage.words}",
@@ -85,9 +93,13 @@ def _read(path: Path, file: h5py.File) -> Run:
     status = file[STATUS][...]
     datasets = {n: item for n, item in file.items() if isinstance(item, h5py.Dataset)}
     columns = {name: item[...] for name, item in datasets.items()} | {STATUS: status}
+    rows = {len(values) for values in (*columns.values(), file[layout.CHECKSUM])}
+    if len(rows) > 1 or 0 in rows:
+        raise ValueError("its columns have different numbers of rows, or none")
     clock = file[layout.CLOCK][...]
     fields = read_fields(file, Run)
-    study = file.attrs.get("study_file")
+    stored = has_attribute(file, "study_file")
+    study = read_attribute(file, "study_file") if stored else None
     return Run(
         path=path,
         nominal_answers=_nominal(file[layout.NOMINAL], fields["responses"]),

@@ -2,14 +2,15 @@
 
 import platform
 import sys
+import time
 from collections.abc import Mapping
-from datetime import datetime
 from functools import cache
 from importlib.metadata import version
 
 import h5py
 
 from tolstat.lanes.cache import machine_code
+from tolstat.operating_system import local_time
 
 PACKAGES = ("tolstat", "numba", "llvmlite", "numpy", "scipy", "pandas", "h5py")
 # what decides the bits of a trial, by the name of the fact in the provenance of a run
@@ -22,7 +23,7 @@ DECISIVE = {
 
 def now() -> str:
     """Return the time to the second, with its zone."""
-    return datetime.now().astimezone().isoformat(timespec="seconds")
+    return local_time(time.time())
 
 
 def processor() -> str:

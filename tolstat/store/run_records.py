@@ -1,7 +1,6 @@
 """Records of a run: its plan, known before the first trial, and results at the end."""
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntFlag
@@ -17,7 +16,8 @@ from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
-from tolstat.store.codec import ELSEWHERE, Stored
+from tolstat.store.stored_fields import ELSEWHERE, Stored
+from tolstat.toml import toml_table
 
 STATUS, STEPS = "status", "steps"  # columns that trials fill, beside the responses
 SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies outside
@@ -33,7 +33,7 @@ class StudyText:
     @cached_property
     def table(self) -> dict[str, Any]:
         """The text, read as TOML."""
-        return tomllib.loads(self.text)
+        return toml_table(self.text)
 
     @property
     def trials(self) -> int | None:
@@ -177,7 +177,14 @@ class Plan:
     settings: dict[str, Chosen]
     limits: Annotated[dict[str, Limit], Stored(columns="limit_")]
     assumed: Annotated[dict[str, Assumed], Stored(columns="assumed_")]
-    correlation: Annotated[dict[str, dict[str, float]], Stored("rank-correlation")]
+    correlation: Annotated[
+        dict[str, dict[str, float]],
+        Stored(
+            "rank-correlation",
+            axes=("contributor", "other"),
+            sentence="rank correlations between contributors, as typed",
+        ),
+    ]
     independent: bool
     words: Annotated[dict[int, str], Stored("status-words")]
     grid: tuple[str, ...]
@@ -296,11 +303,29 @@ class Diagnostics:
     """Diagnostics of a run, which follow its trials."""
 
     # by response and contributor that deviates, at the nominal trial, SI
-    slopes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    slopes: Annotated[
+        Mapping[str, Mapping[str, float]],
+        Stored(
+            axes=("response", "contributor"),
+            sentence="slope of each response at the nominal trial, SI",
+        ),
+    ] = field(default_factory=dict)
     # by limited response and side: "least", "largest"
-    worst_cases: Mapping[str, Mapping[str, WorstCase]] = field(default_factory=dict)
+    worst_cases: Annotated[
+        Mapping[str, Mapping[str, WorstCase]],
+        Stored(
+            axes=("response", "side", "contributor"),
+            sentence="worst corner of the tolerances for each end of a limit, SI",
+        ),
+    ] = field(default_factory=dict)
     # by limited response and the contributors whose tolerances are halved, at once
-    halved: Mapping[str, Mapping[Members, Halved]] = field(default_factory=dict)
+    halved: Annotated[
+        Mapping[str, Mapping[Members, Halved]],
+        Stored(
+            axes=("response", "contributors"),
+            sentence="fraction out of limit with some tolerances halved",
+        ),
+    ] = field(default_factory=dict)
     # contributors that deviate and change no response
     idle: tuple[str, ...] = ()
     missing: str = ""  # why there are none; empty if there are

@@ -9,11 +9,11 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import h5py
 import numpy as np
@@ -28,6 +28,7 @@ from tolstat.errors import (
     StoppedError,
     TolstatError,
 )
+from tolstat.files import opened_for_writing
 from tolstat.model.contract import Answers
 from tolstat.operating_system import give_second_name
 from tolstat.store import files_beside, layout
@@ -42,6 +43,30 @@ from tolstat.store.stored_run import IN_MEMORY, Run
 SAFE_EVERY = 2.0  # s, between two writes to the disk
 
 Blocks = list[tuple[int, Answers]]
+
+
+class Stoppable(Protocol):
+    """What long work is done by; either method may raise an error to end it."""
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a long function returns; its caller may leave before it ends."""
+
+    def check(self) -> None:
+        """Raise the error if the work has to end."""
+
+
+class _ToTheEnd:
+    """Long work that is not stopped."""
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a function returns."""
+        return function(*arguments)
+
+    def check(self) -> None:
+        """Let the work go on."""
+
+
+TO_THE_END = _ToTheEnd()
 
 
 class RunWriter(AbstractContextManager["RunWriter"]):
@@ -68,6 +93,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         *,
         new: bool = False,
         waiting: bool = False,
+        by: Stoppable,
     ) -> None:
         self.path, self.run = lock.path, run
         self._place = lock.path.absolute()  # a model may change the working directory
@@ -77,14 +103,16 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._safe = time.monotonic()
         self._unsafe: Blocks = []
         self._waiting: Path | None = None  # the file, until it takes its name
-        self._write_file(run, before, waiting=waiting)
+        self._write_file(run, by, before, waiting=waiting)
 
     @classmethod
-    def made(cls, lock: Lock, run: Run, *, force: bool = False) -> RunWriter:
+    def made(
+        cls, lock: Lock, run: Run, *, force: bool = False, by: Stoppable
+    ) -> RunWriter:
         """Return the writer of a new file, with every trial "not run".
 
         `force` replaces an existing run, which is kept under another name until the new
-        one is complete.
+        one is complete. `by` may end it: no file remains then.
         """
         files_beside.check_replaceable(lock.path, force=force)
         path = lock.path.resolve()  # a link stays one
@@ -92,27 +120,35 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             replaced, _ = files_beside.run_before(path)
             run = replace(run, replaces=replaced)
         # rows of trials that ran have no checksums yet
-        return cls(lock, run, new=True, waiting=waiting or run.ended > 0)
+        return cls(lock, run, new=True, waiting=waiting or run.ended > 0, by=by)
 
     @classmethod
-    def opened(cls, lock: Lock, run: Run, status: NDArray[np.uint8]) -> RunWriter:
+    def opened(
+        cls, lock: Lock, run: Run, status: NDArray[np.uint8], *, by: Stoppable
+    ) -> RunWriter:
         """Return the writer of a run to resume, with the rows that trials filled.
 
-        The status says which rows are complete; the other trials have not run.
+        The status says which rows are complete; the other trials have not run. `by` may
+        end it: the file stays then.
         """
-        with h5py.File(lock.path, "r", locking=False) as file:
-            extents = layout.extents_of(file)
         try:
-            rows = Rows(lock.path.open("r+b", buffering=0), extents)
+            with h5py.File(lock.path, "r", locking=False) as file:
+                extents = layout.extents_of(file)
+            rows = Rows(opened_for_writing(lock.path.resolve()), extents)
             rows.write(STATUS, status)
         except OSError as error:
             raise BrokenError(f"{lock.path} cannot be written: {error}") from error
-        writer = cls(lock, run, rows)
+        writer = cls(lock, run, rows, by=by)
         writer._spent = np.nan_to_num(times_of(writer._rows.read(CLOCK))["seconds"])
         return writer
 
     def _write_file(
-        self, run: Run, before: Rows | None = None, *, waiting: bool = False
+        self,
+        run: Run,
+        by: Stoppable,
+        before: Rows | None = None,
+        *,
+        waiting: bool = False,
     ) -> None:
         """Write a new file and rename it: under its name a file is complete.
 
@@ -120,7 +156,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         """
         path = self._place.resolve()  # a link stays a link
         try:
-            draft, extents = layout.draft_of(run, path)
+            draft, extents = by.call(layout.draft_of, run, path)
         except UnicodeEncodeError as error:  # bytes of a name that are no text
             raise RunFileError(
                 f"{self.path} cannot be written: a run keeps the name of its study and "
@@ -128,28 +164,36 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             ) from None
         if not run.complete:
             files_beside.check_room(self.path, draft.size)
-        aside, file = files_beside.aside_of(path), None
+        aside, file = None, None
         try:
-            file = aside.open("xb+", buffering=0)
+            aside, file = files_beside.create_aside(
+                path, before.file if before else None
+            )
             draft.copy_to(file, [extent.hole for extent in extents.values()])
             rows = Rows(file, extents)
             for name, extent in extents.items():
+                by.check()
                 empty = np.nan if extent.dtype.kind == "f" else 0
                 values = run.columns.get(name, np.broadcast_to(empty, extent.length))
                 rows.write(name, layout.encoded(values))
             rows.write(CLOCK, clock_of(0.0))
             if before:
                 for name in before.extents.keys() - {*run.input_names}:
+                    by.check()
                     rows.write(name, before.read(name)[: extents[name].length])
             rows.sync()
             if not waiting:
+                by.check()
                 os.replace(aside, path)
-        except OSError as error:
-            with suppress(OSError):
-                aside.unlink()
+        except Exception as error:
             if file:
                 file.close()
-            raise self._write_error(error) from error
+            if aside:
+                with suppress(OSError):
+                    aside.unlink()
+            if isinstance(error, OSError):
+                raise self._write_error(error) from error
+            raise
         if before:
             before.file.close()
         self._rows, self._waiting = rows, aside if waiting else None
@@ -232,7 +276,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         lost = self.path
         lock = Lock(files_beside.free_name(self._place, "rescued"))
         self.path = self._place = self._locks.enter_context(lock).path
-        self._write_file(self.run, self._rows)
+        self._write_file(self.run, TO_THE_END, self._rows)
         warnings.warn(
             f"{lost} was removed or moved while it was written: the run continues in "
             f"{self.path}",
@@ -265,13 +309,13 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._unwanted = isinstance(error, ModelError) and unused
         return error if self._unwanted else self._error(str(error))
 
-    def finish(self, run: Run) -> None:
+    def finish(self, run: Run, by: Stoppable) -> None:
         """Write the complete run.
 
-        If that fails, its trials are stored all the same.
+        If that fails, or `by` ends it, its trials are stored all the same.
         """
         self._make_safe()
-        self._write_file(run, self._rows)
+        self._write_file(run, by, self._rows)
         self.run = run
 
     def recorded(self) -> Run:
@@ -347,7 +391,10 @@ def save(run: Run, path: str | os.PathLike[str], *, force: bool = False) -> Run:
     if run.path != IN_MEMORY:
         raise RunFileError(f"{run.path} is a file already; copy it")
     path = Path(path)
-    with Lock(path) as lock, RunWriter.made(lock, run, force=force) as writer:
+    with (
+        Lock(path) as lock,
+        RunWriter.made(lock, run, force=force, by=TO_THE_END) as writer,
+    ):
         writer._spent = run.times["seconds"]
         writer.write_nominal(run.nominal_answers)
         writer.write_blocks([(0, run.answers())])

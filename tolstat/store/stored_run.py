@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import html
+import io
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -15,6 +17,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Integers, Truths
 from tolstat.errors import RunFileError
+from tolstat.files import content
 from tolstat.model.contract import Answers
 from tolstat.model.description import StudyNumber
 from tolstat.model.view import typed_unit
@@ -27,14 +30,15 @@ from tolstat.statistics.limits.limit import (
 )
 from tolstat.status import Status, status_words
 from tolstat.store import run_records as records
-from tolstat.store.codec import ELSEWHERE, Stored
 from tolstat.store.integrity import Damage
 from tolstat.store.run_records import STATUS, STEPS, Plan
+from tolstat.store.stored_fields import ELSEWHERE, Stored
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
+MEGABYTES = 1  # of a study
 IN_MEMORY = Path("run in memory")  # stands where a run has no file
 NO_FILE = 'a run in memory has no file; write one: tolstat.save(run, "run.h5")'
 NOT_ENDED = records.Diagnostics(missing="the run did not come to its end")
@@ -93,6 +97,22 @@ class Run(Plan):
         if self.path == IN_MEMORY:
             raise RunFileError(NO_FILE)
         return str(self.path)
+
+    @cached_property
+    def data_folder(self) -> Path | None:
+        """Where the data files of its study are; None for a study without a file.
+
+        A run file may name any study, so that is no permission: a folder that is not
+        the run's counts only if a study with the stored text lies there.
+        """
+        study = self.study_file
+        if self.path == IN_MEMORY:
+            return study.parent if study else None
+        folder = self.path.resolve().parent
+        with suppress(OSError, ValueError):  # ValueError: no UTF-8
+            if study and _text_of(study) == self.study.text:
+                folder = study.parent
+        return folder
 
     @property
     def trials(self) -> int:
@@ -316,3 +336,9 @@ class Run(Plan):
         """Show the first trials under a line of words, in a notebook."""
         table: str = self.frame().head().to_html()
         return f"<p>{html.escape(repr(self))}</p>\n{table}"
+
+
+def _text_of(study: Path) -> str:
+    """Return the text of a study, with the ends of lines that Python has."""
+    raw = io.BytesIO(content(study, MEGABYTES))
+    return io.TextIOWrapper(raw, "utf-8-sig").read()

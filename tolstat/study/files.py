@@ -1,6 +1,7 @@
 """Bounds of a study: the size and depth of its text, and the files that it may name."""
 
 import codecs
+import errno
 import io
 import math
 import os
@@ -13,14 +14,14 @@ from typing import Any
 
 import tomli_w
 
+from tolstat import files
 from tolstat.errors import DataError, StudyError
 from tolstat.study.problems import Problems
+from tolstat.toml import DEEP_KEY, DEEPEST, toml_table
 from tolstat.units.grammar import MOST_NUMBER
 
-DEEPEST = 16  # tables and lists inside each other
 LONGEST, LONGEST_KEY = 10_000, 200  # characters
 TOO_DEEP = f"more than {DEEPEST} tables or lists inside each other"
-MEGABYTE = 1_000_000
 MOST_MEGABYTES = 1  # of a study
 TOO_LONG = "a number has thousands of digits; no key allows that"
 BYTE_ORDER_MARKS = {  # that of UTF-16 begins one of UTF-32
@@ -31,8 +32,6 @@ BYTE_ORDER_MARKS = {  # that of UTF-16 begins one of UTF-32
 AS_UTF_8 = "save the file as UTF-8"
 TYPOGRAPHIC = "“”„‟‘’"
 BACKSLASH = "in double quotes \\ begins an escape; write / between folders"
-NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
-DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
 
 
 def check_bounds(
@@ -96,7 +95,6 @@ def beside(folder: Path | None, name: str) -> Path:
         raise DataError(f"{name!r}: a character of the name is a control; {BACKSLASH}")
     try:
         inside = not folder or path.resolve().is_relative_to(folder.resolve())
-        other = inside and path.exists() and not path.is_file()
         of_windows = os.sep == "/" and "\\" in name and not path.exists()
     except (OSError, ValueError, RuntimeError) as error:
         raise DataError(f"{path} cannot be read: {error}") from None
@@ -107,17 +105,13 @@ def beside(folder: Path | None, name: str) -> Path:
             f"{path} lies outside the folder of the study; put the file into "
             f"{folder.resolve()}"
         )
-    if other:
-        raise DataError(f"{path} is a folder or a device; a file is expected")
     return path
 
 
 def content(path: Path, megabytes: int) -> bytes:
     """Return the content of a file; refuse a larger one."""
-    most = megabytes * MEGABYTE
     try:
-        with path.open("rb") as file:
-            raw = file.read(most + 1)
+        return files.content(path, megabytes)
     except FileNotFoundError:
         names = [file.name for file in sorted(path.parent.glob(f"*{path.suffix}"))]
         hint = (
@@ -127,10 +121,9 @@ def content(path: Path, megabytes: int) -> bytes:
             hint = f"did you mean '{close[0]}'?"
         raise DataError(f"{path}: no such file; {hint}") from None
     except OSError as error:
-        raise DataError(f"{path} cannot be read: {error}") from None
-    if len(raw) > most:
-        raise DataError(f"{path} is larger than {megabytes} MB, the most allowed")
-    return raw
+        ours = error.errno in (errno.EFBIG, errno.EINVAL)
+        why = f"is {error.strerror}" if ours else f"cannot be read: {error}"
+        raise DataError(f"{path} {why}") from None
 
 
 def as_text(path: Path, raw: bytes) -> str:
@@ -187,20 +180,18 @@ def read_toml(source: Path | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 
 def _table(text: str, source: str) -> dict[str, Any]:
     """Return the keys of a TOML file."""
-    lines, deep = text.split("\n"), DEEP_KEY.search(text)
+    lines = text.split("\n")
     try:
-        if deep:  # which tomllib would take minutes to read
-            line, why = deep[0], TOO_DEEP
-        else:
-            return tomllib.loads(text)
+        return toml_table(text)
     except tomllib.TOMLDecodeError as error:
         hint = f"; {BACKSLASH}" if _in_escape(lines, str(error)) else ""
         if any(sign in text for sign in TYPOGRAPHIC):
             hint = '; typographic quotes are none here: write straight ones, "'
         raise StudyError(f"{source} is not a TOML file: {error}{hint}") from None
     except RecursionError:
+        deep = DEEP_KEY.search(text)
         line = max(lines, key=lambda line: line.count("[") + line.count("{"))
-        why = TOO_DEEP
+        line, why = deep[0] if deep else line, TOO_DEEP
     except ValueError:
         line = max(lines, key=lambda line: sum(map(str.isdigit, line)))
         why = TOO_LONG

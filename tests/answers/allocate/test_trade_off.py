@@ -21,7 +21,11 @@ from tests.answers.allocate.linear_stack import (
 )
 from tests.answers.picture_checks import nothing_overlaps
 from tolstat.answers.allocate import search as searches
-from tolstat.answers.allocate.allocation import equal_cost_words, trade_off_chart
+from tolstat.answers.allocate.allocation_document import (
+    chart_of,
+    equal_cost_words,
+    trade_off_chart,
+)
 from tolstat.answers.allocate.fresh_runs import Scheme
 from tolstat.answers.allocate.reweighted_pool import Pool
 from tolstat.answers.allocate.search import Point, Search, for_equal_cost
@@ -151,10 +155,10 @@ def test_list_choices_are_plotted_as_dots():
             "tolerance": "+-0.1 mm", "cost": {"+-0.1 mm": 1, "+-0.05 mm": 3}
         }  # fmt: skip
     found = tolstat.allocate(listed, model=Linear())
-    cheapest = found.chart.curves[0]
+    cheapest = chart_of(found).curves[0]
     assert cheapest.points and len(set(cheapest.values)) == len(cheapest.values)
     law = tolstat.allocate(reciprocal(), model=Linear())
-    assert not law.chart.curves[0].points
+    assert not chart_of(law).curves[0].points
 
 
 @pytest.mark.parametrize(

@@ -77,8 +77,9 @@ def test_of_thirty_limits_the_worst_stand_on_the_first_page(thirty, tmp_path):
     assert [as_text(row["response"].main) for row in rows_of(every)] == order
     picture, _ = drawn_in(document.blocks[0].blocks)
     assert [each.name for each in picture.rows] == order
-    path = tmp_path / "thirty.html"
-    path.write_text(page(document))
+    path = tmp_path / "thirty.html"  # with the figures of two responses, of thirty
+    path.write_text(page(report_of(thirty.stored_run, order[:2]).document()))
+    assert path.read_text().count("clearance_") > 2 * MANY
     wide = "document.documentElement.scrollWidth"
     assert asked(path, tmp_path, int(PAPER) + 1, wide, paper=True) <= PAPER + 1
     assert asked(path, tmp_path, 390, wide) <= 390

@@ -178,6 +178,10 @@ def test_the_csv_table_has_findings_in_its_units(mill, found, columns):
         assert row["upper limit [unit]"] == pytest.approx(
             shown * mill.limits[name].permitted[1]
         )
+        finding = found["findings"]["limits"][name]
+        causes = ["; ".join(map(", ".join, finding["causes"])), finding["no_cause"]]
+        assert row[["main causes", "no cause"]].fillna("").tolist() == causes
+        assert row["trials that decide"] == finding["trials_that_decide"]
     assert table.loc["extra_loss", "upper limit [unit]"] == 3.0
     assert (table["trials done"] == 2200).all() and (table["trials failed"] == 0).all()
 

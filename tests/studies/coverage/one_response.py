@@ -13,20 +13,20 @@ from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.replicates import share_from_replicates
 from tolstat.statistics.intervals.shares import anytime_valid, proportion
 from tolstat.statistics.limits.limit import Limit, ppk_of
-from tolstat.statistics.limits.yields import trials_that_decide
 from tolstat.statistics.point_mass import point_mass_of
-from tolstat.statistics.precision import (
-    FIRST_STAGE,
-    Precision,
-    Statistic,
-    next_stage,
-    trials_wanted,
-)
 from tolstat.statistics.sample import (
     Sample,
     as_sampled,
     for_any,
     quantiles_at,
+)
+from tolstat.statistics.sample_size import (
+    FIRST_STAGE,
+    Precision,
+    Statistic,
+    next_stage,
+    trials_that_decide,
+    trials_wanted,
 )
 from tolstat.statistics.summary import (
     QUANTILES,

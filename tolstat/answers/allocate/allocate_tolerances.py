@@ -7,9 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.answers.allocate import allocation as answer
 from tolstat.answers.allocate import search as searching
-from tolstat.answers.allocate.allocation import AllocatedEntry, Allocation
+from tolstat.answers.allocate.allocation import (
+    DRAWING,
+    EQUAL_COST,
+    FOUND,
+    TIGHTEST,
+    AllocatedEntry,
+    Allocation,
+)
 from tolstat.answers.allocate.fresh_runs import LONGEST, FreshRuns
 from tolstat.answers.allocate.linear_schemes import linear_choices, means_off_limit
 from tolstat.answers.allocate.search import Search
@@ -18,9 +24,8 @@ from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
-from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.shares import anytime_valid
-from tolstat.statistics.limits.yields import grown
+from tolstat.statistics.sample_size import fewest_trials
 from tolstat.study.cost_entry import EXAMPLE
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Source, Study, load
@@ -111,10 +116,8 @@ def _lengths(study: Study, trials: int | None) -> _Lengths:
     if too_large(longest, study.description):
         longest = most  # an answer does without
     permits = f"{strictest} permits {1e6 * share:.6g} ppm out of limit"
-    least = 1
-    while (upper := anytime_valid(0, LONGEST * least, CONFIDENCE).upper) > share:
-        least = grown(least * upper / share)
-    if anytime_valid(0, most, CONFIDENCE).upper > share:  # with none out of limit
+    least = fewest_trials(share, LONGEST)
+    if anytime_valid(0, most).upper > share:  # with none out of limit
         raise StudyError(
             f"{source}: {permits}. No first proof of {most} trials, {LONGEST} times "
             f"those requested, can show that: give {least} trials or more"
@@ -178,19 +181,21 @@ def _answer(search: Search, lengths: _Lengths) -> Allocation:
         or runs.prove(search.tightest, search.next_seed(), most=runs.longest)
     )
     choice, scheme = proof.choice, proof.scheme
-    proofs = {answer.DRAWING: runs.prove(search.specified, seed)}
-    name = answer.FOUND if proof.met else answer.TIGHTEST
+    proofs = {DRAWING: runs.prove(search.specified, seed)}
+    name = FOUND if proof.met else TIGHTEST
     proofs[name] = runs.prove(choice, seed) if proof.met else proof
     points = searching.points_about(search, choice)
     if proof.met:
-        proofs[answer.EQUAL_COST] = searching.at_equal_cost(search, points, seed)
+        proofs[EQUAL_COST] = searching.at_equal_cost(search, points, seed)
     proofs |= {name: runs.prove(other, seed) for name, other in linear.items()}
     listed = all(entry.offered for entry in search.priced)
     chosen = zip(search.priced, search.specified, choice, strict=True)
     entries = tuple(
         AllocatedEntry(
-            entry.name, len(entry.specified), entry.text(before), entry.text(x),
-            entry.cost(before), entry.cost(x), search.at_loosest(i, x),
+            entry.name, len(entry.specified),
+            specified=entry.text(before), found=entry.text(x),
+            cost_specified=entry.cost(before), cost=entry.cost(x),
+            at_loosest=search.at_loosest(i, x),
         )
         for i, (entry, before, x) in enumerate(chosen)
     )  # fmt: skip

@@ -171,8 +171,10 @@ class FreshRuns:
         )
         out = until.out_of_limit
         scheme = Scheme(
-            self.cost(choice), tolerances, half_widths, shares, within_all.complement,
-            out.shape[1], seed,
+            self.cost(choice), tolerances, half_widths,
+            fraction_out_of_limit=shares,
+            fraction_out_of_any_limit=within_all.complement,
+            trials=out.shape[1], seed=seed,
         )  # fmt: skip
         proof = Proof(choice, scheme, until.yields, out)
         self._proofs[choice, seed] = proof

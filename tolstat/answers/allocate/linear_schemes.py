@@ -1,13 +1,14 @@
 """Linear tolerance analysis: worst case, root sum square, and means off a limit."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from scipy.special import log_ndtr
 
+from tolstat.answers.allocate.allocation import OffLimit, Omission, PermittedShift
 from tolstat.answers.allocate.fresh_runs import FreshRuns, Proof
 from tolstat.answers.allocate.optimizer import Choice, cheapest
 from tolstat.answers.allocate.search import Search
@@ -15,14 +16,12 @@ from tolstat.arrays import Array
 from tolstat.deviations.dependence import correlations
 from tolstat.deviations.names import expand
 from tolstat.deviations.spread import Shifted, Spread, spread_of, zone_of
-from tolstat.document.inline import Name, Number, Parts, say
 from tolstat.execution.diagnostics.influence import (
     slopes,
     slopes_by_name,
     tolerance_ends,
 )
 from tolstat.execution.workers.block_scheduler import Workers
-from tolstat.model.description import Contributor
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.as_sampled import mean_as_sampled
 from tolstat.statistics.limits.limit import Limit, within
@@ -104,7 +103,7 @@ def _above(mean: float, sigma: float, limit: Limit) -> float:
     return float(np.logaddexp(low, high) - np.log(1 - limit.demanded))
 
 
-def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, str]]:
+def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, Omission]]:
     """Return choices by linear analysis, and why others are not possible.
 
     The search begins at the shifts of this analysis.
@@ -117,21 +116,21 @@ def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, str]]:
     numbers = [*linear.nominal.values()]
     numbers += [slope for row in linear.slopes.values() for slope in row.values()]
     if not np.all(np.isfinite(numbers)):
-        return {}, dict.fromkeys(bounds, "the model has a response without a slope")
+        return {}, dict.fromkeys(bounds, Omission.NO_SLOPE)
     search.centre(linear.root_sum_square)
-    choices, omitted = dict[str, Choice](), dict[str, str]()
+    choices, omitted = dict[str, Choice](), dict[str, Omission]()
     for name, excess in bounds.items():
         if best := cheapest(search.variables, excess, search.tightest):
             choices[name] = search.runs.as_written(best.choice)
         else:
-            omitted[name] = "no tolerances meet the limits"
+            omitted[name] = Omission.LIMITS_MISSED
     return choices, omitted
 
 
 HALF = 0.5  # of the fraction permitted: a shift leaves no more out of a limit
 
 
-def means_off_limit(runs: FreshRuns, tightest: Proof) -> Iterator[tuple[str, Parts]]:
+def means_off_limit(runs: FreshRuns, tightest: Proof) -> Iterator[tuple[str, OffLimit]]:
     """Yield limits that are not met because of a mean, and what to permit."""
     study, linear = runs.study, LinearSchemes(runs.study, runs.workers)
     tight = runs.written(tightest.choice).at_random(tightest.scheme.seed, runs.trials)
@@ -158,28 +157,19 @@ def means_off_limit(runs: FreshRuns, tightest: Proof) -> Iterator[tuple[str, Par
                 size, by = abs(needed / slope) / zone.half, needed / slope
                 by += specified.by if isinstance(specified, Shifted) else 0.0
                 new = SHIFT + entry not in tightest.scheme.tolerances
-                shifts.append((new, size, entry, parts[members[0]], by))
+                unit = study.shown.get(members[0], parts[members[0]].shown)
+                scale = scale_of(parts[members[0]].unit, unit, abs(by))
+                shifts.append((new, size, PermittedShift(entry, by, scale)))
         mean = mean_as_sampled(values)
         beyond = np.array([max(lower - x, x - upper) for x in mean[:3]])
         size, *ends = (math.copysign(1.0, beyond[0]) * beyond).tolist()
-        distance = Estimate(size, min(ends), max(ends), mean.reason)
         unit = study.shown.get(response.name, response.shown)
-        yield response.name, say(
-            "{}: the mean lies {} {} the limit; no permitted tolerance meets it.{} ",
-            Name(response.name), Number(distance, scale_of(response.unit, unit, size)),
-            "outside" if beyond[0] > 0 else "inside, but too near an end of",
-            _permit(*min(shifts)[2:], study.shown) if shifts else None,
-        )  # fmt: skip
-
-
-def _permit(
-    entry: str, part: Contributor, by: float, units: Mapping[str, str]
-) -> Parts:
-    """Return what to type so that a shift is permitted: its size, rounded up."""
-    scale = scale_of(part.unit, units.get(part.name, part.shown), abs(by))
-    digit = 10.0 ** math.floor(math.log10(size := abs(scale.factor * by)))
-    return say(
-        ' Permit a shift of {} by about {}: `shift = "+-{} {}"` in its cost.',
-        Name(entry), Number(float(f"{by:.2g}"), scale),
-        f"{math.ceil(size / digit) * digit:.6g}", scale.mark,
-    )  # fmt: skip
+        yield (
+            response.name,
+            OffLimit(
+                bool(beyond[0] > 0),
+                Estimate(size, min(ends), max(ends), mean.reason),
+                scale_of(response.unit, unit, size),
+                min(shifts)[2] if shifts else None,
+            ),
+        )

@@ -10,7 +10,6 @@ from tolstat.answers.compare.comparison import (
     ComparedResponse,
     Comparison,
     Design,
-    DesignResponse,
     Difference,
     LimitDifference,
     ResponseDifference,
@@ -19,7 +18,7 @@ from tolstat.answers.compare.comparison import (
 )
 from tolstat.answers.compare.pairing import NOT_PAIRED, Pairing, pair_of
 from tolstat.answers.report.report_warnings import jumping, warnings_of
-from tolstat.answers.report.summaries import summaries_of
+from tolstat.answers.report.summaries import described_responses
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.errors import QuestionError
@@ -78,15 +77,15 @@ def compare(*runs: RunSource, responses: Sequence[str] = ()) -> Comparison:
         )
     first, *rest = map(open_run, runs)
     pairs = [pair_of(first, run) for run in rest]
-    known = {response.name: response for response in first.responses}
-    names = [n for n in known if any(n in pair.responses for pair in pairs)]
+    common = {name for pair in pairs for name in pair.responses}
+    names = [response.name for response in first.responses if response.name in common]
     A = _design("A", pairs[0].first, names)
     others = [
         _design(label, pair.second, pair.responses)
         for label, pair in zip(LABELS[1:], pairs, strict=False)
     ]
     return Comparison(
-        {n: ComparedResponse(known[n].sentence, first.scales[n]) for n in names},
+        {n: ComparedResponse(x.sentence, x.scale) for n, x in A.responses.items()},
         (A, *others),
         tuple(
             _difference(pair, A, design, responses)
@@ -96,7 +95,7 @@ def compare(*runs: RunSource, responses: Sequence[str] = ()) -> Comparison:
 
 
 def _design(label: str, drawn: Drawn, names: Sequence[str]) -> Design:
-    run, summaries = drawn.run, summaries_of(drawn)
+    run, summaries = drawn.run, described_responses(drawn)
     clusters = jumping(run, drawn.trials_done, dict.fromkeys([*run.limits, *names]))
     return Design(
         label,
@@ -109,10 +108,7 @@ def _design(label: str, drawn: Drawn, names: Sequence[str]) -> Design:
         run.source_digest,
         run.provenance["version_tolstat"],
         warnings_of(drawn, clusters),
-        {
-            n: DesignResponse(**vars(summaries[n]), nominal=run.nominal_values[n])
-            for n in names
-        },
+        {name: summaries[name] for name in names},
     )
 
 

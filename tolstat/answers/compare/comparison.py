@@ -8,6 +8,7 @@ from tolstat.answers.answer import Answer
 from tolstat.answers.cells import NONE, number_cells
 from tolstat.answers.compare.pairing import Pairing
 from tolstat.answers.report.report_warnings import ReportWarning
+from tolstat.answers.report.response_summary import DescribedResponse
 from tolstat.document.inline import Number, Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import Summary
@@ -47,13 +48,6 @@ class ComparedResponse(NamedTuple):
     scale: Scale
 
 
-@dataclass(frozen=True)
-class DesignResponse(Summary):
-    """A response of one design, with that of its nominal trial."""
-
-    nominal: float
-
-
 class Design(NamedTuple):
     """One of the runs."""
 
@@ -67,7 +61,7 @@ class Design(NamedTuple):
     source_digest: str
     version_tolstat: str
     warnings: tuple[ReportWarning, ...]  # what a reader has to know before all else
-    responses: Mapping[str, DesignResponse]  # those that are compared
+    responses: Mapping[str, DescribedResponse]  # those that are compared
 
 
 class ResponseDifference(NamedTuple):

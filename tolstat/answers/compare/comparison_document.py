@@ -1,10 +1,11 @@
 """Document of a comparison: significant differences, each design less A; figures."""
 
 from collections.abc import Iterator, Mapping
+from itertools import chain
 
 import numpy as np
 
-from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm, verdict_cell
+from tolstat.answers.cells import changes, limit_row, numbers_of, ppk_cell, ppm
 from tolstat.answers.compare.comparison import Comparison, Design, Difference
 from tolstat.answers.compare.pairing import Pairing
 from tolstat.answers.report.finding_words import sentences
@@ -23,7 +24,6 @@ from tolstat.document.inline import (
     Name,
     Number,
     Parts,
-    Word,
     counted,
     listed,
     say,
@@ -55,10 +55,7 @@ def comparison_document(comparison: Comparison) -> blocks.Document:
         for design in designs
         for parts in sentences(design.warnings)
     )
-    first = blocks.Bullets(warnings), _lead(comparison), blocks.Facts(facts)
-    parts = [Section("", blocks.shown(*first)), *blocks.shown(_verdicts(comparison))]
-    for difference in comparison.differences:
-        parts += _Pair(comparison, difference).sections()
+    pairs = (_Pair(comparison, less) for less in comparison.differences)
     rows: list[Row] = [
         {
             "": key.replace("_", " "),
@@ -69,7 +66,14 @@ def comparison_document(comparison: Comparison) -> blocks.Document:
     table = table_of(rows, words=[run.label for run in designs])
     return blocks.Document(
         " | ".join(run.title for run in designs),
-        (*parts, Section("Provenance", (table,), page_only=True)),
+        blocks.shown(
+            blocks.section(
+                "", blocks.Bullets(warnings), _lead(comparison), blocks.Facts(facts)
+            ),
+            _verdicts(comparison),
+            *chain.from_iterable(pair.sections() for pair in pairs),
+            blocks.section("Provenance", table, page_only=True),
+        ),
         tuple(run.run for run in designs),
     )
 
@@ -108,22 +112,18 @@ def _verdicts(comparison: Comparison) -> Section:
     rows: list[Row] = [
         {
             "response": text(Name(name), f" {design.label}"),
-            "limit": limit_cell(limited.limit),
-            "verdict": Word(limited.yields.words, limited.yields.verdict)
-            if response.weighted
-            else verdict_cell(limited.yields),
-            "out of limit, ppm": ppm(
-                limited.yields.fraction_out_of_limit, design.done + design.failed
+            **limit_row(
+                limited, design.done + design.failed, design.failed,
+                weighted=response.weighted,
             ),
-            "equivalent Ppk": ppk_cell(limited.equivalent_ppk),
         }
         for name in comparison.responses
         for design in comparison.designs
         if (response := design.responses.get(name)) and (limited := response.limited)
-    ]
+    ]  # fmt: skip
     caption = _trials_of_all(comparison)
     table = table_of(rows, "Verdicts", caption=caption, look="verdicts")
-    return Section("", blocks.shown(table), page_only=True)
+    return blocks.section("", table, page_only=True)
 
 
 def _quantiles(quantiles: Mapping[float, Estimate], scale: Scale) -> Row:
@@ -145,16 +145,15 @@ class _Pair:
             ("Settings", self.difference.settings),
             ("Deviations", self.difference.deviations),
         )
-        notes: list[blocks.Block] = [
-            note(f"{what} that differ: ", changes(differing), ".")
-            for what, differing in differ
+        notes = [
+            note(f"{head} that differ: ", changes(differing), ".")
+            for head, differing in differ
             if differing
         ]
-        parts: tuple[blocks.Block, ...] = (
-            note(self._how_paired()), *notes, self._limits(), self._responses(),
-            self._trial_by_trial(), self._reading(),
+        yield blocks.section(
+            f"{self.b} less A", note(self._how_paired()), *notes, self._limits(),
+            self._responses(), self._trial_by_trial(), self._reading(),
         )  # fmt: skip
-        yield Section(f"{self.b} less A", blocks.shown(*parts))
         yield from map(self._in_focus, self.difference.focus)
 
     def _caption(self) -> Parts:
@@ -244,18 +243,14 @@ class _Pair:
         for name, response in self.difference.responses.items():
             if summary := response.trial_by_trial:
                 scale = self.described[name].scale
-                rows.append({
-                    "response": Name(name), "unit": scale.mark,
-                    "mean": Number(summary.mean, scale),
-                    "least": Number(summary.least, scale),
-                    **_quantiles(summary.quantiles, scale),
-                    "largest": Number(summary.largest, scale),
-                })  # fmt: skip
+                numbers = numbers_of(summary, scale)
+                del numbers["sigma"]
+                rows.append({"response": Name(name), "unit": scale.mark, **numbers})
         table = table_of(
             rows, "Differences trial by trial", caption=self._caption(), keys=2,
             look="dense",
         )  # fmt: skip
-        return Section("", blocks.shown(table), page_only=True)
+        return blocks.section("", table, page_only=True)
 
     def _in_focus(self, name: str) -> Section:
         """Return the quantiles and the figures of a response."""
@@ -272,13 +267,11 @@ class _Pair:
         less = _quantiles(self.difference.responses[name].quantiles, scale)
         rows.append({"design": f"{self.b} - A", **less})
         figures = _figures_of(self.pairing, self.designs, name, scale)
-        return Section(
+        return blocks.section(
             f"{name}, {self.b} and A",
-            (
-                blocks.paragraph(sentence, f", {scale.mark}" if scale.mark else None),
-                table_of(rows, caption=self.trials_of_all, look="dense"),
-                blocks.Gallery(tuple(figures)),
-            ),
+            blocks.paragraph(sentence, f", {scale.mark}" if scale.mark else None),
+            table_of(rows, caption=self.trials_of_all, look="dense"),
+            blocks.Gallery(tuple(figures)),
             anchor=f"{self.b}-{name}",
             page_only=True,
         )

@@ -122,12 +122,12 @@ def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
     for design in (A, B):
         if design.sample.weights:
             return UNPAIRED, f"trials of {design.run.path.name} are weighted"
-    for what, a, b in (
+    for origin, a, b in (
         ("seeds", A.sampled.seed, B.sampled.seed),
         ("samplings", A.run.sampling, B.run.sampling),
     ):
         if a != b:
-            return UNPAIRED, f"{what} {a} and {b}"
+            return UNPAIRED, f"{origin} {a} and {b}"
     parts = [[part.name for part in drawn.run.contributors] for drawn in (A, B)]
     columns = {
         name: [

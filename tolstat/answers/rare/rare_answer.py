@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple
 
@@ -10,21 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from tolstat.answers import run_answer
 from tolstat.answers.cells import limit_cells
-from tolstat.answers.report.chosen_steps import finer_run
-from tolstat.answers.report.report_answer import Findings, LimitFinding, RunSummary
-from tolstat.answers.report.report_warnings import (
-    jump_warnings,
-    jumping,
-    warnings_of_run,
-)
-from tolstat.answers.report.response_summary import ResponseSummary
-from tolstat.answers.report.summaries import (
-    all_limits,
-    numbers_of_study,
-    summaries_of,
-)
+from tolstat.answers.report.gather import summary_of
+from tolstat.answers.report.report_answer import RunSummary
+from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import changes_of, drawn_trials
 from tolstat.arrays import Integers
 from tolstat.deviations.samplers import DISTANCE, SPREAD, STAGE
@@ -39,13 +28,7 @@ from tolstat.statistics.intervals.weighted_estimates import (
 )
 from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.limit import Limit
-from tolstat.statistics.limits.yields import (
-    INTEGRATION_ERROR,
-    JUMP,
-    Caveat,
-    Verdict,
-    worded,
-)
+from tolstat.statistics.limits.yields import JUMP, Caveat, Verdict, worded
 from tolstat.status import Status
 from tolstat.store.run_records import SCORES, Assumed
 from tolstat.store.stored_run import Run
@@ -76,9 +59,12 @@ class FailurePoint(NamedTuple):
         By normal scores: a uniform part at its very end is 1.7 sigmas off, and as
         unlikely there as a normal one at four.
         """
-        far = {name: abs(score) for name, score in self.scores.items()}
-        least = LEADING * max(far.values(), default=0.0)
-        return sorted((n for n in far if far[n] >= least), key=lambda name: -far[name])
+        distances = {name: abs(score) for name, score in self.scores.items()}
+        least = LEADING * max(distances.values(), default=0.0)
+        return sorted(
+            (n for n in distances if distances[n] >= least),
+            key=lambda name: -distances[name],
+        )
 
     def normal(self, name: str) -> bool:
         """Tell whether a deviation is as unlikely as its sigmas say."""
@@ -93,34 +79,38 @@ def failure_points(run: Run, out: NDArray[np.bool_]) -> tuple[FailurePoint, ...]
     trials = np.flatnonzero(out)
     distances, first = np.unique(run.column(DISTANCE)[trials], return_index=True)
     nearest = zip(trials[first].tolist(), distances.tolist(), strict=True)
-    return tuple(_point(run, *each) for each in islice(nearest, MOST_POINTS))
+    return tuple(_point(run, *pair) for pair in islice(nearest, MOST_POINTS))
 
 
 def _point(run: Run, trial: int, distance: float) -> FailurePoint:
     deviations = {name: float(run.column(name)[trial]) for name in run.assumed}
-    off = {
-        name: (deviations[name] - each.mean) / each.sigma
-        for name, each in run.assumed.items()
-        if each.sigma > 0
+    sigmas_off = {
+        name: (deviations[name] - assumed.mean) / assumed.sigma
+        for name, assumed in run.assumed.items()
+        if assumed.sigma > 0
     }
-    scores = {name: normal_score(deviations[name], run.assumed[name]) for name in off}
+    scores = {
+        name: normal_score(deviations[name], run.assumed[name]) for name in sigmas_off
+    }
     farther = {name: float(ndtr(-abs(score))) for name, score in scores.items()}
     value = float(run.column(run.aim)[trial])
-    return FailurePoint(trial, value, distance, deviations, off, scores, farther)
+    return FailurePoint(trial, value, distance, deviations, sigmas_off, scores, farther)
 
 
 def normal_score(deviation: float, assumed: Assumed) -> float:
     """Return how unlikely it is that a part lies as far out, as a normal score."""
-    at = np.array(assumed.at_scores)
-    first, behind = (int(np.searchsorted(at, deviation, s)) for s in ("left", "right"))
+    quantiles = np.array(assumed.at_scores)
+    first, behind = (
+        int(np.searchsorted(quantiles, deviation, s)) for s in ("left", "right")
+    )
     if first < behind:  # of many equal parts the one that is least far out
         return float(np.clip(0.0, SCORES[first], SCORES[behind - 1]))
-    if first in (0, len(at)):
-        return float(SCORES[min(first, len(at) - 1)])
+    if first in (0, len(quantiles)):
+        return float(SCORES[min(first, len(quantiles) - 1)])
     # between two: shares, not scores, go evenly along a density without a slope
     side = 1.0 if SCORES[first - 1] >= 0 else -1.0
     shares = ndtr(-side * SCORES[first - 1 : first + 1])
-    share = np.interp(deviation, at[first - 1 : first + 1], shares)
+    share = np.interp(deviation, quantiles[first - 1 : first + 1], shares)
     return float(-side * ndtri(share))
 
 
@@ -177,8 +167,9 @@ class RareSummary(RunSummary):
 
     @property
     def _short(self) -> str:
-        value = PPM.interval(*self.fraction_out_of_limit[:3])[0]
-        return f"{self.run}, {self.response} {self.words}, {value} ppm"
+        share = self.fraction_out_of_limit
+        value = f", {PPM.interval(*share[:3])[0]} ppm" if share.sure else ""
+        return f"{self.run}, {self.response} {self.words}{value}"
 
     def rows(self) -> Sequence[Row]:
         """Return the one response in a row."""
@@ -187,10 +178,7 @@ class RareSummary(RunSummary):
             "response": self.response,
             "unit": self.scale.shown,
             "nominal [unit]": Number(self.nominal, self.scale),
-            **limit_cells(
-                self.limit, self.scale, self.words, self.within,
-                self.fraction_out_of_limit, self.equivalent_ppk,
-            ),
+            **limit_cells(self.responses[self.response].limited, self.scale),
             "failed [ppm]": Number(self.trials.failures, PPM),
             "trials run": self.trials.ran,
             "trials counted": self.trials.counted,
@@ -206,66 +194,40 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     QuestionError
         If no trial has run, or a response is unknown.
     """
-    name, limit, drawn = run.aim, run.limits[run.aim], drawn_trials(run)
-    run_answer.responses_in_focus(run, chosen)
-    if drawn is None or not run.ended:
+    responses_in_focus(run, chosen)
+    if (drawn := drawn_trials(run)) is None or not run.ended:
         raise QuestionError(f"{run.path}: no trial has run; there is nothing to report")
-    summaries = summaries_of(drawn)
-    responses = {
-        response.name: ResponseSummary(
-            **vars(summaries[response.name]),
-            nominal=run.nominal_values[response.name],
-            sentence=response.sentence,
-            scale=run.scales[response.name],
-            causes=None, contributions=None, members={}, off_centre=None,
-        )
-        for response in run.responses
-    }  # fmt: skip
-    judged, aim = responses[name].limited, responses[name]
-    assert judged and drawn.sample.weights
-    yields, weights = judged.yields, drawn.sample.weights.values
+    summary, name = summary_of(drawn, ()), run.aim
+    aim = summary.responses[name]
+    assert aim.limited and drawn.sample.weights
+    yields, weights = aim.limited.yields, drawn.sample.weights.values
     share, out = yields.fraction_out_of_limit, run.beyond(name)
     failures = rare_share(drawn.sample.failed_trials, weights)
     if failures.value > 0:  # failed trials are out of limit: no more than these
         failures = failures._replace(upper=min(failures.upper, share.upper))
-    unseen = unmet(weights) if len(weights) else math.nan
+    too_few, failed = _too_few(weights[out[drawn.trials]]), _failing(run, failures)
     points, changes = failure_points(run, out), changes_of(run, name)
-    clusters = jumping(run, drawn.trials_done, [name])
-    few = _too_few(weights[out[drawn.trials]])
-    trials = run_answer.TrialCounts(
-        run.trials, run.ended, run.ended - run.failed, run.failed,
-        len(drawn.trials), run.counts, failures, unseen,
-        run.sampling, drawn.sampled.promise,
-        (*few, _failing(run, failures),
-         *run_answer.notes_of(replace(run, warnings=()), None)),
-    )  # fmt: skip
-    findings = {
-        n: LimitFinding(x.limited.yields.verdict, x.limited.yields.reason)
-        for n, x in responses.items()
-        if x.limited
-    }
-    rough = [name] if yields.reason == INTEGRATION_ERROR else []
-    finer = finer_run(run, rough)
+    trials = summary.trials._replace(
+        done=run.ended - run.failed,
+        failed=run.failed,
+        failures=failures,
+        unseen=unmet(weights) if len(weights) else math.nan,
+        notes=(*too_few, failed, *summary.trials.notes),
+    )
     return RareSummary(
-        **run_answer.fields_of(run, trials),
-        warnings=(*warnings_of_run(run), *jump_warnings(run, clusters)),
-        unseen_errors="",
-        all_limits=all_limits(drawn),
-        responses=responses,
-        numbers=numbers_of_study(run),
-        findings=Findings(findings, {}, (finer,) if finer else ()),
+        **{**vars(summary), "trials": trials},
         trials_out_of_limit=int(np.count_nonzero(out[drawn.trials])),
         response=name,
         sentence=aim.sentence,
         scale=aim.scale,
         nominal=aim.nominal,
-        limit=limit,
-        demanded_ppk=judged.demanded_ppk,
+        limit=aim.limited.limit,
+        demanded_ppk=aim.limited.demanded_ppk,
         fraction_out_of_limit=share,
         within=yields.within,
         verdict=yields.verdict,
         reason=yields.reason,
-        equivalent_ppk=judged.equivalent_ppk,
+        equivalent_ppk=aim.limited.equivalent_ppk,
         # where it jumps no trials decide
         plain_trials=math.nan if yields.reason == JUMP else plain_trials(share),
         first_order=float(ndtr(-points[0].distance)) if points else math.nan,

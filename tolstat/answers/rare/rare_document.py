@@ -3,12 +3,11 @@
 from tolstat.answers.cells import ppm
 from tolstat.answers.next_steps import to_replay
 from tolstat.answers.rare.rare_answer import FailurePoint, RareSummary
-from tolstat.answers.report.finding_words import in_words, step_words
-from tolstat.answers.report.first_page import INTERVAL, PICTURE, limit_row, ranges_of
+from tolstat.answers.report.finding_words import in_words, next_steps
+from tolstat.answers.report.first_page import INTERVAL, limits_table, ranges_section
 from tolstat.answers.report.report_document import assumptions_section, sheet
 from tolstat.answers.report.summary_document import assumption, responses_table
 from tolstat.document import blocks
-from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
     Name,
     Number,
@@ -39,50 +38,28 @@ FIRST_ORDER = (
 
 def rare_document(summary: RareSummary) -> blocks.Document:
     """Return verdict, failure points, stages, assumptions, provenance."""
-    trials = summary.trials
-    sampling = (
-        f"Sampling: rare; {trials.promise}. A fraction of 1 ppm depends on the "
-        "tails of the distributions as much as on the model."
-    )
-    assumptions = summary.assumptions
-    notes = [text(sampling), *map(text, assumptions.of_the_model)]
+    ran, requested = summary.trials.ran, summary.trials.requested
     return sheet(
-        f"Rare events, {trials.ran} of {trials.requested} trials have run",
+        f"Rare events, {ran} of {requested} trials have run",
         summary,
         _verdict(summary),
         _failure_points(summary),
         _stages(summary),
         _responses(summary),
-        assumptions_section(assumptions, notes),
+        assumptions_section(summary),
     )
 
 
 def _verdict(summary: RareSummary) -> tuple[blocks.Block, ...]:
-    limits, aim = summary.limits, summary.response
-    others = [name for name in summary.stored_run.limits if name != aim]
-    rows = [
-        limit_row(
-            Cell((Name(name),), text(summary.responses[name].sentence)), limited.limit,
-            Cell((Word(yields.verdict, yields.verdict),),
-                 text(f"({yields.reason})" if yields.reason else None)),
-            Cell((ppm(yields.fraction_out_of_limit),)),
-            limited.equivalent_ppk,
-        )
-        for name in (aim, *others)
-        for limited in [limits[name]]
-        for yields in [limited.yields]
-    ]  # fmt: skip
-    sentences = [
-        step_words(summary.stored_run, step) for step in summary.findings.steps
-    ]
-    if summary.trials.counted:
-        sentences.append(unmet_kinds(summary))
+    aim, trials = summary.response, summary.trials
+    sentences = [*next_steps(summary)]
+    if trials.counted:
+        sentences.append(_unmet_kinds(summary))
     sentences += [_yield(summary), _most_probable(summary)]
     if summary.plain_trials == summary.plain_trials:
         needed = Number(summary.plain_trials)
         plain = "A plain run would need about {} trials for as narrow an interval."
         sentences.append(say(plain, needed))
-    trials = summary.trials
     notes = [
         say(
             f"{INTERVAL}. The last stage gives the fraction: {{}} "
@@ -92,7 +69,7 @@ def _verdict(summary: RareSummary) -> tuple[blocks.Block, ...]:
         ),
         *map(text, trials.notes),
     ]  # fmt: skip
-    if others:
+    if others := [name for name in summary.limits if name != aim]:
         words = (
             f"Only the limit of {aim} was searched. Few trials tell of "
             f"{', '.join(others)}; a run of its own tells more."
@@ -104,14 +81,14 @@ def _verdict(summary: RareSummary) -> tuple[blocks.Block, ...]:
     return blocks.shown(
         in_words(summary.warnings),
         blocks.Paragraph(lead, "lead"),
-        blocks.table_of(rows, look="verdicts"),
-        blocks.Section(PICTURE, (ranges_of(summary),), level=3, page_only=True),
+        limits_table(summary),
+        ranges_section(summary),
         *map(blocks.paragraph, sentences),
         *map(blocks.note, notes),
     )
 
 
-def unmet_kinds(summary: RareSummary) -> Parts:
+def _unmet_kinds(summary: RareSummary) -> Parts:
     """Say what interval and verdict hold for, and what they leave out."""
     return say(
         "Interval and verdict hold for the kinds of out-of-limit trials that the last "
@@ -180,14 +157,16 @@ def _failure_points(summary: RareSummary) -> blocks.Section | None:
         })  # fmt: skip
     note = blocks.note(say(FIRST_ORDER, Number(summary.first_order, PPM)))
     table = blocks.table_of(rows, words=[again], look="dense")
-    return blocks.Section("Most probable failure points", (table, note), page_only=True)
+    return blocks.section("Most probable failure points", table, note, page_only=True)
 
 
 def _responses(summary: RareSummary) -> blocks.Section:
     """Return the numbers of all responses, from the weighted trials."""
     note = blocks.note("All numbers are of the last stage, each trial weighted.")
-    parts = (responses_table(summary), note, assumption(summary))
-    return blocks.Section("Summary", parts, "summary", page_only=True)
+    return blocks.section(
+        "Summary", responses_table(summary), note, assumption(summary),
+        anchor="summary", page_only=True,
+    )  # fmt: skip
 
 
 def _stages(summary: RareSummary) -> blocks.Section:
@@ -207,11 +186,5 @@ def _stages(summary: RareSummary) -> blocks.Section:
         f"Of {summary.precise} trials evaluated again more precisely {summary.changed} "
         "change sides of the limit."
     )
-    return blocks.Section(
-        "Stages",
-        blocks.shown(
-            blocks.table_of(rows),
-            blocks.note(STAGES),
-            changed if summary.precise else None,
-        ),
-    )
+    return blocks.section("Stages", blocks.table_of(rows), blocks.note(STAGES),
+                          changed if summary.precise else None)  # fmt: skip

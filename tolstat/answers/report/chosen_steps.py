@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from tolstat.answers.halved_entries import MOVED, halved_entries
+from tolstat.answers.halved_entries import common_tolerance, halved_entries
 from tolstat.answers.next_steps import (
     to_allocate,
     to_extend,
@@ -88,16 +88,10 @@ def halving_of(run: Run, response: ResponseSummary, limited: Limited) -> Halving
     if main is None or limited.yields.verdict == MET:
         return None
     entries = halved_entries(run, main.members)
-    halves = {
-        entry if isinstance(entry, str) else str(entry["tolerance"])
-        for entry in entries.values()
-    }
-    # a tolerance alone is no remedy where other keys have to change with it
-    alone = all(isinstance(e, str) or not e.keys() & {*MOVED} for e in entries.values())
-    same = alone and len(halves) == 1 and len(entries) <= MOST_NAMED
+    common = common_tolerance(entries) if len(entries) <= MOST_NAMED else ""
     before = limited.yields.fraction_out_of_limit
     return Halving(
-        main.words, main.members, entries, halves.pop() if same else "",
+        main.words, main.members, entries, common,
         before, main.halved, differ(main.halved, before),
         main.halved.lower > 1 - limited.limit.demanded,
     )  # fmt: skip
@@ -158,6 +152,8 @@ def _steps(
         turn = jump.clusters.turn
         kind = StepKind.MEND_FORMULA if turn else StepKind.CHECK_FORMULA
         yield Step(kind, (jump.response,))
+    if run.aim:
+        return  # a search for trials out of limit says nothing about tolerances
     yield from (step for step in centring.values() if step.parts)
     for step in (
         _halved(run, limits),

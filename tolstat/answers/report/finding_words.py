@@ -63,7 +63,7 @@ NAMING = {
 def what_next(steps: tuple[Parts, ...]) -> blocks.Section:
     """Return the section of next steps, the first one first."""
     bullets = blocks.Bullets(steps, numbered=len(steps) > 1)
-    return blocks.Section("What to do next", blocks.shown(bullets), level=3)
+    return blocks.section("What to do next", bullets, level=3)
 
 
 def next_steps(summary: RunSummary) -> tuple[Parts, ...]:
@@ -78,15 +78,15 @@ def next_steps(summary: RunSummary) -> tuple[Parts, ...]:
     return tuple(sentences)
 
 
-def step_words(run: Run, step: Step, findings: Findings | None = None) -> Parts:
+def step_words(run: Run, step: Step, findings: Findings) -> Parts:
     """Say what to do; of a change that `findings` know also its effect."""
     typed = [Typed(command) for command in step.commands]
     match step.kind:
         case StepKind.RESUME:
             return say("Run the trials that are missing: {}.", *typed)
         case StepKind.FINISH:
-            what = "Finish the run, whose audit or diagnostics are missing: {}."
-            return say(what, *typed)
+            sentence = "Finish the run, whose audit or diagnostics are missing: {}."
+            return say(sentence, *typed)
         case StepKind.FINER_RUN:
             return _finer_run(run, step)
         case StepKind.ADD_TRIALS:
@@ -98,7 +98,13 @@ def step_words(run: Run, step: Step, findings: Findings | None = None) -> Parts:
             return say("Find the widest tolerances of {} that meet all limits. Write "
                        "prices of 1 over the tolerance: {} Search: {}",
                        parts, *typed)  # fmt: skip
-    assert findings
+        case StepKind.SEE_WORST:
+            return say("See the worst one in detail: {}.", *typed)
+        case StepKind.DRAW_RESPONSE:
+            (other,) = map(Name, step.responses)
+            return say("Draw another response, such as {}: {}.", other, *typed)
+        case StepKind.WRITE_TABLE:
+            return say("Write all trials as a table: {}.", *typed)
     halving = findings.limits[step.responses[0]].halving
     assert halving  # the other kinds halve the tolerances of a cause
     return _halve(step, halving)
@@ -228,12 +234,12 @@ def _sentence(warning: ReportWarning) -> Parts:
         case StudyWarning(sentence):
             return text(sentence)
         case IdleContributors(names):
+            change, s = "its tolerance changes", ""
+            if len(names) > 1:
+                change, s = "their tolerances change", "s"
             return say(
-                "No response depends on {}: its tolerance changes nothing. Check "
-                "the name and the model."
-                if len(names) == 1
-                else "No response depends on {}: their tolerances change nothing. "
-                "Check the names and the model.",
+                f"No response depends on {{}}: {change} nothing. Check the "
+                f"name{s} and the model.",
                 listed([*map(Name, names)]),
             )
         case UnchangedResponse(name, value, scale):

@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Collection
 
-from tolstat.answers.cells import limit_cell, ppm, verdict_cell
+from tolstat.answers.cells import limit_row, ppm
 from tolstat.answers.report.finding_words import (
     STILL_MISSED,
     cause_words,
@@ -18,6 +18,7 @@ from tolstat.answers.report.report_answer import (
     LimitFinding,
     NoCause,
     RunSummary,
+    UnseenErrors,
 )
 from tolstat.answers.report.response_summary import Causes, ResponseSummary
 from tolstat.document import blocks
@@ -33,7 +34,6 @@ from tolstat.document.inline import (
     text,
 )
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET
 from tolstat.statistics.sensitivity.pairs import Together
 from tolstat.units.scale import PART, PER_CENT, PPM
@@ -61,15 +61,14 @@ def first_page(
     has the worst of many limits.
     """
     steps = what_next(next_steps(summary))
-    many = links and len(summary.limits) > MOST_LIMITS
-    ranges = blocks.shown(ranges_of(summary))
-    picture = blocks.Section(PICTURE, ranges, level=3, page_only=True)
+    crowded = links and len(summary.limits) > MOST_LIMITS
+    picture = ranges_section(summary)
     return blocks.shown(
         in_words(summary.early_warnings),
         lead(summary),
         blocks.Bullets(off_centre_words(summary)),
-        limits_table(summary, links, MOST_LIMITS if many else None),
-        *((steps, picture) if many else (picture, steps)),
+        limits_table(summary, links, MOST_LIMITS if crowded else None),
+        *((steps, picture) if crowded else (picture, steps)),
         in_words(summary.late_warnings),
         *map(blocks.note, summary.trials.notes if summary.trials.ran else ()),
     )
@@ -108,8 +107,8 @@ def _lead(summary: RunSummary) -> Parts:
     )  # fmt: skip
 
 
-def ranges_of(summary: RunSummary) -> blocks.Ranges:
-    """Return fractions out of limit, with intervals, against what is permitted."""
+def ranges_section(summary: RunSummary) -> blocks.Section:
+    """Draw fractions out of limit, with intervals, against what is permitted."""
     ranges = [
         blocks.Range(
             name,
@@ -121,7 +120,8 @@ def ranges_of(summary: RunSummary) -> blocks.Ranges:
     ]
     shares = ", ".join(f"{r.name} {PPM.interval(*r.found[:3])[0]}" for r in ranges)
     words = f"Fractions out of limit in ppm: {shares}"
-    return blocks.Ranges(words, tuple(ranges), PPM, "permitted")
+    picture = blocks.Ranges(words, tuple(ranges), PPM, "permitted")
+    return blocks.section(PICTURE, picture, level=3, page_only=True)
 
 
 def limits_table(
@@ -132,27 +132,20 @@ def limits_table(
     Of all limits, or of the worst ones. Names in `links` lead to their sections.
     """
     rows, limits = [], list(summary.limits.items())
+    weighted = bool(summary.stored_run.aim)
     trials = summary.trials.done + summary.trials.failed
     for name, limited in limits[:most]:
         response, finding = summary.responses[name], summary.findings.limits[name]
-        yields = limited.yields
-        good = Number(yields.within_at_most, PER_CENT, of=trials)
-        failed = say("yield, if failed trials were good: {}", good)
         link = Name(name, name if name in links else "")
         rows.append({
-            **limit_row(
-                Cell((link,), text(response.sentence)), limited.limit,
-                verdict_cell(yields),
-                Cell((ppm(yields.fraction_out_of_limit, trials),),
-                     failed if summary.trials.failed else ()),
-                limited.equivalent_ppk,
-            ),
+            "response": Cell((link,), text(response.sentence)),
+            **limit_row(limited, trials, summary.trials.failed, weighted=weighted),
             "main cause": _cause_cell(response, finding),
             "what would help": remedy_cell(finding.halving),
         })  # fmt: skip
     caption = rests_on(summary)
-    if summary.unseen_errors:
-        caption = say("{}; {}", caption, summary.unseen_errors)
+    if unseen := summary.unseen_errors:
+        caption = say("{}; {}", caption, _unseen_words(unseen))
     if any(is_clipped(summary.responses[name]) for name, _ in limits[:most]):
         caption = say("{}; variance: {}", caption, CENTRAL.strip())
     if len(rows) < len(limits):
@@ -164,18 +157,13 @@ def limits_table(
     )  # fmt: skip
 
 
-def limit_row(
-    name: Cell, limit: Limit, verdict: blocks.Given, share: Cell, equivalent: Estimate
-) -> dict[str, blocks.Given]:
-    """Return a row on a limit: its demand and its results."""
-    demanded = Number(limit.ppk)
-    return {
-        "response": name,
-        "limit": limit_cell(limit),
-        "verdict": verdict,
-        "out of limit, ppm": share,
-        "equivalent Ppk": Cell((Number(equivalent),), say("demanded {}", demanded)),
-    }
+def _unseen_words(errors: UnseenErrors) -> str:
+    most = PER_CENT.at_most(errors.share.upper)
+    return (
+        f"{errors.evaluated} random trials evaluated again, {errors.moved or 'none'} "
+        f"moved: up to {most} % of all may, and what every evaluation misses stays "
+        "unseen"
+    )
 
 
 def _cause_cell(response: ResponseSummary, finding: LimitFinding) -> Cell:
@@ -183,8 +171,9 @@ def _cause_cell(response: ResponseSummary, finding: LimitFinding) -> Cell:
 
     Without a cause, the largest variance contribution stands below.
     """
-    causes = response.causes
-    if causes and (main := causes.main):
+    if (causes := response.causes) is None:
+        return Cell(())
+    if main := causes.main:
         level = max(main.level, LEAST_LEVEL)
         below = text("significant at ", Number(level, PART))
         if main.together:

@@ -1,11 +1,10 @@
-"""The summary and the report of a run, gathered from its file alone."""
+"""The summary and the report of sampled trials, gathered from the run file alone."""
 
-from __future__ import annotations
-
+import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -31,136 +30,36 @@ from tolstat.answers.report.response_summary import (
 )
 from tolstat.answers.report.summaries import (
     all_limits,
+    described_responses,
     numbers_of_study,
     reportable,
-    summaries_of,
+    trial_counts,
 )
-from tolstat.answers.sampled_trials import Drawn, drawn_trials
-from tolstat.statistics.intervals.moments import unseen
-from tolstat.statistics.intervals.replicates import never_met
+from tolstat.answers.sampled_trials import Drawn
 from tolstat.statistics.limits.yields import INTEGRATION_ERROR
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sensitivity import linear
 from tolstat.statistics.summary import Limited
-from tolstat.store.open_run import RunSource
-from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
-
-if TYPE_CHECKING:
-    from tolstat.answers.rare.rare_answer import RareSummary
-    from tolstat.answers.sweep.extremes import Extremes
 
 MOST_DEVIATIONS = 3  # of a worst trial
 FEWEST_WITHIN = 0.1  # of the trials, of which those out of limit differ
 
 
-def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
-    """Return the summary of a run: verdicts, main causes, responses.
-
-    Parameters
-    ----------
-    run : Run or path
-        Complete or not.
-
-    Returns
-    -------
-    RunSummary, RareSummary or Extremes
-        By its sampling: of trials sampled from production, of a rare run, of a grid or
-        a table.
-
-    Raises
-    ------
-    RunFileError
-        If the run cannot be read.
-
-    Examples
-    --------
-    >>> tolstat.summary("runs/stack-up.h5")
-    <tolstat summary: stack-up.h5, 10000 trials; gap undecided>
-    """
-    run = open_run(run)
-    if other := _not_sampled(run, rare=bool(run.ended)):
-        return other
-    drawn = drawn_trials(run)
-    assert drawn
-    return summary_of(drawn, run_answer.responses_in_focus(run))
-
-
-def report(
-    run: RunSource, responses: Sequence[str] = ()
-) -> Report | RareSummary | Extremes:
-    """Return the statistical tolerance report of a run; nothing is simulated.
-
-    Parameters
-    ----------
-    run : Run or path
-        The report needs only its file, not the model.
-    responses : sequence of str
-        Responses in focus; see `responses_in_focus`.
-
-    Returns
-    -------
-    Report, RareSummary or Extremes
-        By its sampling, as of `summary`. `save` writes its page (.html), its numbers
-        (.json) or its table (.csv).
-
-    Raises
-    ------
-    QuestionError
-        If the run has no such response.
-    RunFileError
-        If the run cannot be read.
-
-    Examples
-    --------
-    >>> found = tolstat.report("runs/stack-up.h5")
-    >>> found.save("stack-up.html").name
-    'stack-up.html'
-    >>> found.frame()["fraction_out_of_limit"]["gap"].item()
-    0.005
-    """
-    run = open_run(run)
-    return _not_sampled(run, responses) or report_of(run, responses)
-
-
-def _not_sampled(
-    run: Run, responses: Sequence[str] = (), *, rare: bool = True
-) -> RareSummary | Extremes | None:
-    """Return the answer about a run whose trials are no sample of production.
-
-    Each is loaded for its kind of run alone.
-    """
-    if run.aim and rare:
-        from tolstat.answers.rare.rare_answer import rare_summary
-
-        return rare_summary(run, responses)
-    if drawn_trials(run) is None:
-        from tolstat.answers.sweep.extremes import extremes_of
-
-        return extremes_of(run, responses)
-    return None
-
-
 def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
-    """Return the summary of a sampled run: limits, main causes, responses."""
-    run, sample = drawn.run, drawn.sample
+    """Return the summary of a sampled run: limits, main causes, responses.
+
+    Weighted trials of a rare run tell no causes.
+    """
+    run = drawn.run
     with ThreadPoolExecutor(1) as other:
         # the slowest part, in parallel: NumPy lets other threads run
         shares = other.submit(contributions_of, drawn, focus)
-        causes, summaries = main_causes(drawn), summaries_of(drawn)
+        causes, summaries = main_causes(drawn), described_responses(drawn)
         contributions, members = shares.result()
-    done = int(np.count_nonzero(sample.done))
-    outside = unseen(done)
-    if sample.replicates:  # at either end, which the trials choose themselves
-        outside = min(2 * never_met(done, sample.replicates), 1.0)
-    trials = run_answer.TrialCounts(
-        run.trials, run.ended, done, sample.failed, done + sample.failed, run.counts,
-        sample.failures, outside, run.sampling, drawn.sampled.promise,
-        tuple(run_answer.notes_of(replace(run, warnings=()), sample)),
-    )  # fmt: skip
     clusters = jumping(run, drawn.trials_done, dict.fromkeys([*run.limits, *focus]))
     centres, rough = dict[str, OffCentre | None](), False
-    for name in run.limits:
+    for name in causes:
         limited = summaries[name].limited
         wrong = limited and limited.yields.reason == INTEGRATION_ERROR
         rough |= bool(wrong)
@@ -171,24 +70,21 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         if name in clusters:
             causes[name] = causes[name]._replace(needed=0)
     responses = {
-        response.name: ResponseSummary(
-            **vars(summaries[response.name]),
-            nominal=run.nominal_values[response.name],
-            sentence=response.sentence,
-            scale=run.scales[response.name],
-            causes=causes.get(response.name),
-            contributions=contributions.get(response.name),
-            members=members if response.name in focus else {},
-            off_centre=centres.get(response.name),
+        name: ResponseSummary(
+            **vars(described),
+            causes=causes.get(name),
+            contributions=contributions.get(name),
+            members=members if name in focus else {},
+            off_centre=centres.get(name),
         )
-        for response in run.responses
+        for name, described in summaries.items()
     }
     warnings = (
         *integration_warnings(drawn, summaries),
         *warnings_of(drawn, clusters, unsettled=rough),
     )
     return RunSummary(
-        **run_answer.fields_of(run, trials),
+        **run_answer.fields_of(run, trial_counts(drawn)),
         warnings=warnings,
         unseen_errors=unseen_errors(drawn, summaries),
         all_limits=all_limits(drawn),
@@ -199,7 +95,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
 
 
 def _no_cause(
-    limited: Limited | None, off: OffCentre | None, *, jumps: bool
+    limited: Limited | None, offset: OffCentre | None, *, jumps: bool
 ) -> NoCause | None:
     """Return why no contributor may be named as a cause; None if one may.
 
@@ -210,8 +106,8 @@ def _no_cause(
         return NoCause.JUMPS
     if limited and limited.yields.reason == INTEGRATION_ERROR:
         return NoCause.INTEGRATION_ERROR
-    few = limited and limited.yields.within.value < FEWEST_WITHIN
-    return NoCause.OFF_CENTRE if off and (off.tolerances or few) else None
+    mostly_out = limited and limited.yields.within.value < FEWEST_WITHIN
+    return NoCause.OFF_CENTRE if offset and (offset.tolerances or mostly_out) else None
 
 
 def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
@@ -276,19 +172,16 @@ def _worst_trials(
     if response not in run.limits:
         return ()
 
-    def value(name: str, trial: int) -> float:
-        return float(run.column(name)[trial])
-
     precise = dict[int, float]()
     if again := run.audited:
-        pairs = zip(again.trials.tolist(), again.responses[response], strict=True)
-        precise = dict(pairs)
-    return tuple(
-        WorstTrial(
-            trial,
-            value(response, trial),
-            float(precise.get(trial, np.nan)),
-            {name: value(name, trial) for name in contributors},
-        )
+        values = again.responses[response].tolist()
+        precise = dict(zip(again.trials.tolist(), values, strict=True))
+    columns = {name: run.column(name) for name in (response, *contributors)}
+    rows = {
+        trial: {name: float(column[trial]) for name, column in columns.items()}
         for trial in run.worst_trials(response)
+    }
+    return tuple(
+        WorstTrial(trial, row.pop(response), precise.get(trial, math.nan), row)
+        for trial, row in rows.items()
     )

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.answers.report.report_answer import UnseenErrors
 from tolstat.answers.report.report_warnings import (
     NumbersWarning,
     VerdictWarning,
@@ -15,6 +16,7 @@ from tolstat.answers.report.response_summary import (
     Effect,
     IntegrationErrors,
     LargestError,
+    by_name,
 )
 from tolstat.answers.sampled_trials import Drawn, changes_of
 from tolstat.arrays import Array
@@ -31,7 +33,6 @@ from tolstat.statistics.summary import Summary
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Reason
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import PER_CENT, share_words
 
 
 def integration_of(
@@ -73,8 +74,11 @@ def integration_of(
 def integration_warnings(
     drawn: Drawn, summaries: Mapping[str, Summary]
 ) -> Iterator[VerdictWarning | NumbersWarning]:
-    """Yield the verdicts that errors leave undecided, and numbers that they spoil."""
-    if drawn.run.audited is None:
+    """Yield the verdicts that errors leave undecided, and numbers that they spoil.
+
+    None of weighted trials, whose errors are not weighted.
+    """
+    if drawn.run.audited is None or drawn.sample.weights:
         return
     for name, summary in summaries.items():
         scale, audited = drawn.run.scales[name], drawn.audited(name)
@@ -90,21 +94,22 @@ def _wrong_numbers(
     drawn: Drawn, audited: Audited, name: str, summary: Summary
 ) -> dict[str, WrongNumber]:
     """Return printed numbers whose errors exceed their intervals, and are visible."""
-    numbers = {"mean": summary.mean, "sigma": summary.sigma}
-    numbers |= {share_words(share): x for share, x in summary.quantiles.items()}
-    numbers = {n: x for n, x in numbers.items() if x.sure and math.isfinite(x.value)}
+    numbers = {
+        n: x
+        for n, x in by_name(summary.mean, summary.sigma, summary.quantiles).items()
+        if x.sure and math.isfinite(x.value)
+    }
     error = _errors(drawn.run, audited, name)
     least = min((min(x.upper - x.value, x.value - x.lower) for x in numbers.values()),
                 default=math.inf)  # fmt: skip
     # no number errs more than sigma can, twice the largest error
     if not 2 * error.largest > least or not error.largest > 0:
         return {}
-    effect, scale = _effect(drawn, error, name, summary), drawn.run.scales[name]
-    errors = {"mean": effect.mean, "sigma": effect.sigma}
-    errors |= {share_words(share): x for share, x in effect.quantiles.items()}
+    errors = _effect(drawn, error, name, summary).numbers
+    scale = drawn.run.scales[name]
 
-    def printed(number: Estimate, off: float) -> str:
-        return scale.interval(*(x - off for x in number[:3]))[0]
+    def printed(number: Estimate, error: float) -> str:
+        return scale.interval(*(x - error for x in number[:3]))[0]
 
     return {
         n: WrongNumber(x, errors[n])
@@ -114,22 +119,21 @@ def _wrong_numbers(
     }
 
 
-def unseen_errors(drawn: Drawn, summaries: Mapping[str, Summary]) -> str:
-    """Return what the audit cannot see; empty where no verdict rests on it."""
+def unseen_errors(
+    drawn: Drawn, summaries: Mapping[str, Summary]
+) -> UnseenErrors | None:
+    """Return what the audit cannot see; None where no verdict rests on it."""
     audited = [
         drawn.audited(name)
         for name, summary in summaries.items()
         if summary.limited and summary.limited.yields.verdict != UNDECIDED
-    ]
+        and not drawn.sample.weights
+    ]  # fmt: skip
     moved = [response.moved[response.at_random] for response in audited if response]
     if not moved or not (number := len(moved[0])):
-        return ""
+        return None
     count = int(np.count_nonzero(np.any(moved, axis=0)))
-    most = PER_CENT.at_most(proportion(count, number).upper)
-    return (
-        f"{number} random trials evaluated again, {count or 'none'} moved: up to "
-        f"{most} % of all may, and what every evaluation misses stays unseen"
-    )
+    return UnseenErrors(number, count, proportion(count, number))
 
 
 def _reasons(audited: Audited, name: str) -> NDArray[np.uint8]:

@@ -46,9 +46,11 @@ WAYS = {
 def main_causes(drawn: Drawn) -> dict[str, Causes]:
     """Return the causes of out-of-limit trials, failed ones too, for each limit.
 
-    By limited response.
+    By limited response; empty for weighted trials.
     """
     run, ran = drawn.run, drawn.sample.ran
+    if drawn.sample.weights:
+        return {}
     out = {name: run.beyond(name)[drawn.trials][ran] for name in run.limits}
     if drawn.sample.replicates:
         return {
@@ -137,11 +139,11 @@ def contributions_of(
 ) -> tuple[dict[str, Contributions], dict[str, tuple[str, ...]]]:
     """Return the contributions to the responses in focus.
 
-    By response, empty where nothing deviates; and the contributors of each kind of
-    part, and of parts with equal distribution and slope.
+    By response, empty where nothing deviates or trials are weighted; and the
+    contributors of each kind of part, and of parts with equal distribution and slope.
     """
     deviations = drawn.deviating(drawn.sample.done)
-    if not deviations:
+    if not deviations or drawn.sample.weights:
         return {}, {}
     run = drawn.run
     groups = kinds_of_part(list(deviations), run.contributors)

@@ -12,11 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from tolstat.answers.halved_entries import (
-    entries_of,
-    fixed_points,
-    nominal_shift,
-)
+from tolstat.answers.halved_entries import editor_of, fixed_points, nominal_shift
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array
 from tolstat.deviations.distributions import Tolerance
@@ -174,9 +170,9 @@ def _nominal_shifts(run: Run) -> dict[str, float]:
     parts = {part.name: part for part in run.contributors}
     return {
         name: shift
-        for _, entry, members in entries_of(run)
-        for name in members
-        if (shift := nominal_shift(entry, parts[name]))
+        for entry in editor_of(run).entries()
+        for name in entry.members
+        if (shift := nominal_shift(entry.keys, parts[name]))
     }
 
 

@@ -54,6 +54,9 @@ class StepKind(StrEnum):
     NOT_HALVED = "tolerances cannot be halved"
     ADD_TRIALS = "add trials"
     ALLOCATE = "allocate tolerances"
+    SEE_WORST = "simulate the worst trial again"
+    DRAW_RESPONSE = "draw another response"
+    WRITE_TABLE = "write all trials as a table"
 
 
 class Evidence(StrEnum):
@@ -119,6 +122,26 @@ class Findings(NamedTuple):
     centring: Mapping[str, Step]
     steps: tuple[Step, ...]
 
+    def cells(self, response: str) -> dict[str, str | int]:
+        """Return cells of a wide table: what is decided about a response."""
+        limit = self.limits.get(response)
+        about = [s for s in self.steps if response in s.responses or not s.responses]
+        return {
+            "main causes": "; ".join(map(", ".join, limit.causes)) if limit else "",
+            "no cause": str(limit.no_cause) if limit else "",
+            "trials that decide": limit.trials_that_decide if limit else 0,
+            "next steps": "; ".join(step.kind for step in about),
+            "commands": "; ".join(c for step in about for c in step.commands),
+        }
+
+
+class UnseenErrors(NamedTuple):
+    """What an audit cannot see: errors of the trials that were not evaluated again."""
+
+    evaluated: int  # random trials, again
+    moved: int  # of these
+    share: Estimate  # of all trials that move
+
 
 class AllLimits(NamedTuple):
     """All limits together."""
@@ -144,8 +167,7 @@ class RunSummary(RunAnswer):
 
     # what a reader has to know before any verdict
     warnings: tuple[ReportWarning, ...]
-    # what the audit cannot see, where verdicts rest on one; else empty
-    unseen_errors: str
+    unseen_errors: UnseenErrors | None  # None where no verdict rests on an audit
     all_limits: AllLimits | None  # None without limits
     responses: Mapping[str, ResponseSummary]
     numbers: Mapping[str, NumberOfStudy]  # equal for all its trials
@@ -166,20 +188,15 @@ class RunSummary(RunAnswer):
     @property
     def late_warnings(self) -> list[ReportWarning]:
         """The warnings about numbers of responses that no verdict rests on."""
+        numbers = [x for x in self.warnings if isinstance(x, NumbersWarning)]
         limits = self.limits
-        return [
-            warning
-            for warning in self.warnings
-            if limits
-            and isinstance(warning, NumbersWarning)
-            and warning.response not in limits
-        ]
+        return [x for x in numbers if limits and x.response not in limits]
 
     @property
     def verdicts(self) -> dict[str, str]:
         """The verdict of each limited response, in the order of responses."""
-        limits = self.limits
-        return {n: limits[n].yields.verdict for n in self.responses if n in limits}
+        limits = {n: x.limited for n, x in self.responses.items() if x.limited}
+        return {name: limited.yields.verdict for name, limited in limits.items()}
 
     @property
     def _short(self) -> str:
@@ -198,6 +215,7 @@ class RunSummary(RunAnswer):
                 **summary_cells(response, response.scale),
                 "trials done": self.trials.done,
                 "trials failed": self.trials.failed,
+                **self.findings.cells(name),
             }
             for name, response in self.responses.items()
         ]

@@ -11,10 +11,10 @@ from tolstat.answers.report.first_page import (
     limits_table,
     reading,
 )
-from tolstat.answers.report.report_answer import Report
+from tolstat.answers.report.report_answer import Report, RunSummary
 from tolstat.answers.report.response_section import response_section
 from tolstat.answers.report.summary_document import assumption, responses_table
-from tolstat.answers.run_answer import AboutRun, Assumptions
+from tolstat.answers.run_answer import AboutRun
 from tolstat.deviations.dependence import scores_of_rank
 from tolstat.document import blocks
 from tolstat.document.inline import Number, Parts, Typed, listed, say, text
@@ -25,6 +25,10 @@ MOMENTS = (
     "Mean and sigma are of the trials that do not fail. Quantiles count failed trials "
     "as out of limit where the limit has one end. With two ends or none the interval "
     "holds for any value of failed trials."
+)
+TAILS = (
+    " A fraction of 1 ppm depends on the tails of the distributions as much as on the "
+    "model."
 )
 JUDGED = (
     "A limit is met when the whole interval of its yield lies at or above the demanded "
@@ -42,15 +46,14 @@ def report_document(report: Report) -> blocks.Document:
     """Return first page, assumptions, summary, responses in focus, provenance."""
     first, rest = first_page(report, report.focus), None
     if len(report.limits) > MOST_LIMITS:  # behind the worst ones
-        rest = blocks.Section(
-            ALL_LIMITS, (limits_table(report, report.focus),), "limits"
-        )
+        table = limits_table(report, report.focus)
+        rest = blocks.section(ALL_LIMITS, table, anchor="limits")
     return sheet(
         "Statistical tolerance report",
         report,
         (*first, blocks.note(*reading(report).parts)),
         rest,
-        assumptions_section(report.assumptions, _assumed(report)),
+        assumptions_section(report),
         _summary(report),
         _numbers(report),
         *(response_section(report, name) for name in report.focus),
@@ -59,7 +62,7 @@ def report_document(report: Report) -> blocks.Document:
 
 
 def sheet(
-    what: str,
+    kind: str,
     answer: AboutRun,
     first: tuple[blocks.Block, ...],
     *sections: blocks.Section | None,
@@ -73,83 +76,81 @@ def sheet(
     rows = [(name, text(value)) for name, value in block._asdict().items() if value]
     if not block.approval:
         rows.append(("approval, date", ()))
-    signed = blocks.Section("", (blocks.Facts(tuple(rows), "sheet"),), page_only=True)
+    signed = blocks.section("", blocks.Facts(tuple(rows), "sheet"), page_only=True)
     source = str(provenance["source_digest"])[:12]
     seed = f"seed {provenance['seed']}, " if "seed" in provenance else ""
     made_by = f"{seed}tolstat {provenance['version_tolstat']}, {source}"
     started = str(provenance["started_at"])
-    head = what, f"model {answer.model}", answer.run, made_by, started
+    head = kind, f"model {answer.model}", answer.run, made_by, started
     facts = {n.replace("_", " "): text(str(x)) for n, x in provenance.items()}
     del facts["study"]
     study = blocks.Verbatim(str(provenance["study"]))
-    text_of_study = blocks.Section("The study", (study,), level=3)
-    origin = (blocks.Facts(tuple(facts.items())), text_of_study)
     parts = blocks.shown(
-        blocks.Section("", (signed, blocks.note(" · ".join(head)), *first), role=role),
+        blocks.section("", signed, blocks.note(" · ".join(head)), *first, role=role),
         *sections,
-        blocks.Section("Provenance", origin, "provenance", page_only=True),
-    )
+        blocks.section(
+            "Provenance", blocks.Facts(tuple(facts.items())),
+            blocks.section("The study", study, level=3),
+            anchor="provenance", page_only=True,
+        ),
+    )  # fmt: skip
     short = title[:LONGEST] + "..." * (len(title) > LONGEST)
     foot = (block.drawing, block.revision, short, answer.run)
     return blocks.Document(title, parts, foot)
 
 
-def assumptions_section(
-    assumptions: Assumptions, sentences: list[Parts]
-) -> blocks.Section:
-    """Return the assumptions: distributions, tolerances, and some sentences."""
+def assumptions_section(summary: RunSummary) -> blocks.Section:
+    """Return the assumptions: distributions, tolerances, and what else holds."""
     rows: list[dict[str, blocks.Given]] = [
         {
             "contributor": name,
             "distribution": part.words,
-            "tolerance": say(
-                "{} to {}",
-                part.scale.number(part.lower),
-                Number(part.upper, part.scale),
-            ),
+            "tolerance": say("{} to {}", part.scale.number(part.lower),
+                             Number(part.upper, part.scale)),
             "": part.sentence,
         }
-        for name, part in assumptions.deviations.items()
-    ]
-    table = blocks.table_of(rows, words=["distribution", ""])
-    return blocks.Section(
+        for name, part in summary.assumptions.deviations.items()
+    ]  # fmt: skip
+    return blocks.section(
         "Tolerances and assumptions",
-        blocks.shown(table, blocks.Bullets(tuple(sentences))),
-        "assumptions",
-        page_only=True,
-    )
+        blocks.table_of(rows, words=["distribution", ""]),
+        blocks.Bullets(tuple(_assumed(summary))),
+        anchor="assumptions", page_only=True,
+    )  # fmt: skip
 
 
-def _assumed(report: Report) -> list[Parts]:
-    assumptions, trials = report.assumptions, report.trials
-    others = len(assumptions.deviations) < len(report.stored_run.contributors)
+def _assumed(summary: RunSummary) -> list[Parts]:
+    assumptions, trials = summary.assumptions, summary.trials
+    run = summary.stored_run
+    others = len(assumptions.deviations) < len(run.contributors)
     sentences = [
         text("All other contributors have no deviation." if others else None),
         text("A normal deviation has three sigma in half its tolerance (Cp 1), unless "
              "the study says otherwise. Yields depend on it."),
-        _correlation(report),
-        text(f"Sampling: {trials.sampling}; {trials.promise}."),
+        _correlation(summary),
+        text(f"Sampling: {trials.sampling}; {trials.promise}.",
+             TAILS if run.aim else None),
     ]  # fmt: skip
     if settings := assumptions.settings:
-        chosen = [f"{n} {each.words}" for n, each in settings.items() if each.given]
-        show = Typed(command("show", report.model, machine=report.stored_run.machine))
+        chosen = [f"{n} {x.words}" for n, x in settings.items() if x.given]
+        show = Typed(command("show", summary.model, machine=run.machine))
         others = len(chosen) < len(settings)
         sentences.append(
             text(f"Settings of the study: {', '.join(chosen) or 'none'}.",
                  (" All others have their default: ", show, ".") if others else None)
         )  # fmt: skip
     sentences += map(text, assumptions.of_the_model)
-    sentences += _judged(report)
+    sentences += [] if run.aim else _judged(summary)
     if missing := assumptions.missing:
         none = f"No slopes, worst cases or halved tolerances: {missing}."
         sentences.append(text(none))
     return list(filter(None, sentences))
 
 
-def _correlation(report: Report) -> Parts:
+def _correlation(summary: RunSummary) -> Parts:
     pairs = [
         f"{a} with {b} {rank:.6g} ({scores_of_rank(rank):.3g})"
-        for a, others in report.assumptions.correlation.items()
+        for a, others in summary.assumptions.correlation.items()
         for b, rank in others.items()
     ]
     if pairs:
@@ -158,23 +159,23 @@ def _correlation(report: Report) -> Parts:
             "deviations: {}.",
             listed(pairs),
         )
-    if report.stored_run.independent:
+    if summary.stored_run.independent:
         return text("Deviations are independent.")
     return text("Deviations are independent, except parts of one batch named above.")
 
 
-def _judged(report: Report) -> list[Parts]:
+def _judged(summary: RunSummary) -> list[Parts]:
     """Return sentences on how limits are judged."""
-    if report.all_limits is None:
+    if summary.all_limits is None:
         return []
     rule, *others = map(text, JUDGED)
-    if (sampled := report.stored_run.sampled) and sampled.replicates:
+    if (sampled := summary.stored_run.sampled) and sampled.replicates:
         chance = text(
             "Intervals are approximate, from the scatter between replicates. A verdict "
             "holds for a number of trials chosen beforehand."
         )
     else:
-        wrongly = Number(report.all_limits.wrongly_met, PER_CENT, "at_most")
+        wrongly = Number(summary.all_limits.wrongly_met, PER_CENT, "at_most")
         chance = say(
             'Each verdict is wrongly "met" with a chance of at most 2.5 %, one or more '
             "of all with at most {}. Verdicts are anytime-valid: trials may be added "
@@ -191,18 +192,18 @@ def _summary(report: Report) -> blocks.Section:
         f" Least and largest are those of the trials: at most 1 in {one_in} units "
         f"{which}lies outside (95 %)."
     )
-    parts = blocks.shown(
+    intervals = f"{INTERVAL}, or why there is none.{outside if one_in > 1 else ''}"
+    return blocks.section(
+        "Summary",
         responses_table(report),
-        blocks.note(
-            f"{INTERVAL}, or why there is none.{outside if one_in > 1 else ''}"
-        ),
+        blocks.note(intervals),
         assumption(report) if done else None,
         blocks.note(MOMENTS) if failed and done else None,
+        anchor="summary",
     )
-    return blocks.Section("Summary", parts, "summary")
 
 
-def _numbers(report: Report) -> blocks.Section | None:
+def _numbers(report: Report) -> blocks.Section:
     rows: list[dict[str, blocks.Given]] = [
         {
             "number": name,
@@ -214,5 +215,5 @@ def _numbers(report: Report) -> blocks.Section | None:
     ]
     equal = "From settings and tolerances alone: equal for all trials, no interval."
     table = blocks.table_of(rows, words=[""])
-    parts = (table, blocks.note(equal))
-    return blocks.Section("Numbers of the study", parts, "numbers") if rows else None
+    note = blocks.note(equal) if rows else None
+    return blocks.section("Numbers of the study", table, note, anchor="numbers")

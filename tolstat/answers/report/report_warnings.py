@@ -139,15 +139,8 @@ def warnings_of(
             for name in run.limits
             if _unchanged(drawn, name)
         ),
-        *jump_warnings(run, clusters),
+        *(JumpWarning(name, x, run.scales[name]) for name, x in clusters.items()),
     )
-
-
-def jump_warnings(
-    run: Run, clusters: Mapping[str, Clusters]
-) -> tuple[JumpWarning, ...]:
-    """Return the warnings about responses that jump, of `jumping`."""
-    return tuple(JumpWarning(name, x, run.scales[name]) for name, x in clusters.items())
 
 
 def warnings_of_run(run: Run) -> tuple[ReportWarning, ...]:
@@ -174,6 +167,6 @@ def _unchanged(drawn: Drawn, name: str) -> bool:
     slopes = diagnostics.slopes.get(name, {})
     if any(slopes.values()) or any(case.value != value for case in worst_cases):
         return False
-    (response,) = (each for each in drawn.run.responses if each.name == name)
+    (response,) = (x for x in drawn.run.responses if x.name == name)
     at_an_end = value in (0.0, *(response.range or ()))
     return not at_an_end or {*slopes} <= {*diagnostics.idle}

@@ -62,8 +62,8 @@ def _histogram(drawn: Drawn, name: str, response: ReportedResponse) -> blocks.Fi
         label = f"mean {scale.interval(*response.mean[:3])[0]}"
         layers.append(line_at(times * response.mean.value, label, "third", ":"))
     layers += limit_rules(response, scale)
-    if sure := [response.quantiles[q] for q in MARKED if response.quantiles[q].sure]:
-        value, below, above = times * np.array([q[:3] for q in sure]).T
+    if marked := [response.quantiles[q] for q in MARKED if response.quantiles[q].sure]:
+        value, below, above = times * np.array([q[:3] for q in marked]).T
         layers.append(plot.Intervals(below, above, value, name="50, 95, 99.865 %"))
     mass = ", without those that share one value" if response.point_mass else ""
     return figure_of(
@@ -110,9 +110,9 @@ def _contributions(response: ReportedResponse) -> blocks.Figure | None:
         return None
     leading = sorted(shares, key=lambda name: -shares[name].value)[:MOST_BARS]
     value, *ends = 100 * np.array([shares[name][:3] for name in leading]).T
-    sure = all(shares[name].sure for name in leading)
+    certain = all(shares[name].sure for name in leading)
     bars = plot.Bars(
-        tuple(leading), np.maximum(value, 0.0), np.array(ends) if sure else None
+        tuple(leading), np.maximum(value, 0.0), np.array(ends) if certain else None
     )
     axis = plot.PlotAxis(f"% of the variance{CENTRAL * contributions.clipped}")
     words = ", ".join(f"{n} {100 * shares[n].value:.0f} %" for n in leading[:3])

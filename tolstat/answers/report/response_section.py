@@ -22,7 +22,7 @@ from tolstat.answers.report.response_summary import (
 )
 from tolstat.answers.report.summary_document import AS_SAMPLED, for_any
 from tolstat.document import blocks
-from tolstat.document.blocks import Block, Cell, Given, Section, Table
+from tolstat.document.blocks import Block, Cell, Given, Section, Table, section
 from tolstat.document.inline import (
     Name,
     Number,
@@ -124,14 +124,15 @@ class _ResponseSection:
             ("Integration error", self._integration()),
             ("Worst trials", (self._worst_trials(),)),
         )
-        shown = blocks.shown(
+        return section(
+            self.name,
             blocks.note(self._declared()),
             blocks.paragraph(self._point_mass()),
             values,
             blocks.paragraph(centring_words(self.run, response, centring)),
-            *(Section(title, blocks.shown(*part), level=3) for title, part in parts),
+            *(section(title, *part, level=3) for title, part in parts),
+            anchor=self.name,
         )
-        return Section(self.name, shown, self.name)
 
     def _number(self, value: Estimate | float) -> Number:
         return Number(value, self.scale)
@@ -230,7 +231,7 @@ class _ResponseSection:
         response, shares = self.response, self.contributions
         names = [*response.leading, *response.slopes]  # what matters first
         for case in response.worst_cases.values():
-            names += [name for name, off in case.deviations.items() if off]
+            names += [name for name, deviation in case.deviations.items() if deviation]
         names += response.indices.first if response.indices else ()
         if response.still or not names:
             return ()
@@ -276,10 +277,10 @@ class _ResponseSection:
     def _contributors(self, names: Iterable[str]) -> Iterator[Row]:
         """Yield a row for each contributor."""
         response, shares = self.response, dict[str, tuple[Values, Scale | Ratio]]()
-        if known := self.contributions:
-            alone = {} if known.dominated_by_few else known.first_order
-            shares[ALONE + CENTRAL * known.clipped] = alone, PART
-            shares["rank regression coefficient"] = known.rank_regression, AS_IS
+        if analysed := self.contributions:
+            alone = {} if analysed.dominated_by_few else analysed.first_order
+            shares[ALONE + CENTRAL * analysed.clipped] = alone, PART
+            shares["rank regression coefficient"] = analysed.rank_regression, AS_IS
         if (indices := response.indices) and not indices.reason:
             central = CENTRAL * indices.clipped
             shares[f"Sobol' first-order index, %{central}"] = indices.first, PART
@@ -374,9 +375,8 @@ class _ResponseSection:
         ]  # fmt: skip
         moved: Row = {}
         if effect:
-            by = {"mean": effect.mean, "sigma": effect.sigma}
-            by |= {share_words(share): x for share, x in effect.quantiles.items()}
-            moved = {"unit": exact.mark, **{n: Number(x, exact) for n, x in by.items()}}
+            numbers = {n: Number(x, exact) for n, x in effect.numbers.items()}
+            moved = {"unit": exact.mark, **numbers}
             if effect.fraction_out_of_limit is not None:
                 moved["out of limit, ppm"] = Number(effect.fraction_out_of_limit, PPM)
         sides: Parts = ()

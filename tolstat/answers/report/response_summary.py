@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,8 +17,9 @@ from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 from tolstat.statistics.sensitivity.pairs import Together
 from tolstat.statistics.summary import Limited, Summary
 from tolstat.store.run_records import WorstCase
-from tolstat.units.scale import Scale
+from tolstat.units.scale import Scale, share_words
 
+T = TypeVar("T")
 MOST_OF_VARIANCE = 0.9
 NEGLIGIBLE = 1e-3  # of the distance to the limit: a smaller range is not analysed
 
@@ -80,6 +81,12 @@ class Causes(NamedTuple):
         return sorted(clear, key=lambda name: clear[name].level)
 
 
+def by_name(mean: T, sigma: T, quantiles: Mapping[float, T]) -> dict[str, T]:
+    """Return numbers of a response by name."""
+    shares = {share_words(share): number for share, number in quantiles.items()}
+    return {"mean": mean, "sigma": sigma, **shares}
+
+
 class Effect(NamedTuple):
     """How far integration errors move the numbers of a response; NaN: not known."""
 
@@ -87,6 +94,11 @@ class Effect(NamedTuple):
     sigma: float
     quantiles: Mapping[float, float]
     fraction_out_of_limit: float | None
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The numbers of the response by name."""
+        return by_name(self.mean, self.sigma, self.quantiles)
 
 
 class LargestError(NamedTuple):
@@ -143,12 +155,18 @@ class WorstTrial(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ResponseSummary(Summary):
-    """A response at the end of a run."""
+class DescribedResponse(Summary):
+    """The statistics of a response of a run, and how it is shown."""
 
     nominal: float  # of the nominal trial; NaN if that failed
     sentence: str
     scale: Scale
+
+
+@dataclass(frozen=True)
+class ResponseSummary(DescribedResponse):
+    """A response at the end of a run; weighted trials tell no causes."""
+
     causes: Causes | None  # None without a limit
     off_centre: OffCentre | None  # None if the limit is met, or its centre is right
     # of a response in focus, as the next; None where nothing deviates
@@ -213,11 +231,11 @@ def by_what_decides(responses: Mapping[str, ResponseSummary]) -> dict[str, Limit
 
     def rank(item: tuple[str, Limited]) -> tuple[int, float, float]:
         yields, ppk = item[1].yields, item[1].percentiles.ppk.value
-        near = math.inf if math.isnan(ppk) else ppk
+        distance = math.inf if math.isnan(ppk) else ppk
         verdict = WORST_FIRST.index(yields.verdict)
-        return verdict, -yields.fraction_out_of_limit.value, near
+        return verdict, -yields.fraction_out_of_limit.value, distance
 
-    limits = {name: each.limited for name, each in responses.items()}
+    limits = {name: response.limited for name, response in responses.items()}
     return dict(sorted(((n, x) for n, x in limits.items() if x), key=rank))
 
 
@@ -247,9 +265,13 @@ class ReportedResponse(ResponseSummary):
         """
         if (contributions := self.contributions) is None:
             return []
-        few = contributions.dominated_by_few
-        shares = contributions.rank_regression if few else contributions.first_order
+        by_ranks = contributions.dominated_by_few
+        shares = (
+            contributions.rank_regression if by_ranks else contributions.first_order
+        )
         values = {n: x.value for n, x in shares.items() if x.value == x.value}
-        first = self.causes.significant if few and self.causes else []
-        rest = sorted(values, key=lambda n: -(abs(values[n]) if few else values[n]))
+        first = self.causes.significant if by_ranks and self.causes else []
+        rest = sorted(
+            values, key=lambda n: -(abs(values[n]) if by_ranks else values[n])
+        )
         return [name for name in dict.fromkeys([*first, *rest]) if name in values]

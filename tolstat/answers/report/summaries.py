@@ -8,9 +8,13 @@ import numpy as np
 from tolstat.answers import run_answer
 from tolstat.answers.report.report_answer import AllLimits, NumberOfStudy
 from tolstat.answers.report.report_warnings import turning
+from tolstat.answers.report.response_summary import DescribedResponse
+from tolstat.answers.run_answer import TrialCounts
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import CONFIDENCE
+from tolstat.statistics.intervals.moments import unseen
+from tolstat.statistics.intervals.replicates import never_met
 from tolstat.statistics.limits.yields import joint_yield
 from tolstat.statistics.summary import Summary, summarize
 from tolstat.store.stored_run import Run
@@ -53,6 +57,34 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
             limited = limited._replace(yields=limited.yields.jumping)
             summaries[name] = replace(summaries[name], limited=limited)
     return summaries
+
+
+def described_responses(drawn: Drawn) -> dict[str, DescribedResponse]:
+    """Return `summaries_of` a run, each with how its response is shown."""
+    run, summaries = drawn.run, summaries_of(drawn)
+    return {
+        response.name: DescribedResponse(
+            **vars(summaries[response.name]),
+            nominal=run.nominal_values[response.name],
+            sentence=response.sentence,
+            scale=run.scales[response.name],
+        )
+        for response in run.responses
+    }
+
+
+def trial_counts(drawn: Drawn) -> TrialCounts:
+    """Return the counts of the trials of a run, and notes on them."""
+    run, sample = drawn.run, drawn.sample
+    done = int(np.count_nonzero(sample.done))
+    outside = unseen(done)
+    if sample.replicates:  # at either end, which the trials choose themselves
+        outside = min(2 * never_met(done, sample.replicates), 1.0)
+    return TrialCounts(
+        run.trials, run.ended, done, sample.failed, done + sample.failed, run.counts,
+        sample.failures, outside, run.sampling, drawn.sampled.promise,
+        tuple(run_answer.notes_of(replace(run, warnings=()), sample)),
+    )  # fmt: skip
 
 
 def all_limits(drawn: Drawn) -> AllLimits | None:

@@ -47,8 +47,8 @@ def summary_document(summary: RunSummary) -> blocks.Document:
     title = f"{summary.title} ({summary.model})"
     if not summary.trials.ran:
         return blocks.Document(title, (lead(summary), what_next(next_steps(summary))))
-    shown = [*summary.limits] or responses_in_focus(summary.stored_run)
-    others = len(summary.responses) - len(shown)
+    names = [*summary.limits] or responses_in_focus(summary.stored_run)
+    others = len(summary.responses) - len(names)
     more = f"Other responses: {others}; the report has them."
     report = Typed(command("report", summary.stored_run.path))
     steps = next_steps(summary) or (text("Write the report: ", report, "."),)
@@ -59,12 +59,12 @@ def summary_document(summary: RunSummary) -> blocks.Document:
             lead(summary),
             blocks.Bullets(off_centre_words(summary)),
             limits_table(summary),
-            responses_table(summary, shown),
+            responses_table(summary, names),
             blocks.note(more) if others else None,
             blocks.paragraph(_worst_cases(summary)),
             in_words(summary.late_warnings),
             *map(blocks.note, summary.trials.notes),
-            assumption(summary, shown) if summary.trials.done else None,
+            assumption(summary, names) if summary.trials.done else None,
             reading(summary),
             what_next(steps),
         ),
@@ -136,8 +136,8 @@ def _largest_share(response: ResponseSummary) -> Cell:
             return Cell(())
         shares = [x for x in contributions.first_order.values() if x.value != x.value]
         reason = f"{shares[0].reason}" if shares else "not significant"
-        few = contributions.dominated_by_few
-        return Cell((), text("few trials dominate" if few else reason))
+        dominated = contributions.dominated_by_few
+        return Cell((), text("few trials dominate" if dominated else reason))
     name, share = largest
     central = CENTRAL if is_clipped(response) else None
     return Cell((Name(name),), text(of_variance(share), central))

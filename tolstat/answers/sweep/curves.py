@@ -79,7 +79,7 @@ class Sweep(NamedTuple):
     """One curve."""
 
     label: str  # what is the same along it: the other axes of the grid
-    at: dict[str, Any]  # the same as values, SI, by axis
+    same: dict[str, Any]  # the same as values, SI, by axis
     x: Array  # float64[point], the swept values; words by number: `GridAxis.places`
     y: Array  # float64[point], the response, SI; NaN where a trial failed
 
@@ -137,8 +137,8 @@ def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
         pairs = [*zip(others, point, strict=True)]
         label = ", ".join(other.words_of(value) for other, value in pairs)
         rows = np.array(trials)[np.argsort(x[trials], kind="stable")]
-        at = {other.name: value for other, value in pairs}
-        curves.append(Sweep(label, at, x[rows], y[rows]))
+        same = {other.name: value for other, value in pairs}
+        curves.append(Sweep(label, same, x[rows], y[rows]))
     return curves
 
 

@@ -1,12 +1,14 @@
 """The answer about a run of given trials: extremes, and trials out of limit."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from tolstat.answers.next_steps import command, to_export, to_replay, to_resume
+from tolstat.answers.report.report_answer import Findings, Step, StepKind
 from tolstat.answers.report.report_warnings import ReportWarning, warnings_of_run
 from tolstat.answers.run_answer import (
     AboutRun,
@@ -67,6 +69,7 @@ class Extremes(AboutRun):
     best: Point | None  # None without a limit, and where no trial is done
     worst: Point | None
     focus: tuple[str, ...]  # responses that the page draws
+    findings: Findings  # what to do next
     # what a reader has to know before all numbers
     warnings: tuple[ReportWarning, ...]
     notes: tuple[str, ...]  # for readers of the numbers
@@ -117,9 +120,27 @@ def extremes_of(run: Run, chosen: Sequence[str] = ()) -> Extremes:
         **identity_of(run), sampling=run.sampling, trials=run.trials, ran=run.ended,
         failed=run.failed, responses=responses,
         meet_all=int(np.count_nonzero(~out_of_any)), best=best, worst=worst,
-        focus=tuple(focus), warnings=warnings_of_run(run),
+        focus=tuple(focus),
+        findings=Findings({}, {}, tuple(_next_steps(run, worst, focus))),
+        warnings=warnings_of_run(run),
         notes=tuple(notes_of(replace(run, warnings=()), None)),
     )  # fmt: skip
+
+
+def _next_steps(run: Run, worst: Point | None, focus: Sequence[str]) -> Iterator[Step]:
+    """Yield the next steps: run the rest; or simulate the worst trial, see all."""
+    path, machine = run.path, run.machine
+    if not run.complete:
+        yield Step(StepKind.RESUME, commands=(to_resume(path, machine),))
+        return
+    if worst:
+        again = to_replay(path, worst.trial, machine)
+        yield Step(StepKind.SEE_WORST, (worst.response,), commands=(again,))
+    names = (response.name for response in run.responses)
+    if other := next((name for name in names if name not in focus), ""):
+        report = command("report", path, "--response", other, machine=machine)
+        yield Step(StepKind.DRAW_RESPONSE, (other,), commands=(report,))
+    yield Step(StepKind.WRITE_TABLE, commands=(to_export(run),))
 
 
 def _best_and_worst(run: Run) -> tuple[Point | None, Point | None]:

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tolstat.answers.next_steps import command, to_replay, to_resume
-from tolstat.answers.report.finding_words import in_words, what_next
+from tolstat.answers.next_steps import command
+from tolstat.answers.report.finding_words import in_words, step_words, what_next
 from tolstat.answers.report.report_document import sheet
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sweep.curves import (
@@ -44,6 +44,8 @@ def extremes_document(extremes: Extremes) -> Document:
     run, ran = extremes.stored_run, extremes.ran > 0
     pictures = (point_figure(run, name) for name in extremes.focus if ran)
     figures = Section(f"Trials of the {extremes.sampling}", (*pictures,), "", 3, True)
+    findings = extremes.findings
+    steps = tuple(step_words(run, step, findings) for step in findings.steps)
     trials = [_responses(extremes), *table_rows(run), *comparisons(run)] if ran else ()
     return sheet(
         f"{extremes.trials} trials of a {extremes.sampling}",
@@ -53,7 +55,7 @@ def extremes_document(extremes: Extremes) -> Document:
             blocks.Paragraph(_lead(extremes), "lead"),
             _limits(extremes),
             figures,
-            what_next(_next_steps(extremes)),
+            what_next(steps),
             *map(blocks.note, extremes.notes),
         ),
         Section("Responses", tuple(trials), "responses"),
@@ -116,25 +118,6 @@ def _limits(extremes: Extremes) -> Table:
     return table_of(rows, "Limits", words=["at"], look="verdicts")
 
 
-def _next_steps(extremes: Extremes) -> tuple[Parts, ...]:
-    """Say what to do next: run the rest, simulate the worst trial, see all."""
-    run, machine = extremes.stored_run, extremes.stored_run.machine
-    if not run.complete:
-        remaining = Typed(to_resume(run.path, machine))
-        return (text("Run the trials that are missing: ", remaining, "."),)
-    steps = []
-    if extremes.worst:
-        again = Typed(to_replay(run.path, extremes.worst.trial, machine))
-        steps.append(text("See the worst one in detail: ", again, "."))
-    others = [name for name in extremes.responses if name not in extremes.focus]
-    if others:
-        picture = command("report", run.path, "--response", others[0], machine=machine)
-        steps.append(say("Draw another response, such as {}: {}.", Name(others[0]),
-                         Typed(picture)))  # fmt: skip
-    table = command("export", run.path, "-o", run.path.with_suffix(".csv"))
-    return (*steps, text("Write all trials as a table: ", Typed(table), "."))
-
-
 def _responses(extremes: Extremes) -> Table:
     rows: list[dict[str, Given]] = [
         {
@@ -168,7 +151,7 @@ def table_rows(run: Run) -> list[blocks.Block]:
     deviations = {part.name: run.column(part.name) for part in run.contributors}
     same = [n for n, x in deviations.items() if run.trials > 1 and not np.ptp(x)]
     moved = [n for n, x in deviations.items() if n not in same and np.any(x)]
-    focus, names = responses_in_focus(run), [each.name for each in run.responses]
+    focus, names = responses_in_focus(run), [x.name for x in run.responses]
     columns = [*moved, *(name for name in names if name in focus)]
     done = run.status == Status.DONE
     out_of = {n: run.beyond(n) & done for n in names if n in run.limits}
@@ -217,8 +200,8 @@ def comparisons(run: Run) -> Iterator[Table]:
     )
     for response, sweep in curves:
         on = np.full(len(columns[axis]), True)
-        for name in sweep.at.keys() & columns.keys():
-            on &= np.isclose(columns[name], sweep.at[name], rtol=1e-9, atol=0.0)
+        for name in sweep.same.keys() & columns.keys():
+            on &= np.isclose(columns[name], sweep.same[name], rtol=1e-9, atol=0.0)
         if not on.any():
             continue
         along, scale = grid_axis(run, axis), run.scales[response]._replace(least=0.0)

@@ -10,9 +10,7 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
-from tolstat.document import blocks
-from tolstat.document.inline import Name, Number, Parts, Row, Typed, listed
-from tolstat.document.view_content import plot_of
+from tolstat.document.inline import Number, Parts, Row
 from tolstat.errors import ModelError, RunFileError
 from tolstat.execution.compatibility import made_differently
 from tolstat.integrator.integrate import observed
@@ -86,43 +84,6 @@ class Replay(Answer):
     @property
     def _short(self) -> str:
         return f"{self.title}: {self.status}"
-
-    def document(self) -> blocks.Document:
-        """Return deviations, responses, and whether these are as stored."""
-        moved = {name: part for name, part in self.contributors.items() if part.value}
-        inputs: list[dict[str, blocks.Given]] = [
-            {"contributor": Name(name), "deviation": part.words, "": part.sentence}
-            for name, part in (*self.settings.items(), *moved.items())
-        ]
-        responses: list[dict[str, blocks.Given]] = [
-            {
-                "response": Name(name),
-                "value": response.words,
-                "limit": response.limit + ": out of limit" * response.out_of_limit,
-            }
-            for name, response in self.responses.items()
-        ]
-        steps = None if self.steps is None else f"{self.steps} steps"
-        title = ", ".join(filter(None, [self._short, steps, self.failed_at]))
-        return blocks.Document(title, blocks.shown(
-            blocks.table_of(inputs, words=[""]),
-            blocks.table_of(responses, words=["limit"]),
-            *self._remarks(),
-        ))  # fmt: skip
-
-    def _remarks(self) -> Iterator[blocks.Block]:
-        """Say whether the trial is as stored, and show how it moved."""
-        if self.differences:
-            why = f": {self.reason}" if self.reason else ""
-            words = f"not bit for bit as stored{why}; different: "
-            yield blocks.paragraph(words, listed(self.differences, ""))
-        elif self.stored:
-            yield blocks.paragraph("bit for bit as stored")
-        if self.damage:
-            words = f"the run is damaged: {self.damage}. Repair it with: "
-            yield blocks.paragraph(words, Typed(self.repair))
-        if self.history:
-            yield blocks.Figure("its histories", plot_of(self.history), wide=True)
 
     def rows(self) -> list[Row]:
         """Return deviations and responses, a row for each."""

@@ -8,19 +8,17 @@ from typing import Any
 
 import numpy as np
 
+from tolstat.answers.relimit import problems_of
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
 from tolstat.answers.what_if.reweighted_trials import (
-    problems_of,
     read_scenario,
     reweighted,
 )
 from tolstat.errors import StudyError, TolstatError
 from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
-from tolstat.statistics.estimate import CONFIDENCE
-from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.statistics.limits.limit import within
-from tolstat.statistics.limits.yields import UNDECIDED, trials_that_decide, verdict
+from tolstat.statistics.sample_size import trials_enough
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
@@ -106,12 +104,13 @@ def fresh_study(
         aim = run.aim if run.aim in limited else next(iter(limited))
         editor.table["sampling"] = {"rare": aim}
     home, before = run.study_file or run.path, study.deviating
-    target = Path(folder or home.parent)
+    data = run.data_folder or Path()
+    target = Path(folder or data)
     deviating = before._replace(
         distributions={**before.distributions, **scenario.distributions}
     )
     if sizes:  # the grade of a link follows its size
-        deviating = load(editor.table, model=study.model, folder=home.parent).deviating
+        deviating = load(editor.table, model=study.model, folder=data).deviating
     fresh = study_in(target, editor.table, study.model, deviating, home)
     if not (run.rules or run.aim):
         enough = _enough(run, study, scenario, fresh)
@@ -153,7 +152,7 @@ def _enough(run: Run, study: Study, scenario: Deviations, fresh: Study) -> int:
     the stored trials where they cover the scenario; else zero.
     """
     counts = dict.fromkeys(fresh.limits, (0, 1))
-    trials, enough = drawn_trials(run), run.trials
+    trials = drawn_trials(run)
     ran = trials.sample.ran if trials else np.zeros(0, np.bool_)
     if trials and ran.any() and scenario.distributions and not trials.sample.replicates:
         with suppress(StudyError):
@@ -162,9 +161,8 @@ def _enough(run: Run, study: Study, scenario: Deviations, fresh: Study) -> int:
                 out = ~within(trials.values(name)[ran], limit.permitted)
                 share = np.average(out, weights=weights.values[ran])
                 counts[name] = round(share * weights.number), weights.number
-    for name, limit in fresh.limits.items():
-        count, size = counts[name]
-        likely = anytime_valid(round(count / size * run.trials), run.trials, CONFIDENCE)
-        if verdict(likely.complement, limit.demanded) == UNDECIDED:
-            enough = max(enough, trials_that_decide(count, size, 1 - limit.demanded))
-    return min(enough, MOST_TIMES * run.trials)
+    enough = (
+        trials_enough(*counts[name], 1 - limit.demanded, run.trials)
+        for name, limit in fresh.limits.items()
+    )
+    return min(max(enough, default=run.trials), MOST_TIMES * run.trials)

@@ -1,9 +1,10 @@
 """Results with other distributions, from the stored trials reweighted."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from tolstat.answers.relimit import with_limits
+from tolstat.answers.relimit import problems_of, with_limits
 from tolstat.answers.report.summaries import all_limits, reportable, summaries_of
 from tolstat.answers.run_answer import notes_of
 from tolstat.answers.sampled_trials import Drawn
@@ -97,8 +98,8 @@ def what_if(
     run = open_run(run)
     if limits:
         run = with_limits(run, limits)
-    drawn, _ = reportable(run)
-    if drawn.sample.replicates:
+    trials, _ = reportable(run)
+    if trials.sample.replicates:
         raise QuestionError(
             f"{run.path}: what-if is {RANDOM_ONLY}; {run.sampling} trials depend on "
             "each other"
@@ -110,26 +111,25 @@ def what_if(
     if not deviations:
         problems.add("[deviations]", None, "no entry is given; name a contributor")
     problems.raise_if_any()
-    trials = reweighted(scenario, study, drawn, problems)
-    weighted = drawn._replace(sample=drawn.sample._replace(weights=trials.weights))
-    unmet_kinds = (_unmet_kinds(run, trials.weights),) if run.aim else ()
-    before, after = summaries_of(drawn), summaries_of(weighted)
-    before_all, after_all = all_limits(drawn), all_limits(weighted)
+    overlaps, expected, weights = reweighted(scenario, study, trials, problems)
+    weighted = trials._replace(sample=trials.sample._replace(weights=weights))
+    before, after = summaries_of(trials), summaries_of(weighted)
+    yields, new_yields = all_limits(trials), all_limits(weighted)
     # numbers of the tolerances are those of the baseline
-    notes = notes_of(replace(run, numbers=()), drawn.sample)
+    notes = notes_of(replace(run, numbers=()), trials.sample)
     return WhatIf(
-        run.title,
-        run.path.name,
-        run.model,
-        {
-            name: Change(run.assumed[name].words, words, trials.left[name])
+        title=run.title, run=run.path.name, model=run.model,
+        changes={
+            name: Change(run.assumed[name].words, words, overlaps[name])
             for name, words in scenario.words.items()
         },
-        len(drawn.trials),
-        min(trials.weights.number, int(trials.expected)),
-        trials.expected,
-        AllLimitsWhatIf(before_all, after_all) if before_all and after_all else None,
-        {
+        trials=len(trials.trials),
+        effective_sample_size=min(weights.number, int(expected)),
+        expected_sample_size=expected,
+        all_limits=AllLimitsWhatIf(yields, new_yields)
+        if yields and new_yields
+        else None,
+        responses={
             response.name: ResponseWhatIf(
                 before[response.name],
                 after[response.name],
@@ -140,24 +140,27 @@ def what_if(
             )
             for response in run.responses
         },
-        (*scenario.warnings, *unmet_kinds, *notes),
-    )
+        notes=(*scenario.warnings, *_unmet_kinds(run, weights), *notes),
+    )  # fmt: skip
 
 
-def _unmet_kinds(run: Run, weights: Weights) -> str:
+def _unmet_kinds(run: Run, weights: Weights) -> Iterator[str]:
+    """Yield what a rare run says of out-of-limit trials that it never met."""
+    if not run.aim:
+        return
     share = PPM.words(min(unmet(weights.values) + weights.cut, 1.0))
-    return (
+    yield (
         f"the interval of the limit of {run.aim} holds for the kinds of out-of-limit "
         f"trials that the last stage met; one that it never met may make up {share}"
     )
 
 
-def _out_of_limit(drawn: Drawn, response: str) -> int | None:
+def _out_of_limit(trials: Drawn, response: str) -> int | None:
     """Return the effective sample size of the out-of-limit trials."""
-    sample, limit = drawn.sample, drawn.run.limits.get(response)
+    sample, limit = trials.sample, trials.run.limits.get(response)
     if limit is None or sample.weights is None:
         return None
-    good = sample.done & within(drawn.values(response), limit.permitted)
+    good = sample.done & within(trials.values(response), limit.permitted)
     return effective_number(sample.weights.values[sample.ran & ~good])
 
 
@@ -170,11 +173,6 @@ def _check_drawn(run: Run, study: Study) -> None:
             "model have changed",
             Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
         )
-
-
-def problems_of(run: Run) -> Problems:
-    """Return the collection of problems of a scenario."""
-    return Problems(f"{run.path}", "cannot answer this")
 
 
 def read_scenario(
@@ -197,20 +195,21 @@ def read_scenario(
                     "then the tolerance, of the run of that study"
                 )
             changed |= editor.scenario(name, entry)
-    contributors, home = study.description.contributors, run.study_file or run.path
-    return read_deviations(changed, {}, contributors, home.parent, problems)
+    contributors, folder = study.description.contributors, run.data_folder
+    return read_deviations(changed, {}, contributors, folder, problems)
 
 
 class Reweighted(NamedTuple):
     """The trials of a run, weighted as those of a scenario."""
 
-    left: dict[str, float]  # effective sample size per trial, with each change alone
+    # by contributor: effective sample size per trial, with its change alone
+    overlaps: dict[str, float]
     expected: float  # effective sample size by the distributions
     weights: Weights
 
 
 def reweighted(
-    scenario: Deviations, study: Study, drawn: Drawn, problems: Problems
+    scenario: Deviations, study: Study, trials: Drawn, problems: Problems
 ) -> Reweighted:
     """Return the weighted trials.
 
@@ -219,39 +218,39 @@ def reweighted(
     StudyError
         If they do not cover the scenario.
     """
-    left, baseline = dict[str, float](), study.deviating
+    overlaps, baseline = dict[str, float](), study.deviating
     for name, new in scenario.distributions.items():
         with problems.noting(f"[deviations] {name}", scenario.words[name]):
             if name not in baseline.distributions:
                 raise DistributionError("it does not deviate in this run")
             try:
-                left[name] = check_overlap(baseline.distributions[name], new)
+                overlaps[name] = check_overlap(baseline.distributions[name], new)
             except DistributionError as error:
                 sampled = baseline.words[name]
                 raise DistributionError(f"{error}; sampled: {sampled}") from None
     problems.raise_if_any()
     return problems.required(
-        "all together", None, lambda: _together(scenario, study, drawn, left)
+        "all together", None, lambda: _together(scenario, study, trials, overlaps)
     )
 
 
 def _together(
-    scenario: Deviations, study: Study, drawn: Drawn, left: dict[str, float]
+    scenario: Deviations, study: Study, trials: Drawn, overlaps: dict[str, float]
 ) -> Reweighted:
     """Return the trials weighted for all changes at once."""
     new, baseline = scenario.distributions, study.deviating
-    before = drawn.sample.weights
-    trials = before.number if before else len(drawn.trials)
-    overlap = overlap_of(baseline.distributions, baseline.dependence, new, trials)
-    expected = overlap.efficiency * trials
+    before = trials.sample.weights
+    number = before.number if before else len(trials.trials)
+    overlap = overlap_of(baseline.distributions, baseline.dependence, new, number)
+    expected = overlap.efficiency * number
     if expected < LEAST_EFFECTIVE and not before:
-        least = sorted(left, key=left.__getitem__)
-        each = ", ".join(f"{name} alone {100 * left[name]:.2g} %" for name in least)
+        least = sorted(overlaps, key=overlaps.__getitem__)
+        alone = ", ".join(f"{n} alone {100 * overlaps[n]:.2g} %" for n in least)
         raise DistributionError(
-            f"effective sample size {expected:.0f} of {trials} trials; "
-            f"{LEAST_EFFECTIVE} needed ({each})"
+            f"effective sample size {expected:.0f} of {number} trials; "
+            f"{LEAST_EFFECTIVE} needed ({alone})"
         )
-    values = {name: drawn.values(name) for name in baseline.distributions}
+    values = {name: trials.values(name) for name in baseline.distributions}
     ratio = DensityRatio(values, baseline.distributions, baseline.dependence)
     ratios = ratio.weights(new)
     weights = Weights(ratios, overlap.most, overlap.cut)
@@ -264,4 +263,4 @@ def _together(
         )  # fmt: skip
     elif weights.too_few:
         raise DistributionError(weights.too_few)
-    return Reweighted(left, expected, weights)
+    return Reweighted(overlaps, expected, weights)

@@ -12,8 +12,9 @@ from tolstat.status import Status
 from tolstat.store.run_records import WorstCase
 from tolstat.study.study import Study
 
-Move = tuple[list[int], Array]  # columns, and the ends they are moved to
+Move = tuple[list[int], int]  # columns, and the end they are moved to: 0 or 1
 MOST_SWEEPS = 8
+AT_ONCE = 1 << 24  # deviations of the trials that are simulated together, about
 
 
 class Target(NamedTuple):
@@ -46,8 +47,26 @@ def worst_corners(
     The columns of a group change together. Each group is moved to either end of its
     tolerance (float64[2, contributor], SI). Moves that make a target worse are kept,
     all at once if that is worse still. The search is local and proves nothing.
-    `respond` returns the responses of trials.
+    `respond` returns the responses of trials. So many targets are searched at once that
+    their trials take little memory.
     """
+    together = max(1, AT_ONCE // (2 * len(groups) * ends.shape[1]))
+    return [
+        corner
+        for first in range(0, len(targets), together)
+        for corner in _searched(
+            respond, ends, groups, targets[first : first + together]
+        )
+    ]
+
+
+def _searched(
+    respond: Callable[[Array], Array],
+    ends: Array,
+    groups: Sequence[list[int]],
+    targets: Sequence[Target],
+) -> list[Corner]:
+    """Return the worst trials of some targets, whose trials are simulated together."""
     searches = [_search(target, ends, groups) for target in targets]
     pending = {number: next(search) for number, search in enumerate(searches)}
     corners: dict[int, Corner] = {}
@@ -67,16 +86,19 @@ def _search(
     target: Target, ends: Array, groups: Sequence[list[int]]
 ) -> Generator[Array, Array, Corner]:
     """Search for one target: yield trials, receive their responses."""
-    moves = [(columns, end[columns]) for columns in groups for end in ends]
+    moves = [(columns, end) for columns in groups for end in (0, 1)]
     corner, rows = Corner(np.nan, target.starts[0], 0, 0), target.starts
     corner, _ = _taken(target, corner, rows, (yield rows))
     for _ in range(MOST_SWEEPS):
         before = corner
         # a factor that is at that end already has no move
-        tried = [(c, end) for c, end in moves if np.any(before.deviations[c] != end)]
+        differ = (before.deviations != ends).tolist()
+        tried = [(c, end) for c, end in moves if any(differ[end][i] for i in c)]
         if np.isnan(before.value) or not tried:
             break
-        rows = np.array([_moved(before.deviations, [move]) for move in tried])
+        rows = np.tile(before.deviations, (len(tried), 1))
+        for row, move in zip(rows, tried, strict=True):
+            _move(row, [move], ends)
         corner, badness = _taken(target, before, rows, (yield rows))
         so_far = target.sign * before.value
         if not badness.max() > so_far + 1e-9 * abs(so_far):
@@ -86,7 +108,8 @@ def _search(
         for i in np.lexsort((-np.arange(len(badness)), badness)):
             if badness[i] > so_far:
                 taken[tried[i][0][0]] = tried[i]
-        rows = _moved(before.deviations, list(taken.values()))[None, :]
+        rows = before.deviations[None, :].copy()
+        _move(rows[0], list(taken.values()), ends)
         corner, _ = _taken(target, corner, rows, (yield rows))
     return corner
 
@@ -105,12 +128,10 @@ def _taken(
     return corner, badness
 
 
-def _moved(trial: Array, moves: Sequence[Move]) -> Array:
-    """Return a trial with some of its parts at an end of their tolerance."""
-    moved = trial.copy()
-    for columns, ends in moves:
-        moved[columns] = ends
-    return moved
+def _move(trial: Array, moves: Sequence[Move], ends: Array) -> None:
+    """Move some of the parts of a trial to an end of their tolerance."""
+    for columns, end in moves:
+        trial[columns] = ends[end, columns]
 
 
 def worst_cases(

@@ -148,7 +148,8 @@ class Workers(AbstractContextManager["Workers"]):
     def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return what a long function returns, here; `Interrupted` if stopped.
 
-        Its thread then ends by itself.
+        Its thread then ends by itself: what it computes is lost, so it must write no
+        file.
         """
         thread = Threads(1)
         future = thread.call(function, *arguments)
@@ -160,6 +161,11 @@ class Workers(AbstractContextManager["Workers"]):
         finally:
             thread.close(wait=False)
         return future.result()
+
+    def check(self) -> None:
+        """Raise `Interrupted` if the workers stop."""
+        if self.stopping():
+            raise Interrupted
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Release the workers; a stop does not wait for a compilation."""

@@ -20,7 +20,7 @@ OPERATIONS = {
     "+": operator.add, "-": operator.sub, "*": operator.mul,
     "/": operator.truediv, "**": operator.pow,
 }  # fmt: skip
-OF_ONE = {
+OF_ONE: dict[str, Any] = {
     "sqrt": np.sqrt, "abs": np.abs, "exp": np.exp, "log": np.log,
     "sin": np.sin, "cos": np.cos, "tan": np.tan,
     "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "tanh": np.tanh,

@@ -9,11 +9,11 @@ import numpy as np
 from scipy.special import stdtrit
 
 from tolstat.arrays import Array, Integers
-from tolstat.statistics.estimate import CONFIDENCE, Estimate, Lack, Reason
+from tolstat.statistics.estimate import CONFIDENCE, Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.moments import few_leave
 
 PARTS = 20
-HEAVY = Reason(Lack.LIGHT_TAILS)
+HEAVY = NoInterval(Lack.LIGHT_TAILS)
 
 
 def jackknifed(table: Array, *, trusted: bool = True) -> list[Estimate]:
@@ -70,7 +70,7 @@ def mean_as_sampled(
     n = len(values)
     value = float(values.mean()) if n else math.nan
     if n < LEAST_TRIALS:
-        return Estimate(value, reason=Reason(Lack.TRIALS, needed=LEAST_TRIALS))
+        return Estimate(value, reason=NoInterval(Lack.TRIALS, needed=LEAST_TRIALS))
     g, dependent = skewness(values), replicate is not None
     most, wider = OF_REPLICATES if dependent else (MOST_SKEWED, 1.0)
     if not abs(g) <= most:
@@ -91,7 +91,7 @@ def sigma_as_sampled(
 ) -> Estimate:
     """Estimate the standard deviation by the mean of squares: see `mean_as_sampled`."""
     n = len(values)
-    too_few = Reason(Lack.TRIALS, needed=LEAST_TRIALS) if n < LEAST_TRIALS else None
+    too_few = NoInterval(Lack.TRIALS, needed=LEAST_TRIALS) if n < LEAST_TRIALS else None
     if reason := too_few or few_leave(values):
         return Estimate(float(values.std(ddof=1)) if n > 1 else math.nan, reason=reason)
     deviations = values - values.mean()

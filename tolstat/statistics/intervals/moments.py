@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import betaincinv
 
 from tolstat.arrays import Array, Integers
-from tolstat.statistics.estimate import Estimate, Lack, Reason, enclosing
+from tolstat.statistics.estimate import Estimate, Lack, NoInterval, enclosing
 from tolstat.statistics.intervals.weights import Weights, mean_between
 
 Ends = tuple[float, float]
@@ -137,7 +137,7 @@ def sigma_of(
     return enclosing(sigma, low, high)
 
 
-def few_leave(values: Array, reach: Reach = ANYWHERE) -> Reason | None:
+def few_leave(values: Array, reach: Reach = ANYWHERE) -> NoInterval | None:
     """Return a reason if few trials differ from the value that half of all share.
 
     None otherwise, and with a declared range: few trials cannot dominate there.
@@ -151,8 +151,8 @@ def few_leave(values: Array, reach: Reach = ANYWHERE) -> Reason | None:
     if leaving >= LEAST_LEAVING or leaving > (1 - MOST_EQUAL) * len(ordered):
         return None
     if leaving == 1:
-        return Reason(Lack.ONE_MORE_APART)
-    return Reason(Lack.MORE_APART, trials=leaving)
+        return NoInterval(Lack.ONE_MORE_APART)
+    return NoInterval(Lack.MORE_APART, trials=leaving)
 
 
 def _average(values: Array, weights: Weights | None) -> float:
@@ -162,18 +162,18 @@ def _average(values: Array, weights: Weights | None) -> float:
     return float(np.average(values, weights=weights.values))
 
 
-def _missing(values: Array, reach: Reach, weights: Weights | None) -> Reason | None:
+def _missing(values: Array, reach: Reach, weights: Weights | None) -> NoInterval | None:
     """Return why there is no interval; None if there is one."""
     if not len(values):
-        return Reason(Lack.ANY_DONE)
+        return NoInterval(Lack.ANY_DONE)
     if weights and (reason := weights.too_few):
         return reason
     if len(values) < LEAST_TRIALS:
-        return Reason(Lack.TRIALS, needed=LEAST_TRIALS)
+        return NoInterval(Lack.TRIALS, needed=LEAST_TRIALS)
     lower, upper = reach.ends(values)
     if lower == upper:
         share = unseen(weights.number if weights else len(values))
-        return Reason(Lack.UNEQUAL_TRIALS, units=math.floor(1 / share))
+        return NoInterval(Lack.UNEQUAL_TRIALS, units=math.floor(1 / share))
     return None
 
 

@@ -7,7 +7,13 @@ import numpy as np
 from scipy.special import bdtr, bdtrik
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import FAILED_THERE, NONE_DONE, Estimate, Lack, Reason
+from tolstat.statistics.estimate import (
+    FAILED_THERE,
+    NONE_DONE,
+    Estimate,
+    Lack,
+    NoInterval,
+)
 
 
 def quantiles(
@@ -79,7 +85,7 @@ def _of_ordered(ordered: Array, share: float, confidence: float) -> Estimate:
     if low_rank < 1 or high_rank > n:
         # the least number from which the outermost trials bound it
         needed = math.ceil(math.log(miss) / math.log(max(share, 1 - share)))
-        return Estimate(value, reason=Reason(Lack.TRIALS, needed=needed))
+        return Estimate(value, reason=NoInterval(Lack.TRIALS, needed=needed))
     return Estimate(value, float(ordered[low_rank - 1]), float(ordered[high_rank - 1]))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.statistics.estimate import Estimate, Lack, Reason, enclosing
+from tolstat.statistics.estimate import Estimate, Lack, NoInterval, enclosing
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, few_leave
 from tolstat.statistics.intervals.quantiles import median_unbiased
 
@@ -68,7 +68,7 @@ def mean_of_replicates(
         return Estimate(value, reason=reason)
     lower, upper = reach.ends(values)
     if lower == upper:
-        return Estimate(value, reason=Reason(Lack.UNEQUAL_REPLICATES))
+        return Estimate(value, reason=NoInterval(Lack.UNEQUAL_REPLICATES))
     means = np.bincount(replicate, values) / np.bincount(replicate)
     return _between(means, value, len(values), lower, upper, confidence)
 
@@ -140,7 +140,7 @@ def quantile_of_replicates(
     n, sizes = len(values), np.bincount(replicate)
     needed = math.ceil(LEAST_OUTSIDE / min(share, 1 - share))
     if n < needed:
-        return Estimate(value, reason=Reason(Lack.TRIALS, needed=needed))
+        return Estimate(value, reason=NoInterval(Lack.TRIALS, needed=needed))
     in_order = replicate[np.argsort(values)]
 
     def share_of(stop: int) -> Estimate:
@@ -160,13 +160,13 @@ def quantile_of_replicates(
     return enclosing(value, float(ordered[low]), float(ordered[high]))
 
 
-def missing(values: Array, replicate: Integers) -> Reason | None:
+def missing(values: Array, replicate: Integers) -> NoInterval | None:
     """Return why replicates give no interval; None if they give one."""
     if not len(values):
-        return Reason(Lack.ANY_DONE)
+        return NoInterval(Lack.ANY_DONE)
     sizes = np.bincount(replicate)
     if len(sizes) < 2 or sizes.min() < LEAST_IN_EACH:
-        return Reason(Lack.REPLICATES, size=LEAST_IN_EACH)
+        return NoInterval(Lack.REPLICATES, size=LEAST_IN_EACH)
     return None
 
 

@@ -13,7 +13,7 @@ from tolstat.statistics.estimate import (
     NONE_DONE,
     Estimate,
     Lack,
-    Reason,
+    NoInterval,
     enclosing,
 )
 from tolstat.statistics.intervals.moments import order_of
@@ -104,7 +104,7 @@ def weighted_quantiles(
         if high == len(ends) or (
             low == 0 and not log_gain(all_trials, 1 - share, miss, mixed_weights) > 0
         ):
-            reason = Reason(Lack.LIGHT_WEIGHTS, trials=n)
+            reason = NoInterval(Lack.LIGHT_WEIGHTS, trials=n)
             estimates[share] = Estimate(finite, reason=reason)
         else:
             estimates[share] = enclosing(value, float(ends[low]), float(ends[high]))
@@ -150,7 +150,7 @@ def rare_share(out: Truths, weights: Array, uncovered: float = 0.0) -> Estimate:
     """
     n = len(weights)
     if n == 0:
-        return Estimate(math.nan, reason=Reason(Lack.LAST_STAGE))
+        return Estimate(math.nan, reason=NoInterval(Lack.LAST_STAGE))
     if not out.any():
         return Estimate(0.0, 0.0, unmet(weights))
     counts = weights[out] / n

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.statistics.estimate import Lack, Reason
+from tolstat.statistics.estimate import Lack, NoInterval
 
 LEAST_EFFECTIVE = 150  # with fewer, one heavy trial dominates
 
@@ -65,11 +65,11 @@ class Weights:
         return effective_number(self.values)
 
     @property
-    def too_few(self) -> Reason | None:
+    def too_few(self) -> NoInterval | None:
         """Return that the effective sample size is too small; None if it is enough."""
         if self.number >= LEAST_EFFECTIVE:
             return None
-        return Reason(
+        return NoInterval(
             Lack.EFFECTIVE_TRIALS, effective=self.number, needed=LEAST_EFFECTIVE
         )
 

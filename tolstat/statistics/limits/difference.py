@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.statistics.estimate import CONFIDENCE, Estimate, Lack, Reason
+from tolstat.statistics.estimate import CONFIDENCE, Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.as_sampled import (
     HEAVY,
     PARTS,
@@ -82,7 +82,7 @@ def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> E
         value = b.value - a.value if math.isfinite(a.value + b.value) else math.nan
         return Estimate(value, reason=a.reason or b.reason)
     if math.isinf(a.value) and math.isinf(b.value):
-        return Estimate(math.nan, reason=Reason(Lack.ANY_OUT))
+        return Estimate(math.nan, reason=NoInterval(Lack.ANY_OUT))
     if math.isinf(a.value + b.value):
         return Estimate(b.value - a.value, b.lower - a.upper, b.upper - a.lower)
     value = b.value - a.value
@@ -143,7 +143,9 @@ def difference_of_ppk(
     """
     trials = min(len(first), len(second))
     if trials < LEAST_OF_MOMENTS:
-        return Estimate(math.nan, reason=Reason(Lack.TRIALS, needed=LEAST_OF_MOMENTS))
+        return Estimate(
+            math.nan, reason=NoInterval(Lack.TRIALS, needed=LEAST_OF_MOMENTS)
+        )
     if not (spreads(first) and spreads(second)):
         return NO_SPREAD
     a, b = (_ppk(x, limit) for x, limit in zip((first, second), limits, strict=True))

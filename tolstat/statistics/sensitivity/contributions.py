@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import Estimate, Lack, Reason
+from tolstat.statistics.estimate import Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.as_sampled import jackknifed
 from tolstat.statistics.point_mass import Clipped, clipped, few_leave_a_point_mass
 from tolstat.statistics.sensitivity.regression import (
@@ -33,6 +33,7 @@ from tolstat.statistics.sensitivity.sobol_indices import (
 )
 
 LEAST_TRIALS = 200  # trials from which the indices are given
+TRIALS_OF_EACH = 2  # contributor, at least: with fewer a regression explains anything
 LARGEST_GROUP = 4  # contributors; in larger groups neighbours are too far apart
 
 
@@ -132,21 +133,28 @@ def contributions(
         members = ([deviations[n] for n in groups[g]] for g in small)
         found_near = other.map(nearest, map(np.column_stack, members))
         alone = other.map(partial(_from_neighbours, rows), central.values())
-        ranks = rank_regressions(columns, orders, list(spreading.values()))
+        ranks = dict[str, Array]()
+        if enough := len(columns[0]) >= TRIALS_OF_EACH * len(columns):
+            regressions = rank_regressions(columns, orders, list(spreading.values()))
+            ranks = dict(zip(spreading, regressions, strict=True))
     neighbours = list(found_near)
-    computed = dict(zip(spreading, zip(ranks, alone, strict=True), strict=True))
+    from_neighbours = dict(zip(spreading, alone, strict=True))
+    reason = NoInterval(Lack.TRIALS, needed=TRIALS_OF_EACH * len(columns))
+    unknown = [Estimate(math.nan, reason=reason)] * (len(columns) + 1)
     # contributors of each group: float64[group, contributor]
     sums = np.array([[n in members for n in names] for members in groups.values()])
     sums = sums.reshape(len(groups), len(names)).astype(float)
     single, total = np.eye(len(names)), np.ones((1, len(names)))
-    straight = Regressed(columns, spreading) if independent else None
+    straight = Regressed(columns, spreading) if independent and enough else None
     answers = {}
     for response, y in responses.items():
         if response not in spreading:
             answers[response] = _nothing(names, groups, y)
             continue
-        regression, shares = computed[response]
-        *coefficients, explained = jackknifed(regression)
+        shares = from_neighbours[response]
+        *coefficients, explained = (
+            jackknifed(ranks[response]) if response in ranks else unknown
+        )
         core, is_sparse = central[response], few_leave_a_point_mass(y)
         linear = straight is not None and not is_sparse and straight.linear(response)
         if straight and linear:
@@ -206,7 +214,7 @@ def _from_neighbours(rows: Sequence[Row], core: Clipped) -> _Near:
 def _together(joined: Estimate | None) -> Estimate:
     """Extend the interval of a group's share to 1: the share is understated."""
     if joined is None:
-        return Estimate(math.nan, reason=Reason(Lack.SALTELLI))
+        return Estimate(math.nan, reason=NoInterval(Lack.SALTELLI))
     return joined._replace(upper=1.0) if joined.sure else joined
 
 
@@ -214,9 +222,9 @@ def _nothing(
     names: Sequence[str], groups: Mapping[str, Sequence[str]], y: Array
 ) -> Contributions:
     """Return contributions without values, with the reason."""
-    reason = Reason(Lack.TRIALS_FOR_SHARES, trials=len(y))
+    reason = NoInterval(Lack.TRIALS_FOR_SHARES, trials=len(y))
     if len(y) and np.ptp(y) == 0:
-        reason = Reason(Lack.SPREAD)
+        reason = NoInterval(Lack.SPREAD)
     none = Estimate(math.nan, reason=reason)
     alone, of_groups = dict.fromkeys(names, none), dict.fromkeys(groups, none)
     return Contributions(alone, none, alone, of_groups, of_groups, none)

@@ -10,12 +10,12 @@ from tolstat.arrays import Array, Truths
 from tolstat.statistics.sensitivity.out_of_limit import (
     CLEAR,
     Difference,
+    Ranked,
     dependent,
     differences,
     holm,
     larger,
     own_parts,
-    scores,
 )
 from tolstat.statistics.sensitivity.pairs import Together, pairs
 
@@ -86,6 +86,7 @@ def named_causes(
     """
     tested = {n: units for n, units in out.items() if may_be_told(units)}
     columns, names = dict[Any, Array](deviations), list(deviations)
+    sums = dict[str, dict[Any, Array]]()  # over equal parts, by response
     batches, equal = dict[str, tuple[str, ...]](), dict[str, list[tuple[str, ...]]]()
     if tested and names:
         linked = dependent(deviations)
@@ -99,23 +100,23 @@ def named_causes(
         equal[response] = equal_parts(independent)
         for members in equal[response]:
             signed = [np.sign(independent[n].size) * deviations[n] for n in members]
-            columns[response, *members] = np.sum(signed, axis=0)
+            sums.setdefault(response, {})[members] = np.sum(signed, axis=0)
     tests, together = differences(columns, out), pairs(deviations, tested)
+    for response, by_members in sums.items():
+        tests[response] |= differences(by_members, {response: out[response]})[response]
+    ranked = Ranked(deviations)
     causes = {}
     for response, units in out.items():
-        raw = {
-            key: difference
-            for key, difference in tests[response].items()
-            if isinstance(key, str) or key[0] in ("", response)
-        }
+        raw = tests[response]
         doubled = 2 * holm(np.array([difference.level for difference in raw.values()]))
         levels = dict(zip(raw, np.minimum(doubled, 1.0).tolist(), strict=True))
         parts: list[Named] = []
         if response in tested:
             alone = {n: levels.get(("", n), 1.0) if n in batches else levels[n]
                      for n in names if n in raw}  # fmt: skip
-            z = {n: scores(deviations[n], units, n) for n in alone}
-            classes = {e: levels[response, *e] for e in equal[response]}
+            scores = dict(zip(names, ranked.scores(units), strict=True))
+            z = {n: scores[n] for n in alone}
+            classes = {e: levels[e] for e in equal[response]}
             parts = _parts(alone, classes, effects[response], z)
             for batch in dict.fromkeys(batches.values()):
                 level = min(levels[n] for n in batch)
@@ -134,20 +135,19 @@ def named_causes(
 
 def equal_parts(effects: Mapping[str, Effect]) -> list[tuple[str, ...]]:
     """Return the contributors of equal slope and distribution, two or more each."""
+    alike: dict[Hashable, list[list[str]]] = {}  # classes by distribution
+    leads: dict[Hashable, list[float]] = {}  # size of their first members
     classes: list[list[str]] = []
-    for name, effect in effects.items():
-        for members in classes:
-            if _equal(effect, effects[members[0]]):
-                members.append(name)
-                break
+    for name, (distribution, size, _) in effects.items():
+        sizes = np.array(leads.setdefault(distribution, []))
+        near = np.abs(abs(size) - sizes) < ALIKE * np.maximum(abs(size), sizes)
+        if near.any():
+            alike[distribution][int(near.argmax())].append(name)
         else:
             classes.append([name])
+            alike.setdefault(distribution, []).append(classes[-1])
+            leads[distribution].append(abs(size))
     return [tuple(members) for members in classes if len(members) > 1]
-
-
-def _equal(first: Effect, second: Effect) -> bool:
-    a, b = abs(first.size), abs(second.size)
-    return first.distribution == second.distribution and abs(a - b) < ALIKE * max(a, b)
 
 
 def _parts(

@@ -5,9 +5,10 @@ They are compared by ranks or as normal scores.
 
 import math
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from itertools import islice
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from scipy.special import ndtr, ndtri, stdtr
@@ -15,36 +16,66 @@ from scipy.special import ndtr, ndtri, stdtr
 from tolstat.arrays import Array, Integers, Truths
 
 RANKED = 100_000  # trials among which a deviation is ranked
+SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
+KEPT, CONTRIBUTORS = 512, 8192  # random numbers of a contributor, of so many
+AT_ONCE = 1 << 20  # numbers in an array of several contributors
 CHANCE = 4.0  # significant correlation, times the root of the trials
 LEAST_OWN = 1e-3  # share of the variance below which two parts are one
 
 
-def scores(x: Array, out: Truths, name: str) -> Array:
-    """Return the normal scores of units out of limit among all, equal values at random.
+class Ranked:
+    """Deviations sorted once, for the normal scores of units out of several limits.
 
-    Each contributor has separate random numbers, which never change: common ones would
-    correlate independent contributors.
+    Equal values are ranked at random. Each contributor has separate random numbers,
+    which never change: common ones would correlate independent contributors.
     """
-    ordered = np.sort(x[:RANKED])
-    n, values = len(ordered), x[out]
-    low, high = (np.searchsorted(ordered, values, side) for side in ("left", "right"))
-    generator = np.random.RandomState(zlib.crc32(str(name).encode()))
-    chance = generator.random_sample(len(values))
-    position = np.clip((low + chance * (high - low)) / n, 0.5 / n, 1 - 0.5 / n)
-    return np.asarray(ndtri(position), np.float64)
+
+    def __init__(self, columns: Mapping[str, Array]) -> None:
+        self._columns = columns
+        self._ordered = [np.sort(x[:RANKED]) for x in columns.values()]
+
+    def scores(self, out: Truths) -> Array:
+        """Return the normal scores of some units among all: [contributor, unit]."""
+        units = np.flatnonzero(out)
+        positions = np.empty((len(self._ordered), len(units)))
+        rows = zip(positions, self._ordered, self._columns.items(), strict=True)
+        for row, ordered, (name, x) in rows:
+            low, high = (np.searchsorted(ordered, x[units], s) for s in SIDES)
+            numbers, n = _numbers(str(name), len(units)), len(ordered)
+            row[:] = np.clip((low + numbers * (high - low)) / n, 0.5 / n, 1 - 0.5 / n)
+        return np.asarray(ndtri(positions, out=positions), np.float64)
+
+
+@lru_cache(CONTRIBUTORS)
+def _random_numbers(name: str) -> Array:
+    """Return the first random numbers of a contributor."""
+    generator = np.random.RandomState(zlib.crc32(name.encode()))
+    return generator.random_sample(KEPT)
+
+
+def _numbers(name: str, count: int) -> Array:
+    """Return so many random numbers of a contributor."""
+    if count <= KEPT:
+        return _random_numbers(name)[:count]
+    return np.random.RandomState(zlib.crc32(name.encode())).random_sample(count)
 
 
 def dependent(deviations: Mapping[str, Array]) -> Truths:
     """Return bool[i, j]: contributors correlated directly or through others."""
     from scipy.sparse.csgraph import connected_components  # slow to import
-    from scipy.stats import rankdata
 
     n = min(len(next(iter(deviations.values()))), RANKED)
-    ranks = np.array([rankdata(x[:n]) for x in deviations.values()])
+    ranks = np.array([_mean_ranks(x[:n]) for x in deviations.values()])
     ranks -= ranks.mean(axis=1, keepdims=True)
     ranks /= np.linalg.norm(ranks, axis=1, keepdims=True)
     _, chain = connected_components(np.abs(ranks @ ranks.T) > CHANCE / math.sqrt(n))
     return np.asarray(chain[:, None] == chain)
+
+
+def _mean_ranks(x: Array) -> Array:
+    """Rank float64[n] from 1; equal values share their mean rank."""
+    _, run, counts = np.unique(x, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(counts) - (counts - 1) / 2)[run])
 
 
 def own_parts(deviations: Mapping[str, Array], linked: Truths) -> dict[str, Array]:
@@ -56,7 +87,8 @@ def own_parts(deviations: Mapping[str, Array], linked: Truths) -> dict[str, Arra
     names, remainders = list(deviations), dict(deviations)
     all_trials = np.ones(len(next(iter(deviations.values()))), dtype=bool)
     among = [n for n, row in zip(names, linked, strict=True) if row.sum() > 1]
-    z = {n: scores(deviations[n], all_trials, n) for n in among}
+    ranked = Ranked({name: deviations[name] for name in among})
+    z = dict(zip(among, ranked.scores(all_trials), strict=True))
     for name in among:
         row = linked[names.index(name)]
         others = np.column_stack(
@@ -124,21 +156,45 @@ def differences(
     F. Wilcoxon, Biometrics Bulletin 1 (1945) 80-83, and of distances after A. R. Ansari
     and R. A. Bradley, Ann. Math. Statist. 31 (1960) 1174-1189.
     """
-    tested = {n: units for n, units in out.items() if 0 < units.sum() < len(units)}
+    tested = {
+        name: np.flatnonzero(units)
+        for name, units in out.items()
+        if 0 < units.sum() < len(units)
+    }
     by_response: dict[str, dict[Any, Difference]] = {name: {} for name in out}
-    for name, x in deviations.items():
-        mean, sigma = float(x.mean()), float(x.std())
-        if sigma == 0:
-            continue
-        ranks, of_far = _ranks(x), _ranks(np.abs(x - np.median(x)))
+    if not tested:
+        return by_response
+    varying = ((name, x) for name, x in deviations.items() if float(x.std()) > 0)
+    number = max(1, AT_ONCE // len(next(iter(out.values()))))
+    while block := dict(islice(varying, number)):
+        compared = _Compared([*block.values()])
         for response, units in tested.items():
-            level = 2 * min(_level(ranks, units), _level(of_far, units))
-            scaled = (x[units] - mean) / sigma
-            width = float(np.sqrt(np.mean(scaled**2)))
-            by_response[response][name] = Difference(
-                float(scaled.mean()), width, min(1.0, level)
-            )
+            numbers = compared.differences(units)
+            by_response[response] |= dict(zip(block, numbers, strict=True))
     return by_response
+
+
+class _Compared:
+    """Deviations that are compared with those of all trials, several at once."""
+
+    def __init__(self, columns: Sequence[Array]) -> None:
+        self._columns = columns
+        self._mean = np.array([[x.mean()] for x in columns])
+        self._sigma = np.array([[x.std()] for x in columns])
+        self._sums = [
+            _RankSums(np.array([_ranks(x) for x in several]))
+            for several in (columns, [np.abs(x - np.median(x)) for x in columns])
+        ]
+
+    def differences(self, units: Integers) -> list[Difference]:
+        """Return how each deviates in some of the units."""
+        values = np.array([x[units] for x in self._columns])
+        scaled = (values - self._mean) / self._sigma
+        smaller = np.minimum(*(sums.levels(units) for sums in self._sums))
+        levels = np.minimum(1.0, 2 * smaller)
+        width = np.sqrt(np.mean(scaled**2, axis=1))
+        numbers = scaled.mean(axis=1).tolist(), width.tolist(), levels.tolist()
+        return list(map(Difference, *numbers))
 
 
 def _ranks(x: Array) -> Array:
@@ -158,14 +214,18 @@ def _chance(count: int) -> Integers:
     return np.random.RandomState(count).permutation(count)
 
 
-def _level(ranks: Array, units: Truths) -> float:
-    """Return the two-sided level of a rank sum."""
-    n, m = len(ranks), int(np.count_nonzero(units))
-    variance = ranks.var() * m * (n - m) / (n - 1)
-    if variance == 0:
-        return 1.0
-    score = abs(float(ranks[units].sum()) - m * (n + 1) / 2) / math.sqrt(variance)
-    return float(2 * ndtr(-score))
+class _RankSums:
+    """Rank sum tests of ranks, float64[contributor, trial]."""
+
+    def __init__(self, ranks: Array) -> None:
+        self._ranks, self._variances = ranks, np.array([row.var() for row in ranks])
+
+    def levels(self, units: Integers) -> Array:
+        """Return the two-sided levels of the rank sums of some units."""
+        n, m = self._ranks.shape[1], len(units)
+        variances = self._variances * m * (n - m) / (n - 1)
+        off = np.abs(self._ranks[:, units].sum(axis=1) - m * (n + 1) / 2)
+        return np.asarray(2 * ndtr(-off / np.sqrt(variances)))
 
 
 def holm(levels: Array) -> Array:

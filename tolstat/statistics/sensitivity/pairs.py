@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +12,9 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.sensitivity.out_of_limit import (
     CLEAR,
+    Ranked,
     dependent,
     own_parts,
-    scores,
 )
 
 SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both outer"
@@ -96,36 +95,56 @@ def pairs(
     remainders = own_parts(deviations, linked)
     tested_columns = {name: deviations[name] for name in remainders}
     rows = [list(deviations).index(name) for name in remainders]
-    free = ~linked[np.ix_(rows, rows)]
+    free = np.triu(~linked[np.ix_(rows, rows)])
+    if not free.any():
+        return by_response
+    ranked = _FourRanked(tested_columns, remainders)
     for name, units in tested.items():
-        if free.any():
-            by_response[name] = _Scores(tested_columns, remainders, units).pairs(free)
+        by_response[name] = _Scores(ranked, units).pairs(free)
     return by_response
+
+
+class _FourRanked:
+    """Deviations, their distances from the median, and the remainders of both."""
+
+    def __init__(
+        self, deviations: Mapping[str, Array], rests: Mapping[str, Array]
+    ) -> None:
+        self.names = list(deviations)
+        self._linked = any(rests[n] is not x for n, x in deviations.items())
+        self._ranked = [
+            Ranked(columns)
+            for several in ((deviations, rests) if self._linked else (deviations,))
+            for columns in (several, _distances(several))
+        ]
+
+    def scores(self, out: Truths) -> Sequence[Array]:
+        """Return the scores of some units: deviations, distances, and remainders'."""
+        scores = [ranked.scores(out) for ranked in self._ranked]
+        return scores if self._linked else [*scores, *scores]
+
+
+def _distances(columns: Mapping[str, Array]) -> dict[str, Array]:
+    return {n: np.abs(x - np.median(x)) for n, x in columns.items()}
 
 
 class _Scores:
     """Scores of the units out of one limit, float64[contributor, unit]."""
 
-    def __init__(
-        self, deviations: Mapping[str, Array], rests: Mapping[str, Array], out: Truths
-    ) -> None:
-        self.names = list(deviations)
-        distances, distances_of_rests = (
-            {n: np.abs(x - np.median(x)) for n, x in columns.items()}
-            for columns in (deviations, rests)
-        )
-        self.z, self.far, self.own, self.own_far = (
-            np.array([scores(x, out, n) for n, x in columns.items()])
-            for columns in (deviations, distances, rests, distances_of_rests)
-        )
+    def __init__(self, ranked: _FourRanked, out: Truths) -> None:
+        self.names = ranked.names
+        self.z, self.far, self.own, self.own_far = ranked.scores(out)
         self.units = self.z.shape[1]
         self.of_all = min(max(OUTER_SHARE, float(out.mean())), 0.5)
         self.two_ends, self.one_end = -ndtri(self.of_all / 2), -ndtri(self.of_all)
-        self.alone = [self._alone(row) for row in self.z]
+        self.alone = self._alone()
 
     def pairs(self, free: Truths) -> list[Together]:
-        """Return the significant combinations; `free` tells which may be a pair."""
-        i, j = np.array([p for p in combinations(range(len(free)), 2) if free[p]]).T
+        """Return the significant combinations; `free` tells which may be a pair.
+
+        bool[i, j], only above the diagonal.
+        """
+        i, j = np.nonzero(free)
         mean, error = self.z.mean(axis=1), self.z.std(axis=1) / math.sqrt(self.units)
         signed = _weaker(self.own, self.z, self.z - mean[:, None])[i, j]
         still = np.abs(mean) < SHIFTED * error
@@ -195,12 +214,12 @@ class _Scores:
             max(self.alone[k] for k in members), max(self.alone),
         )  # fmt: skip
 
-    def _alone(self, z: Array) -> float:
-        """Return the share of units in which one contributor is in its outer part."""
-        high = float(np.mean(z > 0))
-        way = int(high >= ONE_WAY) - int(high <= 1 - ONE_WAY)
-        outer = way * z > self.one_end if way else np.abs(z) > self.two_ends
-        return float(np.mean(outer))
+    def _alone(self) -> list[float]:
+        """Return the share of units in which a contributor is in its outer part."""
+        z, high = self.z, np.mean(self.z > 0, axis=1, keepdims=True)
+        way = (high >= ONE_WAY).astype(int) - (high <= 1 - ONE_WAY)
+        outer = np.where(way, way * z > self.one_end, np.abs(z) > self.two_ends)
+        return list(np.mean(outer, axis=1).tolist())
 
 
 def _explains(combination: Together) -> bool:
@@ -215,6 +234,5 @@ def _weaker(tested: Array, *references: Array) -> Array:
     units = (z / np.linalg.norm(z, axis=1, keepdims=True) for z in references)
     products = [tested @ unit.T for unit in units]
     products += [product.T for product in products]
-    signs = np.sign(products)
-    same = np.all(signs == signs[0], axis=0)
-    return np.asarray(np.where(same, signs[0] * np.min(np.abs(products), axis=0), 0.0))
+    least, most = np.minimum.reduce(products), np.maximum.reduce(products)
+    return np.asarray(np.where(least > 0, least, np.where(most < 0, most, 0.0)))

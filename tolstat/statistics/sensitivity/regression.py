@@ -11,6 +11,8 @@ from tolstat.statistics.intervals.as_sampled import PARTS, jackknifed, skewness
 
 NEARLY_ALL = 0.99  # explained share of the variance of a linear response
 MOST_TAILED = 0.3  # skewness of its squares over the root of the trials
+EXACT = 300_000  # trials, up to which sums of products of ranks are exact
+MANY = 100  # contributors, from which all responses are solved together
 
 
 class Regressed:
@@ -22,27 +24,27 @@ class Regressed:
     def __init__(
         self, deviations: Sequence[Array], responses: Mapping[str, Array]
     ) -> None:
-        k, n = len(deviations), len(deviations[0])
-        columns = [*deviations, *responses.values()]
-        scored = [(x - x.mean()) / (x.std() or 1.0) for x in columns]
-        table = np.array([*scored, np.ones(n)])
-        parts = np.array(
-            [table[:, p::PARTS] @ table[:, p::PARTS].T for p in range(PARTS)]
-        )
+        k = len(deviations)
+        columns = [
+            (x, x.mean(), x.std() or 1.0) for x in (*deviations, *responses.values())
+        ]
+        parts = np.empty((PARTS, len(columns) + 1, len(columns) + 1))
+        for p in range(PARTS):  # one after the other: they may be large
+            scored = [(x[p::PARTS] - mean) / sigma for x, mean, sigma in columns]
+            table = np.array([*scored, np.ones(len(scored[0]))])
+            parts[p] = table @ np.ascontiguousarray(table.T)
         all_parts = parts.sum(axis=0)
         # of all trials, then with one part of them left out
         sums = np.concatenate([all_parts[None], all_parts - parts])
         sizes, means = sums[:, -1, -1, None, None], sums[:, -1, :-1]
         cov = sums[:, :-1, :-1] / sizes - means[:, :, None] * means[:, None] / sizes**2
-        self._shares: dict[str, Array] = {}
-        self.explained: dict[str, Estimate] = {}
+        by_part = [_shares_of(c[:k, :k], c[:k, k:], np.diag(c)[k:]) for c in cov]
+        self._shares = dict(zip(responses, np.stack(by_part, axis=1), strict=True))
+        self.explained = {
+            name: jackknifed(shares.sum(axis=1, keepdims=True))[0]
+            for name, shares in self._shares.items()
+        }
         self.tails = {n: skewness((y - y.mean()) ** 2) for n, y in responses.items()}
-        for row, name in enumerate(responses, start=k):
-            shares = np.array([_shares_of(c[:k, :k], c[:k, row], c[row, row])
-                               for c in cov])  # fmt: skip
-            self._shares[name] = shares
-            r = shares.sum(axis=1, keepdims=True)
-            self.explained[name] = jackknifed(r)[0]
 
     def linear(self, response: str) -> bool:
         """Return whether the regression explains nearly all of a response.
@@ -72,25 +74,46 @@ class Regressed:
         return jackknifed(remainder)[0]._replace(lower=0.0)
 
 
-def _shares_of(among: Array, with_y: Array, variance: float) -> Array:
-    """Split the explained variance by coefficients and sigmas.
+def _shares_of(among: Array, with_y: Array, variances: Array) -> Array:
+    """Split explained variances by coefficients and sigmas: [response, contributor].
 
     Not by covariances: chance correlations of independent deviations would add noise.
+    `with_y` is [contributor, response].
     """
-    slopes, *_ = np.linalg.lstsq(among, with_y, rcond=None)
-    alone = slopes**2 * np.diag(among)
-    explained = slopes @ with_y / variance
-    return np.asarray(alone * (explained / max(alone.sum(), 1e-300)))
+    shares = []
+    for slopes, with_one, variance in zip(
+        _slopes(among, with_y), with_y.T, variances, strict=True
+    ):
+        alone = slopes**2 * np.diag(among)
+        explained = slopes @ with_one / variance
+        shares.append(alone * (explained / max(alone.sum(), 1e-300)))
+    return np.array(shares)
+
+
+def _slopes(among: Array, with_y: Array) -> Array:
+    """Return the least squares solutions of least norm: [response, contributor].
+
+    Of many contributors all responses are solved together, by an orthogonal
+    decomposition: one by one, singular values would take hours. The last digits depend
+    on how it is done.
+    """
+    if len(among) < MANY:
+        return np.array([np.linalg.lstsq(among, y, rcond=None)[0] for y in with_y.T])
+    from scipy.linalg import lstsq  # slow to import
+
+    cond = len(among) * np.finfo(float).eps
+    slopes, *_ = lstsq(among, with_y, cond=cond, lapack_driver="gelsy")
+    return np.asarray(slopes.T)
 
 
 def ascending(x: Array) -> Integers:
-    """Return the order of float64[n]; equal values keep their order."""
+    """Return the order of float64[n], int32[n]; equal values keep their order."""
     order = np.argsort(x)
     ordered = x[order]
     # sorting stably takes four times as long, and only ties need it
     if np.any(ordered[1:] == ordered[:-1]):
         order = np.argsort(x, kind="stable")
-    return order
+    return order.astype(np.int32)
 
 
 def rank_regressions(
@@ -107,22 +130,30 @@ def rank_regressions(
     columns = [_Column(x, order) for x, order in zip(deviations, orders, strict=True)]
     columns += [_Column(y, ascending(y)) for y in responses]
     regressions = np.empty((PARTS + 1, len(responses), k + 1))
-    ranks = np.empty((len(columns), len(orders[0])))
+    ranks = np.empty((len(columns), len(orders[0])), np.int32)
     for part in range(-1, PARTS):  # the first one leaves out none
         for row, column in zip(ranks, columns, strict=True):
             row[:] = column.centred_ranks(part)
         if part >= 0:
-            ranks[:, part::PARTS] = 0.0
-        # of whole numbers: these sums are exact up to 300 000 trials
-        products = ranks @ ranks.T
+            ranks[:, part::PARTS] = 0
+        products = _products(ranks)
         scale = np.sqrt(np.diag(products))
         scale[scale == 0] = 1.0  # of columns that are equal in all trials
         correlations = products / np.outer(scale, scale)
-        for i in range(len(responses)):
-            g = correlations[:k, k + i]
-            coefficients, *_ = np.linalg.lstsq(correlations[:k, :k], g, rcond=None)
-            regressions[part + 1, i] = np.append(coefficients, coefficients @ g)
+        with_y = correlations[:k, k:]
+        for i, coefficients in enumerate(_slopes(correlations[:k, :k], with_y)):
+            explained = coefficients @ with_y[:, i]
+            regressions[part + 1, i] = np.append(coefficients, explained)
     return list(regressions.swapaxes(0, 1))
+
+
+def _products(ranks: NDArray[np.int32]) -> Array:
+    """Return the sums of products: of whole numbers, exact up to `EXACT` trials."""
+    products = np.zeros((len(ranks), len(ranks)))
+    for start in range(0, ranks.shape[1], EXACT):
+        rows = ranks[:, start : start + EXACT].astype(float)
+        products += rows @ rows.T
+    return products
 
 
 class _Column:
@@ -131,9 +162,11 @@ class _Column:
     def __init__(self, x: Array, order: Integers) -> None:
         ordered = x[order]
         first = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1]))
-        self.bounds = np.append(first, len(x))  # of runs of equal values
-        self.run = np.empty(len(x), dtype=np.int64)  # that each trial belongs to
-        self.run[order] = np.repeat(np.arange(len(first)), np.diff(self.bounds))
+        # of runs of equal values, and the run that each trial belongs to
+        self.bounds = np.append(first, len(x)).astype(np.int32)
+        self.run = np.empty(len(x), np.int32)
+        numbers = np.arange(len(first), dtype=np.int32)
+        self.run[order] = np.repeat(numbers, np.diff(self.bounds))
         self.part = (order % PARTS).astype(np.uint8)
 
     def centred_ranks(self, omitted: int) -> NDArray[np.int32]:

@@ -7,21 +7,20 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Integers
-from tolstat.statistics.estimate import Estimate, Lack, Reason
+from tolstat.statistics.estimate import Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.as_sampled import PARTS, jackknifed
 from tolstat.statistics.point_mass import clipped, few_leave_a_point_mass
 
 
 class Row:
-    """Trials in ascending order of one deviation: int64[n]."""
+    """Trials in ascending order of one deviation: int32[n]."""
 
     def __init__(self, order: Integers) -> None:
-        part = order % PARTS
+        part = (order % PARTS).astype(np.uint8)
         self.order = order
         # runs of one part are left out together
-        self.first = np.flatnonzero(np.append(True, part[1:] != part[:-1]))
-        self.last = np.append(self.first[1:], len(order)) - 1
-        self.part = part[self.first]
+        first = np.flatnonzero(np.append(True, part[1:] != part[:-1]))
+        self.first, self.part = first.astype(np.int32), part[first]
 
     def summed(self, y: Array, distance: int = 1) -> float:
         """Return summed squared differences of trials so many places apart."""
@@ -34,7 +33,7 @@ class Row:
         y = y[self.order]
         # cumulative sum up to each trial
         upto = np.append(0.0, np.cumsum(np.diff(y) ** 2))
-        before, after = self.first - 1, self.last + 1
+        before, after = self.first - 1, np.append(self.first[1:], len(y))
         gone = upto[np.minimum(after, len(y) - 1)] - upto[np.maximum(before, 0)]
         met = np.zeros(len(before))
         met[1:-1] = (y[after[1:-1]] - y[before[1:-1]]) ** 2
@@ -128,11 +127,11 @@ def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
     n = len(groups)
     if n < LEAST_GROUPS or np.ptp(groups[:, :2]) == 0:
         group = groups.shape[1]
-        reason = Reason(
+        reason = NoInterval(
             Lack.GROUPS, needed=LEAST_GROUPS, size=group, trials=LEAST_GROUPS * group
         )
         if n and np.ptp(groups[:, :2]) == 0:
-            reason = Reason(Lack.SPREAD)
+            reason = NoInterval(Lack.SPREAD)
         none = Estimate(math.nan, reason=reason)
         return dict.fromkeys(factors, Indices(none, none))
     random = groups[:, :2]

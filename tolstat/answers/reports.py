@@ -1,0 +1,105 @@
+"""The summary and the report of a run, whatever its sampling."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from tolstat.answers.report.gather import report_of, summary_of
+from tolstat.answers.report.report_answer import Report, RunSummary
+from tolstat.answers.run_answer import responses_in_focus
+from tolstat.answers.sampled_trials import drawn_trials
+from tolstat.store.open_run import RunSource
+from tolstat.store.open_run import open as open_run
+from tolstat.store.stored_run import Run
+
+if TYPE_CHECKING:
+    from tolstat.answers.rare.rare_answer import RareSummary
+    from tolstat.answers.sweep.extremes import Extremes
+
+
+def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
+    """Return the summary of a run: verdicts, main causes, responses.
+
+    Parameters
+    ----------
+    run : Run or path
+        Complete or not.
+
+    Returns
+    -------
+    RunSummary, RareSummary or Extremes
+        By its sampling: of trials sampled from production, of a rare run, of a grid or
+        a table.
+
+    Raises
+    ------
+    RunFileError
+        If the run cannot be read.
+
+    Examples
+    --------
+    >>> tolstat.summary("runs/stack-up.h5")
+    <tolstat summary: stack-up.h5, 10000 trials; gap undecided>
+    """
+    run = open_run(run)
+    if other := _not_sampled(run, rare=bool(run.ended)):
+        return other
+    drawn = drawn_trials(run)
+    assert drawn
+    return summary_of(drawn, responses_in_focus(run))
+
+
+def report(
+    run: RunSource, responses: Sequence[str] = ()
+) -> Report | RareSummary | Extremes:
+    """Return the statistical tolerance report of a run; nothing is simulated.
+
+    Parameters
+    ----------
+    run : Run or path
+        The report needs only its file, not the model.
+    responses : sequence of str
+        Responses in focus; see `responses_in_focus`.
+
+    Returns
+    -------
+    Report, RareSummary or Extremes
+        By its sampling, as of `summary`. `save` writes its page (.html), its numbers
+        (.json) or its table (.csv).
+
+    Raises
+    ------
+    QuestionError
+        If the run has no such response.
+    RunFileError
+        If the run cannot be read.
+
+    Examples
+    --------
+    >>> found = tolstat.report("runs/stack-up.h5")
+    >>> found.save("stack-up.html").name
+    'stack-up.html'
+    >>> found.frame()["fraction_out_of_limit"]["gap"].item()
+    0.005
+    """
+    run = open_run(run)
+    return _not_sampled(run, responses) or report_of(run, responses)
+
+
+def _not_sampled(
+    run: Run, responses: Sequence[str] = (), *, rare: bool = True
+) -> RareSummary | Extremes | None:
+    """Return the answer about a run whose trials are no sample of production.
+
+    Each is loaded for its kind of run alone.
+    """
+    if run.aim and rare:
+        from tolstat.answers.rare.rare_answer import rare_summary
+
+        return rare_summary(run, responses)
+    if drawn_trials(run) is None:
+        from tolstat.answers.sweep.extremes import extremes_of
+
+        return extremes_of(run, responses)
+    return None

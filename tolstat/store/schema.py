@@ -1,0 +1,104 @@
+"""What a run file holds, checked before anything in it is read: it may be a stranger's.
+
+HDF5 follows links and external files, fills what was never written, and ends the
+process over some datasets. So only what tolstat writes is read: groups and datasets by
+hard links, of the types and dimensions of `SCHEMA`, contiguous in the file itself, each
+byte of it in one dataset at most.
+"""
+
+from typing import Any, NamedTuple
+
+import h5py
+from h5py import h5d, h5g, h5l, h5o, h5s, h5t
+
+
+class Values(NamedTuple):
+    """A dataset: its NumPy types, and how many dimensions it may have."""
+
+    types: str
+    dimensions: tuple[int, ...] = (1,)
+
+
+class Group(dict[str, Any]):
+    """A group: what it may hold by name; "*" is any other name."""
+
+
+NUMBERS, TEXTS = Values("f8"), Group({"*": Group()})
+TABLE = Group({"*": Values("f8 i8 b1 text", (1, 2, 3))})
+AUDITED = {
+    "trials": Values("i8"), "status": Values("u1"), "at_random": Values("b1"),
+    "settings": Group(), "responses": Group({"*": NUMBERS}),
+    "chosen_by": Group({"*": Values("u1")}),
+}  # fmt: skip
+AUDIT = Group({**AUDITED, "third": Group(AUDITED)})
+SCHEMA = Group({
+    "*": Values("f8 i8 u1 S"),  # a column
+    "trial": Values("i8"), "status": Values("u1"), "steps": Values("i8"),
+    "checks": Group({
+        "trial": Values("u8"), "nominal": Values("u8", (0,)), "clock": NUMBERS,
+    }),
+    "nominal": Group({
+        "*": Values("f8", (0,)), "status": Values("u1", (0,)),
+        "steps": Values("i8", (0,)),
+    }),
+    "settings": TEXTS, "numbers": TEXTS, "rank-correlation": TEXTS,
+    "provenance": Group(), "title-block": Group(), "status-words": Group(),
+    "reference": Group({"columns": Group({"*": NUMBERS})}),
+    "audit": AUDIT, "rerun": AUDIT,
+    "diagnostics": Group({"slopes": TABLE, "worst_cases": TABLE, "halved": TABLE}),
+})  # fmt: skip
+
+
+def check_schema(file: h5py.File, size: int) -> None:
+    """Refuse a file that holds anything else, or more than its size; ValueError."""
+    used = _size_of(file.id, SCHEMA, "", size)
+    if used > size:
+        raise ValueError(f"its datasets hold {used} bytes, and the file {size}")
+
+
+def _size_of(group: h5g.GroupID, schema: Group, path: str, size: int) -> int:
+    """Return the bytes of all datasets in a group."""
+    used = 0
+    for name in group:
+        inner = f"{path}/{name.decode(errors='replace')}"
+        expected = schema.get(name.decode(errors="replace"), schema.get("*"))
+        if group.links.get_info(name).type != h5l.TYPE_HARD:
+            raise ValueError(f"{inner} is a link to another place")
+        item = h5o.open(group, name)
+        if isinstance(item, h5d.DatasetID) and isinstance(expected, Values):
+            used += _size_of_dataset(item, expected, inner, size)
+        elif isinstance(item, h5g.GroupID) and isinstance(expected, Group):
+            used += _size_of(item, expected, inner, size)
+        else:
+            raise ValueError(f"{inner} is not of a run")
+    return used
+
+
+def _size_of_dataset(
+    dataset: h5d.DatasetID, expected: Values, path: str, size: int
+) -> int:
+    plan = dataset.get_create_plist()  # first: a virtual one is not looked into
+    if plan.get_layout() != h5d.CONTIGUOUS or plan.get_external_count():
+        raise ValueError(f"{path} does not lie in the file itself")
+    kind, space = dataset.get_type(), dataset.get_space()
+    if space.get_simple_extent_type() == h5s.NULL:
+        raise ValueError(f"{path} has no values")
+    if space.get_simple_extent_ndims() not in expected.dimensions:
+        raise ValueError(f"{path} has other dimensions")
+    if _type_of(kind) not in expected.types.split():
+        raise ValueError(f"{path} has values of another type")
+    used: int = space.get_simple_extent_npoints() * kind.get_size()
+    offset = dataset.get_offset()
+    if used and (offset is None or not 0 <= offset <= size - used):
+        raise ValueError(f"{path} is longer than the file")
+    return used
+
+
+def _type_of(kind: h5t.TypeID) -> str:
+    """Return the NumPy type of values, "text" for texts of any length."""
+    if kind.get_class() == h5t.STRING:
+        return "text" if kind.is_variable_str() else "S"
+    if kind.get_class() not in (h5t.INTEGER, h5t.FLOAT, h5t.ENUM):
+        return "another"
+    dtype = kind.dtype
+    return f"{dtype.kind}{dtype.itemsize}" if dtype.isnative else "another"

@@ -1,0 +1,122 @@
+"""Mappings of mappings in HDF5: arrays over their keys, so that their number is small.
+
+The keys are text datasets, and dimension scales of the arrays. Records become one array
+for each field, with the names of the fields of records in them joined. Where a key is
+missing in some of the mappings, `present` says which have it.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, get_args, get_origin
+
+import h5py
+import numpy as np
+
+from tolstat.store.stored_fields import BETWEEN, TEXT, fields_of
+
+VALUE, PRESENT = "value", "present"  # names of arrays
+EMPTY = {float: np.nan, int: 0, bool: False, str: ""}  # of a key that is missing
+
+
+class Cells(NamedTuple):
+    """Values at some places of arrays over the axes so far."""
+
+    places: Sequence[tuple[int, ...]]
+    values: Sequence[Any]
+    shape: tuple[int, ...]
+
+
+def write_table(
+    group: h5py.Group, values: Mapping[Any, Any], kind: Any, axes: Sequence[str]
+) -> None:
+    """Write a mapping of mappings, of which `axes` names the keys."""
+    _write(group, Cells([()], [values], ()), kind, axes, "")
+
+
+def _write(
+    group: h5py.Group, cells: Cells, kind: Any, axes: Sequence[str], name: str
+) -> None:
+    if _is_mapping(kind):
+        axis, (_, inner) = axes[len(cells.shape)], get_args(kind)
+        places = {key: i for i, key in enumerate(_keys(cells.values))}
+        group[axis] = np.array([_text(key) for key in places], TEXT)
+        group[axis].make_scale(axis)
+        entries = [  # place and value
+            ((*place, places[key]), value)
+            for place, values in zip(cells.places, cells.values, strict=True)
+            for key, value in values.items()
+        ]
+        shape = (*cells.shape, len(places))
+        inside = Cells([e[0] for e in entries], [e[1] for e in entries], shape)
+        if len(entries) < np.prod(shape):
+            presence = Cells(inside.places, [True] * len(entries), shape)
+            _write(group, presence, bool, axes, f"{PRESENT}_{axis}")
+        _write(group, inside, inner, axes, name)
+    elif fields := _fields(kind):
+        for field in fields:
+            values = [getattr(record, field.name) for record in cells.values]
+            inside = cells._replace(values=values)
+            _write(group, inside, field.kind, axes, _joined(name, field.stored.name))
+    else:
+        array = np.full(cells.shape, EMPTY[kind], TEXT if kind is str else kind)
+        array[tuple(np.array(cells.places).T)] = np.array(cells.values, array.dtype)
+        dataset = group.create_dataset(name or VALUE, data=array)
+        for dimension, axis in zip(dataset.dims, axes, strict=False):
+            dimension.attach_scale(group[axis])
+
+
+def read_table(group: h5py.Group, kind: Any, axes: Sequence[str]) -> Any:
+    """Return a mapping of mappings that `write_table` has written."""
+    return _read(group, kind, axes, (), "")[0]
+
+
+def _read(
+    group: h5py.Group, kind: Any, axes: Sequence[str], shape: tuple[int, ...], name: str
+) -> list[Any]:
+    """Return the values at all places over the axes so far, in their order."""
+    if _is_mapping(kind):
+        axis, (key_kind, inner) = axes[len(shape)], get_args(kind)
+        keys = [_key(text, key_kind) for text in group[axis].asstr()[...]]
+        shape = (*shape, len(keys))
+        values = _read(group, inner, axes, shape, name)
+        rows = np.arange(len(values)).reshape(-1, len(keys)).tolist()
+        if (present := f"{PRESENT}_{axis}") not in group:
+            return [dict(zip(keys, (values[i] for i in r), strict=True)) for r in rows]
+        presence = group[present][...].ravel()
+        return [
+            {key: values[i] for key, i in zip(keys, row, strict=True) if presence[i]}
+            for row in rows
+        ]
+    if fields := _fields(kind):
+        columns = [
+            _read(group, f.kind, axes, shape, _joined(name, f.stored.name))
+            for f in fields
+        ]
+        return [kind(*values) for values in zip(*columns, strict=True)]
+    dataset = group[name or VALUE]
+    values = (dataset.asstr() if kind is str else dataset)[...]
+    return list(values.ravel().tolist())
+
+
+def _keys(mappings: Iterable[Mapping[Any, Any]]) -> list[Any]:
+    """Return the keys of some mappings, once each."""
+    return list(dict.fromkeys(key for mapping in mappings for key in mapping))
+
+
+def _text(key: Any) -> str:
+    return BETWEEN.join(key) if isinstance(key, tuple) else str(key)
+
+
+def _key(text: str, kind: Any) -> Any:
+    return tuple(text.split(BETWEEN)) if get_origin(kind) is tuple else kind(text)
+
+
+def _joined(first: str, second: str) -> str:
+    return f"{first}_{second}" if first else second
+
+
+def _is_mapping(kind: Any) -> bool:
+    return issubclass(get_origin(kind) or kind, Mapping)
+
+
+def _fields(kind: Any) -> Any:
+    return hasattr(kind, "_fields") and fields_of(kind)
