@@ -53,8 +53,9 @@ def test_distributions(word, name):
     [
         ({"tolerance": "+-1 mm", "distribution": "rectangular"}, "'uniform'?"),
         ({"distribution": "rayleigh"}, "'weibull', with shape = 2?"),
-        ({"tolerance": "+-1 mm", "sigma": "0.3 mm"}, "'tolerance', which is +-3 sigma"),
-        ({"tolerance": "+-1 mm", "mean": "0.3 mm"}, "'shift' or 'nominal_shift'"),
+        ({"tolerance": "+-1 mm", "std": "0.3 mm"}, "'sigma'?"),
+        ({"tolerance": "+-1 mm", "mu": "0.3 mm"}, "'mean'?"),
+        ({"tolerance": "+-1 mm", "bias": "0.3 mm"}, "'shift' or 'nominal_shift'"),
         ({"tol": "+-1 mm"}, "'tolerance'?"),
         ({"distribution": "student_t", "dof": 9}, "'degrees_of_freedom'?"),
         ({"tolerance": "+-1 mm", "dist": "normal"}, "'distribution'?"),
