@@ -26,6 +26,7 @@ MEANT = [
     ("trapezoid", "trapezoidal"), ("rayleigh", "weibull"), ("exponential", "weibull"),
     ("equal", "uniform"), ("fixed", "constant"), ("const", "constant"),
     ("truncated", "truncated_normal"), ("NORMAL", "normal"), ("unifrom", "uniform"),
+    ("Student", "student_t"), ("t", "student_t"), ("student-t", "student_t"),
 ]  # fmt: skip
 
 
@@ -52,9 +53,11 @@ def test_distributions(word, name):
     [
         ({"tolerance": "+-1 mm", "distribution": "rectangular"}, "'uniform'?"),
         ({"distribution": "rayleigh"}, "'weibull', with shape = 2?"),
-        ({"tolerance": "+-1 mm", "sigma": "0.3 mm"}, "'tolerance', which is +-3 sigma"),
-        ({"tolerance": "+-1 mm", "mean": "0.3 mm"}, "'shift' or 'nominal_shift'"),
+        ({"tolerance": "+-1 mm", "std": "0.3 mm"}, "'sigma'?"),
+        ({"tolerance": "+-1 mm", "mu": "0.3 mm"}, "'mean'?"),
+        ({"tolerance": "+-1 mm", "bias": "0.3 mm"}, "'shift' or 'nominal_shift'"),
         ({"tol": "+-1 mm"}, "'tolerance'?"),
+        ({"distribution": "student_t", "dof": 9}, "'degrees_of_freedom'?"),
         ({"tolerance": "+-1 mm", "dist": "normal"}, "'distribution'?"),
         ({"tolerance": "+-1 mm", "Cpk": 1.33}, "'cpk'?"),
         ({"tolerance": "+-1 mm", "ppk": 1.33}, "'cpk' or 'cp'?"),

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 
 Named = Sequence[str]
 RAYLEIGH, EXPONENTIAL = "weibull, with shape = 2", "weibull, with shape = 1"
-SIX_SIGMA = "tolerance, which is +-3 sigma at cp = 1"
 ENDS = 'tolerance, such as "+0.1..+0.3 mm"'
 RANGE = 'limit, such as "1..3 mm"'
 MEAN = ("shift", "nominal_shift")
@@ -29,21 +28,22 @@ _WORDS: Mapping[Named, Named] = {
     ("truncated", "truncnorm", "trunc", "truncated_gauss", "truncated_gaussian",
      "screened", "sorted"): ("truncated_normal",),
     ("pert", "beta_pert"): ("beta",),
+    ("t", "student", "students_t", "student's_t", "t_distribution"): ("student_t",),
     # keys of a deviation
     ("tol", "tols", "tolerances", "zone", "plus_minus", "range", "grade", "it",
      "iso286", "t"): ("tolerance",),
-    ("sigma", "std", "stdev", "std_dev", "stddev", "sd", "standard_deviation"): (
-        SIX_SIGMA,
-    ),
+    ("std", "stdev", "std_dev", "stddev", "sd", "standard_deviation"): ("sigma",),
     ("lower", "upper", "min", "max", "low", "high", "lsl", "usl", "from", "to"): (
         RANGE, ENDS,
     ),
-    ("mean", "mu", "bias", "offset", "mean_shift", "loc", "location"): MEAN,
+    ("mu", "loc", "location", "average"): ("mean",),
+    ("bias", "offset", "mean_shift"): MEAN,
     ("dist", "distr", "type", "kind", "law", "pdf"): ("distribution",),
     ("peak", "most_likely"): ("mode",),
     ("a",): ("alpha",),
     ("b",): ("beta",),
     ("k", "c"): ("shape",),
+    ("df", "dof", "nu", "ndf", "freedom"): ("degrees_of_freedom",),
     ("batch", "lot", "shared"): ("common",),
     ("costs",): ("cost",),
     ("csv", "file", "parts", "sample"): ("data", "table"),

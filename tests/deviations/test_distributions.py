@@ -14,8 +14,14 @@ from tolstat.deviations.distributions import (
     Arcsine,
     Beta,
     Constant,
+    CurvilinearTrapezoid,
+    Gamma,
+    Gumbel,
     Lognormal,
+    Mixture,
     Normal,
+    Source,
+    StudentT,
     Tolerance,
     Trapezoidal,
     Triangular,
@@ -36,6 +42,41 @@ LOW, HIGH = ZONE
 BELOW_THREE_SIGMA = stats.norm.cdf(3)
 LOG_SIGMA = np.log(4) / 3  # the median a quarter of the way up
 WEIBULL = WIDTH / stats.weibull_min(2).ppf(BELOW_THREE_SIGMA)
+
+GUMBEL = np.diff(stats.gumbel_r.ppf([1 - BELOW_THREE_SIGMA, BELOW_THREE_SIGMA]))[0]
+GUMBEL_SCALE = WIDTH / GUMBEL
+GUMBEL_LOC = LOW - GUMBEL_SCALE * stats.gumbel_r.ppf(1 - BELOW_THREE_SIGMA)
+SOURCES = (Source(0.7, 0.0, 2e-5), Source(0.3, 5e-5, 4e-5))
+
+
+class TwoSources(stats.rv_continuous):
+    """The mixture of two sources, by SciPy's search for a root."""
+
+    def _cdf(self, x):
+        return sum(w * stats.norm.cdf(1e-4 * x, m, s) for w, m, s in SOURCES)
+
+    def _pdf(self, x):
+        return sum(w * stats.norm.pdf(x, 1e4 * m, 1e4 * s) for w, m, s in SOURCES)
+
+    def _stats(self):
+        return None, None, None, None
+
+
+class Curvilinear(stats.rv_continuous):
+    """A curvilinear trapezoid between -1 and 1, each end +-0.1 (JCGM 101, 6.4.3)."""
+
+    def _pdf(self, x):
+        s = np.abs(x)
+        flank = np.log(1.1 / np.maximum(s, 0.9)) / 0.4
+        return np.where(s <= 1.1, flank, 0.0)
+
+    def _cdf(self, x):
+        s = np.abs(x)
+        over = np.maximum(s, 0.9)
+        tail = (1.1 - over - over * np.log(1.1 / over)) / 0.4
+        tail = tail + (over - s) * np.log(1.1 / 0.9) / 0.4
+        return np.where(x < 0, tail, 1 - tail)
+
 
 CASES = [
     (Normal(ZONE), stats.norm(MIDDLE, HALF / 3)),
@@ -61,13 +102,28 @@ CASES = [
     (Beta(ZONE, 0.7, 0.8), stats.beta(0.7, 0.8, LOW, WIDTH)),
     (Lognormal(ZONE, 0.0), stats.lognorm(LOG_SIGMA, LOW, WIDTH / 4)),
     (Weibull(ZONE, 2.0), stats.weibull_min(2, LOW, WEIBULL)),
+    (
+        StudentT(ZONE, 12.0),
+        stats.t(12, MIDDLE, HALF / stats.t(12).ppf(BELOW_THREE_SIGMA)),
+    ),
+    (
+        Gamma(ZONE, 2.5),
+        stats.gamma(2.5, LOW, WIDTH / stats.gamma(2.5).ppf(BELOW_THREE_SIGMA)),
+    ),
+    (Gumbel(ZONE), stats.gumbel_r(GUMBEL_LOC, GUMBEL_SCALE)),
+    (
+        CurvilinearTrapezoid(ZONE, HALF / 10),
+        Curvilinear(a=-1.1, b=1.1)(loc=MIDDLE, scale=HALF),
+    ),
+    (Mixture(SOURCES), TwoSources(a=-5, b=5)(scale=1e-4)),
     (Fitted("normal", 1e-4, 2e-4, 0.5), stats.norm(1e-4, 2e-4)),
     (Fitted("lognormal", -9.0, 0.4, 0.5), stats.lognorm(0.4, scale=np.exp(-9))),
 ]
-LIMITING = [  # no flank, one flank
+LIMITING = [  # no flank, one flank; no fourth moment
     (Triangular(ZONE, mode=LOW), stats.triang(0.0, LOW, WIDTH)),
     (Triangular(ZONE, mode=HIGH), stats.triang(1.0, LOW, WIDTH)),
     (Trapezoidal(ZONE, ZONE), stats.uniform(LOW, WIDTH)),
+    (StudentT(ZONE, 3.0), stats.t(3, MIDDLE, HALF / stats.t(3).ppf(BELOW_THREE_SIGMA))),
 ]
 
 
@@ -87,6 +143,8 @@ def test_every_distribution_is_tested():
 @pytest.mark.parametrize(("distribution", "known"), named(CASES + LIMITING))
 def test_inverse_matches_scipy(distribution, known):
     u = np.concatenate([np.linspace(1e-9, 1 - 1e-9, 1001), [2**-53, 1 - 2**-53]])
+    if isinstance(known.dist, TwoSources | Curvilinear):  # found by a search there
+        u = u[:-2]
     found = distribution.deviations(u)
     np.testing.assert_allclose(found, known.ppf(u), rtol=1e-8, atol=1e-13)
 
@@ -120,6 +178,31 @@ def test_clipped_parts_lie_at_the_ends():
     np.testing.assert_array_equal(clipped[process <= LOW], LOW)
     share = np.mean(clipped == HIGH)
     assert abs(share - stats.norm.sf(0.75)) < 4 * np.sqrt(0.25 / 100_000)
+
+
+def test_student_of_four_has_a_closed_form_and_of_many_is_normal():
+    """W. T. Shaw, J. Comput. Finance 9(4), 2006."""
+    u = np.append(np.linspace(0.001, 0.999, 999), BELOW_THREE_SIGMA)
+    root = np.sqrt(4 * u * (1 - u))
+    t = np.sign(u - 0.5) * 2 * np.sqrt(np.cos(np.arccos(root) / 3) / root - 1)
+    found = StudentT(ZONE, 4.0).deviations(u)
+    np.testing.assert_allclose(found, MIDDLE + HALF * t / t[-1], rtol=0, atol=1e-13)
+    many, normal = StudentT(ZONE, 1e7).deviations(u), Normal(ZONE).deviations(u)
+    np.testing.assert_allclose(many, normal, rtol=0, atol=1e-6 * HALF)
+
+
+@pytest.mark.parametrize("freedom", [3.0, 5.0, 30.0])
+def test_the_spread_of_student_is_its_own(freedom):
+    """Sigma follows from the heavy tails, not from the tolerance."""
+    student = StudentT(ZONE, freedom)
+    lower, upper, mean, sigma = spread_of(student)
+    assert (lower, upper) == ZONE
+    assert mean == pytest.approx(MIDDLE, rel=1e-9)
+    scale = HALF / stats.t(freedom).ppf(BELOW_THREE_SIGMA)
+    known = scale * np.sqrt(freedom / (freedom - 2))
+    assert sigma == pytest.approx(known, rel=2e-5)
+    inside = np.diff(stats.t(freedom, mean, scale).cdf([lower, upper]))
+    assert inside == pytest.approx(stats.norm.cdf(3) - stats.norm.cdf(-3), rel=1e-12)
 
 
 def test_constant_is_constant():
@@ -194,6 +277,11 @@ def test_impossible_fits_are_refused(values, kind, words):
         (lambda: Beta(ZONE, 1.0, -1.0), "beta = -1"),
         (lambda: Lognormal(ZONE, 3e-4), "outside the tolerance"),
         (lambda: Weibull(ZONE, 0.0), "above zero"),
+        (lambda: Gamma(ZONE, -1.0), "above zero"),
+        (lambda: CurvilinearTrapezoid(ZONE, HALF), "less than half the tolerance"),
+        (lambda: Mixture((Source(0.7, 0.0, 1e-5),)), "100 % together, not 70 %"),
+        (lambda: StudentT(ZONE, 2.9), "degrees_of_freedom = 2.9: at least 3"),
+        (lambda: StudentT(ZONE, float("nan")), "at least 3"),
     ],
 )
 def test_contradictory_keys_are_refused(make, words):
@@ -220,3 +308,23 @@ def test_measured_parts_have_ends_at_three_sigma_quantiles():
     # of 10 000 parts 13.5 lie beyond on either side
     parts = np.arange(10_000) * 1e-8
     assert spread_of(Measured(parts))[:2] == (parts[13], parts[-14])
+
+
+def test_two_suppliers():
+    """70 % at 10, 30 % at 10.05, sigma 0.02 each: 24 411 ppm outside 9.95 to 10.08."""
+    mixture = Mixture((Source(0.7, 0.0, 2e-5), Source(0.3, 5e-5, 2e-5)))
+    lower, upper = -5e-5, 8e-5
+    below = sum(w * stats.norm.cdf(lower, m, s) for w, m, s in mixture.parts)
+    above = sum(w * stats.norm.sf(upper, m, s) for w, m, s in mixture.parts)
+    assert 1e6 * (below + above) == pytest.approx(24411, abs=0.5)
+    ends = mixture.deviations(np.array([below, 1 - above]))
+    np.testing.assert_allclose(ends, (lower, upper), rtol=1e-12)
+
+
+@pytest.mark.parametrize("inexactness", [1e-9, 1e-5, 0.9999 * HALF])
+def test_a_curvilinear_trapezoid_of_any_inexactness(inexactness):
+    u = (np.arange(100_000) + 0.5) / 100_000
+    parts = CurvilinearTrapezoid(ZONE, inexactness).deviations(u)
+    assert (np.diff(parts) > 0).all()
+    variance = WIDTH**2 / 12 + inexactness**2 / 9
+    assert parts.var() == pytest.approx(variance, rel=1e-6)

@@ -17,6 +17,7 @@ from tolstat.deviations.distributions import (
     Constant,
     Lognormal,
     Normal,
+    StudentT,
     Tolerance,
     Trapezoidal,
     Triangular,
@@ -61,6 +62,7 @@ def drawn(distributions, dependence=None, seed=3):
         (Beta(ZONE, 2.0, 4.0), Beta(HALF, 2.0, 4.0)),
         (Weibull(FROM_ZERO, 2.0), Weibull(HALF_FROM_ZERO, 2.0)),
         (Lognormal(FROM_ZERO, 0.3), Lognormal(HALF_FROM_ZERO, 0.15)),
+        (StudentT(ZONE, 5.0), StudentT(HALF, 5.0)),
         # of one sign: an end that stood still would move the mean of all parts
         (Uniform(Tolerance(16.0, 34.0)), Uniform(Tolerance(20.5, 29.5))),
         (Uniform(Tolerance(-34.0, -16.0)), Uniform(Tolerance(-29.5, -20.5))),

@@ -8,12 +8,13 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.optimize import approx_fprime
 
 import tolstat
 from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError, StudyError
-from tolstat.machines.dimension_chain.algebras import Slopes, Values
+from tolstat.machines.dimension_chain.algebras import Dimensions, Slopes, Values
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
 from tolstat.machines.dimension_chain.formula import Formula
@@ -457,3 +458,105 @@ def test_a_share_that_is_a_rounding_error_is_none(ran):
     (share,) = (each for each in run.numbers if each.name == "share_c")
     assert 0 < share.value < 1e-30
     assert run.scale_of(share).words(share.value) == "0 %"
+
+
+@pytest.mark.parametrize(
+    ("formula", "links", "unit"),
+    [
+        ("r*w", {"r": "10 mm", "w": "60 rpm"}, "m/s"),
+        ("r*w**2", {"r": "10 mm", "w": "60 rpm"}, "m/s^2"),
+        ("r*phi", {"r": "10 mm", "phi": "3 deg"}, "m"),
+        ("phi/t", {"phi": "3 deg", "t": "3 s"}, "rad/s"),
+        ("w*t", {"w": "60 rpm", "t": "3 s"}, "rad"),
+        ("F/x", {"F": "3 N", "x": "1 mm"}, "N/m"),
+        ("c*phi/r", {"c": "3 N m/rad", "phi": "2 deg", "r": "1 m"}, "N"),
+        ("U/I", {"U": "3 V", "I": "20 mA"}, "ohm"),
+        ("L*a*dT", {"L": "3 mm", "a": "11.5e-6 1/K", "dT": "40 degC"}, "m"),
+    ],
+)
+def test_units_of_products_are_those_that_people_use(formula, links, unit):
+    """An angle beside what has none is a plain number; beside time it is a speed."""
+    study = {"model": "dimension_chain", "trials": 8, "seed": 1, "links": links}
+    (gap,) = load({**study, "settings": {"gap": formula}}).description.responses
+    assert gap.unit == unit
+    assert gap.shown == ("N/mm" if unit == "N/m" else "")
+
+
+def test_temperatures_of_two_scales_are_not_mixed():
+    links = {"a": "293 K", "b": "20 degC"}
+    study = {"model": "dimension_chain", "trials": 8, "seed": 1, "links": links}
+    with pytest.raises(StudyError, match="a in K and b in degC: both are differences"):
+        load({**study, "settings": {"gap": "a - b"}})
+
+
+def values_of(formula, **links):
+    """The gap and its slopes by each link, of plain numbers."""
+    numbers = {name: np.float64(value) for name, value in links.items()}
+    read = Formula(formula, tuple(links))
+    assert read.worked_out(Dimensions(dict.fromkeys(links, "1"))).unit == "1"
+    slope = read.worked_out(Slopes(numbers))
+    value = read.worked_out(Values(numbers, strict=True))
+    assert slope.value == pytest.approx(value)
+    return value, slope.by_link.tolist()
+
+
+@pytest.mark.parametrize(
+    ("formula", "links", "value", "slopes"),
+    [
+        ("floor(x)", {"x": 2.7}, 2, [0]),
+        ("ceil(x)", {"x": 2.2}, 3, [0]),
+        ("round(x)", {"x": 2.7}, 3, [0]),
+        ("sign(x)", {"x": -2.7}, -1, [0]),
+        ("tanh(x)", {"x": 0.5}, math.tanh(0.5), [1 - math.tanh(0.5) ** 2]),
+        ("mod(x, y)", {"x": 7.5, "y": 2.0}, 1.5, [1, -3]),
+        ("if(x < y, x, 2*y)", {"x": 1.0, "y": 2.0}, 1, [1, 0]),
+        ("if(x >= y, x, 2*y)", {"x": 1.0, "y": 2.0}, 4, [0, 2]),
+        ("IF (x > 0, sqrt(x), 0)", {"x": -1.0}, 0, [0]),
+        ("x**n", {"x": 3.0, "n": 2.0}, 9, [6, 9 * math.log(3)]),
+        ("x**(n - 1)", {"x": 3.0, "n": 3.0}, 9, [6, 9 * math.log(3)]),
+    ],
+)
+def test_functions_that_step_or_choose(formula, links, value, slopes):
+    result, by_link = values_of(formula, **links)
+    assert result == pytest.approx(value)
+    assert by_link == pytest.approx(slopes)
+
+
+@pytest.mark.parametrize(
+    ("formula", "words"),
+    [
+        ("if(x, x, y)", "a comparison is expected, with < <= > >="),
+        ("if(x < y < 3, x, y)", "a comparison is expected"),
+        ("if(x < y, x)", "IF takes 3 values"),
+        ("x < y", "links, numbers, + - * / ** and functions are allowed"),
+        ("if(x < L, x, y)", "does not go with"),
+        ("if(x < y, x, L)", "does not go with"),
+        ("floor(L)", "floor takes a plain number"),
+        ("mod(x, L)", "does not go with"),
+        ("L**x", "an exponent is a plain number, and so is the base"),
+        ("x**L", "an exponent is a plain number, and so is the base"),
+        ("x**1e9", "an exponent is a plain number from -10 to 10"),
+    ],
+)
+def test_functions_that_are_misused(formula, words):
+    links = {"x": "1", "y": "2", "L": "3 mm"}
+    study = {"model": "dimension_chain", "trials": 8, "seed": 1, "links": links}
+    with pytest.raises(StudyError) as refused:
+        load({**study, "settings": {"gap": formula}})
+    assert words in str(refused.value)
+
+
+def test_shims_leave_a_uniform_play(tmp_path):
+    """A space of 1.50 +-0.15 mm, shims of 0.05 mm that leave at least 0.05 mm."""
+    space = {"nominal": "1.5 mm", "tolerance": "+-0.15 mm", "distribution": "uniform"}
+    links = {"space": space, "step": "0.05 mm", "least": "0.05 mm"}
+    study = {"model": "dimension_chain", "trials": 20_000, "seed": 1, "links": links}
+    gap = "space - step*floor((space - least)/step)"
+    study |= {"settings": {"gap": gap}, "limits": {"gap": "0.05..0.1 mm"}}
+    run = tolstat.run(study, output=tmp_path / "shims.h5")
+    play = 1e3 * run.column("gap")
+    assert stats.kstest(play, stats.uniform(0.05, 0.05).cdf).pvalue > 1e-3
+    assert float(run.nominal["gap"]) == pytest.approx(0.05e-3)  # 1.5/0.05 is 30
+    (warning,) = tolstat.summary(run).warnings
+    assert "floor((space - least) / step) jumps within" in warning.sentence
+    assert "passes whole numbers" in warning.sentence

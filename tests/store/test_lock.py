@@ -8,13 +8,13 @@ import os
 
 import h5py
 import pytest
+from tolstat.store.stoppable import TO_THE_END
 
 import tolstat
 from tolstat.errors import BrokenError
 from tolstat.store import files_beside
 from tolstat.store.files_beside import Lock
 from tolstat.store.run_writer import RunWriter
-from tolstat.store.stoppable import TO_THE_END
 
 
 class Unreadable(io.FileIO):

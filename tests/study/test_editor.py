@@ -13,6 +13,7 @@ from tolstat.answers.halved_entries import halved_entries
 from tolstat.deviations.distributions import (
     Lognormal,
     Normal,
+    StudentT,
     Tolerance,
     Trapezoidal,
     Triangular,
@@ -41,6 +42,9 @@ KINDS = {
     "clipped": (
         {"distribution": "truncated_normal", "outside": "clipped"},
         TruncatedNormal(HALF, outside="clipped"),
+    ),
+    "student": (
+        {"distribution": "student_t", "degrees_of_freedom": 9}, StudentT(HALF, 9.0),
     ),
     "moved": (
         {"distribution": "triangular", "mode": "0.2 mm", "nominal_shift": "0.3 mm"},

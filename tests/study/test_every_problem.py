@@ -3,7 +3,7 @@
 import pytest
 
 from tolstat.errors import StudyError
-from tolstat.study.slips import separated
+from tolstat.study.settings_section import link_tables, separated
 from tolstat.study.study import load
 
 CHAIN = {"model": "dimension_chain", "trials": 8, "seed": 1}
@@ -22,13 +22,16 @@ def problems_of(study):
     [
         ("10 +-0.1 mm", ("10 mm", "+-0.1 mm")),
         ("10 mm +-0.1 mm", ("10 mm", "+-0.1 mm")),
-        ("10 mm ±0.1", ("10 mm", "+-0.1 mm")),
+        ("10 mm ±0.1", ("10 mm", "±0.1 mm")),
         ("10 mm +-100 um", ("10 mm", "+-100 um")),
-        ("10 +0.2/-0.1 mm", ("10 mm", "-0.1..+0.2 mm")),
-        ("10 mm (+0.2 / -0.1)", ("10 mm", "-0.1..+0.2 mm")),
-        ("10 0/-0.1 mm", ("10 mm", "-0.1..0 mm")),
+        ("10 +0.2/-0.1 mm", ("10 mm", "+0.2/-0.1 mm")),
+        ("10 mm (+0.2 / -0.1)", ("10 mm", "+0.2 / -0.1 mm")),
+        ("10 +0.2 -0.1 mm", ("10 mm", "+0.2/-0.1 mm")),
+        ("10,5 ±0,1 mm", ("10.5 mm", "±0.1 mm")),
+        ("10 0/-0.1 mm", ("10 mm", "0/-0.1 mm")),
         ("10 -0.1..+0.3 mm", ("10 mm", "-0.1..+0.3 mm")),
-        ("Ø10 H7", ("10 mm", "H7")), ("10 mm h7", ("10 mm", "h7")),
+        ("Ø10 H7", ("10", "H7")), ("10 mm h7", ("10 mm", "h7")),
+        ("Ø30 g6 mm", ("30 mm", "g6")), ("30 H7 / g6 mm", ("30 mm", "H7/g6")),
         ("100 +-5 %", ("100", "+-5 %")), ("45 deg +-1 deg", ("45 deg", "+-1 deg")),
         ("1 kN +-5 %", ("1 kN", "+-5 %")),
     ],
@@ -45,18 +48,58 @@ def test_other_texts_hold_one_thing(text):
     assert separated(text) is None
 
 
-def test_only_the_wrong_link_is_quoted_with_what_to_type():
-    links = {"A": "10 +-0.1 mm", "B": {"nominal": "9 mm", "tolerance": "9 +-0.1 mm"}}
-    links |= {"C": {"nominal": "2 mm h7", "cost": {}}, "D": "1 mm"}
-    said = problems_of({**CHAIN, "settings": {"gap": "A - B - C"}, "links": links})
-    assert said.splitlines()[1:] == [
-        '  [links] A = "10 +-0.1 mm": one text holds size and tolerance; write '
-        '{ nominal = "10 mm", tolerance = "+-0.1 mm" }',
-        '  [links] B = { nominal = "9 mm", tolerance = "9 +-0.1 mm" }: one text holds '
-        'size and tolerance; write { nominal = "9 mm", tolerance = "+-0.1 mm" }',
-        '  [links] C = { nominal = "2 mm h7", cost = {  } }: one text holds size and '
-        'tolerance; write { nominal = "2 mm", tolerance = "h7", cost = {  } }',
-    ]
+@pytest.mark.parametrize(
+    ("link", "tables"),
+    [
+        ("2 mm", {"a": {"nominal": "2 mm"}}),
+        (2, {"a": {"nominal": 2}}),
+        ("25 +0.1/-0.05 mm", {"a": {"nominal": "25 mm", "tolerance": "+0.1/-0.05 mm"}}),
+        (
+            {"nominal": "25 +-0.1 mm", "cp": 1.33},
+            {"a": {"nominal": "25 mm", "tolerance": "+-0.1 mm", "cp": 1.33}},
+        ),
+        (
+            "30 H7/g6 mm",
+            {"a_hole": {"nominal": "30 mm", "tolerance": "H7"},
+             "a_shaft": {"nominal": "30 mm", "tolerance": "g6"}},
+        ),
+        (
+            {"nominal": "30 mm", "tolerance": "H7/g6", "cp": 1.33},
+            {"a_hole": {"nominal": "30 mm", "tolerance": "H7", "cp": 1.33},
+             "a_shaft": {"nominal": "30 mm", "tolerance": "g6", "cp": 1.33}},
+        ),
+    ],
+)  # fmt: skip
+def test_a_link_in_one_text_is_a_table(link, tables):
+    assert link_tables({"a": link}) == tables
+
+
+@pytest.mark.parametrize(
+    ("links", "words"),
+    [
+        (
+            {"A": {"nominal": "9 mm", "tolerance": "9 +-0.1 mm"}},
+            'a tolerance has no size; write { nominal = "9 mm", tolerance = "+-0.1 mm"',
+        ),
+        (
+            {"A": {"nominal": "9 +-0.1 mm", "tolerance": "+-0.2 mm"}},
+            "nominal holds a tolerance, too; give one of them",
+        ),
+        ({"A": "30 g6/H7 mm"}, "'g6/H7': a fit is a hole and a shaft, such as H7/g6"),
+        ({"A": "30 H7/G6 mm"}, "'H7/G6': a fit is a hole and a shaft"),
+        (
+            {"A": "30 H7/g6 mm", "A_hole": "3 mm"},
+            "a fit is two links, A_hole and A_shaft; A_hole is given twice",
+        ),
+        ({"A": "1,200 +-0.1 mm"}, "'1,200' may be 1.200 or 1200"),
+        ({"A": "H7/g6"}, "cannot be read"),
+        ({"A": "30 H7"}, "unit"),
+        ({"A": {"tolerance": "H7/g6"}}, "the key nominal is missing"),
+    ],
+)
+def test_a_link_that_holds_too_much_or_too_little(links, words):
+    study = {**CHAIN, "settings": {"gap": "A - B"}, "links": {**links, "B": "1 mm"}}
+    assert words in problems_of(study)
 
 
 def test_a_deviation_with_a_size_says_what_to_type():
@@ -76,11 +119,11 @@ REST = {
     "deviations": {
         "rod_length": "+-1 mmm",
         "crank_angle": {"tolerance": "+-1 mm", "distribution": "rectangular"},
-        "crank_radius": {"tolerance": "+-1 mm", "sigma": 3},
+        "crank_radius": {"tolerance": "+-1 mm", "std": 3},
     },
     "limits": {"yaw": "3 mrad", "rod_force": {"limit": "<= 3 kN", "cpk": 2}},
 }
-SAID = ["unknown unit 'mmm'", "'uniform'", "no key sigma", '[limits] yaw = "3 mrad"',
+SAID = ["unknown unit 'mmm'", "'uniform'", "no key std", '[limits] yaw = "3 mrad"',
         "no key cpk"]  # fmt: skip
 
 
@@ -123,7 +166,7 @@ def test_what_needs_the_model_is_no_problem_while_that_is_wrong():
 
 
 @pytest.mark.parametrize("limit", [">= 0", "<= 3", {"limit": "0..1", "ppm": 100}])
-@pytest.mark.parametrize("broken", [{"A": "10 +-0.1 mm"}, {"B": "ten"}])
+@pytest.mark.parametrize("broken", [{"A": "10 +-0.1 mmm"}, {"B": "ten"}])
 def test_no_unit_is_claimed_of_a_response_that_is_not_known(limit, broken):
     study = {**CHAIN, "settings": {"gap": "A - B"}, "limits": {"gapp": limit}}
     said = problems_of({**study, "links": {"A": "10 mm", "B": "9 mm", **broken}})

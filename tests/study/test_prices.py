@@ -33,6 +33,15 @@ def test_a_reciprocal_price_is_of_each_part():
     assert np.exp(found.ends) == pytest.approx([0.3e-3, 2.4e-3])
 
 
+def test_a_price_with_a_fixed_part_and_an_exponent():
+    """A + B / T^k of A = 4, k = 2, and 10 at 0.6 mm."""
+    law = {"law": "reciprocal", "at": "+-0.6 mm", "price": 10}
+    found = priced(law | {"fixed": 4, "exponent": 2})
+    assert found.cost(math.log(0.6e-3)) == pytest.approx(2 * 10)
+    assert found.cost(math.log(0.3e-3)) == pytest.approx(2 * (4 + 6 * 4))
+    assert found.cost(math.log(1.2e-3)) == pytest.approx(2 * (4 + 6 / 4))
+
+
 def test_an_exponential_price_is_e_times_as_much_for_each_rate():
     law = {"law": "exponential", "at": "+-1.2 mm", "price": 5, "rate": "0.5 mm"}
     found = priced(law | {"tightest": "+-0.2 mm", "loosest": "+-3 mm"})
@@ -134,6 +143,12 @@ LAW = {"law": "reciprocal", "at": "+-1 mm", "price": 1}
     [
         (3, "a table is expected"),
         ({}, "a table is expected"),
+        (LAW | {"fixed": 1}, "fixed: it is a part of price, and less"),
+        (LAW | {"exponent": 0}, "expected a number such as exponent = 2"),
+        (
+            LAW | {"law": "exponential", "rate": "1 mm", "exponent": 2},
+            "exponent: it is of the reciprocal law",
+        ),
         ({"law": "linear"}, "allowed: reciprocal, exponential"),
         ({"law": "reciprocal", "at": "+-1 mm"}, "the key price is missing"),
         (LAW | {"prise": 1}, "did you mean 'price'?"),

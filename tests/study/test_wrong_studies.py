@@ -35,7 +35,7 @@ A = 'links.A = { nominal = "50 mm", tolerance = "+-0.1 mm" }\n'
 WRONG = {
     "a link without a unit": (
         CHAIN + A + 'links.B = { nominal = 49.5 }\n',
-        ['[links] B = { nominal = 49.5 }: the size has no unit', 'nominal = "49.5 mm"'],
+        ['[links] B = 49.5: the size has no unit', 'nominal = "49.5 mm"'],
     ),
     "a link that is a number": (
         CHAIN + A + "links.B = 49.5\n", ["[links] B = 49.5: the size has no unit"],
@@ -201,7 +201,7 @@ WRONG = {
         HEAD + '[deviations]\nrod_length = "0.3..-0.1 mm"\n', ["rod_length", "lower end"],
     ),
     "decimal comma": (
-        HEAD + '[deviations]\nrod_length = "+-1,2 mm"\n', ["rod_length", "comma"],
+        HEAD + '[deviations]\nrod_length = "+-1,200 mm"\n', ["rod_length", "1.200 or 1200"],
     ),
     "unknown distribution": (
         HEAD + '[deviations]\nrod_length = { tolerance = "+-1 mm", distribution = "gauss" }\n',
@@ -273,6 +273,16 @@ WRONG = {
         HEAD + "[deviations]\nrod_length = "
         '{ tolerance = "+-1 mm", distribution = "weibull", shape = "round" }\n',
         ["rod_length", "shape: a number"],
+    ),
+    "student without degrees of freedom": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", distribution = "student_t" }\n',
+        ["rod_length", "needs the key degrees_of_freedom"],
+    ),
+    "student of three readings": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", distribution = "student_t", degrees_of_freedom = 2 }\n',
+        ["rod_length", "degrees_of_freedom = 2: at least 3"],
     ),
     "constant with a tolerance": (
         HEAD + "[deviations]\nrod_length = "

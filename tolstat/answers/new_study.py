@@ -27,6 +27,10 @@ BEGIN = 34
 # example tolerances by SI unit; 1 of any other unit, 1 % of a relative one
 SMALL = 1e-9  # SI: a deviation that any part may have on both sides
 EXAMPLES = {"m": "0.1 mm", "rad": "0.1 deg", "s": "1 ms", "N m": "1 N m"}
+LINK_TEXTS = """\
+# as drawings have them: "25 +0.1/-0.05 mm", "30 g6 mm"; with more keys
+# { nominal = "25 +-0.1 mm", cp = 1.33 }; a fit, pair = "30 H7/g6 mm", is two links,
+# pair_hole and pair_shaft"""
 HEAD = """\
 # {title}
 # tolstat run STUDY.toml, then tolstat report STUDY.h5
@@ -100,6 +104,9 @@ def _links(model: Model) -> list[str] | None:
     ):
         return None
     rows = _as_toml(kind, table.default)
+    if [*kind.columns] == [NOMINAL]:
+        sizes = {n: row[NOMINAL].replace(" ", " +-0.1 ") for n, row in rows.items()}
+        return [LINK_TEXTS, *(f"{n} = {toml_of(size)}" for n, size in sizes.items())]
     links = {name: {**row, "tolerance": "+-0.1 mm"} for name, row in rows.items()}
     return [f"{name} = {toml_of(link)}" for name, link in links.items()]
 

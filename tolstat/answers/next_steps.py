@@ -154,10 +154,10 @@ def to_shift(
     of a batch.
     """
     editor, entries = editor_of(run), dict[str, str]()
-    links = run.study.table.get("links", {})
+    links = editor.links
     for member in members:
         entry = editor.entry_of(member, nominal=member in links)
-        if entry.splits(members) or "data" in entry.keys:
+        if entry.splits(members) or {"data", "parts"} & entry.keys.keys():
             return ()
         scale, reader = run.scales[member], DeviationReader(editor.parts[member])
         if member in links:

@@ -1,27 +1,35 @@
-"""Tolerances by the tables of standards: grades of sizes, classes of gears.
+"""Tolerances of sizes by the tables of standards: "H7", "IT9", "ISO 2768-m".
 
-ISO 286-1 is here as the table of the standard, whose values are rounded: its formula
-gives other values for many of them (180 to 250 mm, IT9: table 115 um, formula 116 um).
-ISO 1328-1 is here in the edition of 2013; that of 1995 rounded the diameter and the
-module to ranges first: its classes give other values.
+ISO 286-1 is here as its tables, whose values are rounded: its formulas give others for
+many (180 to 250 mm, IT9: table 115 um, formula 116 um). The grade gives the width of a
+zone; a letter the fundamental deviation, the distance of the nearer end from the
+nominal size. Left out is ef of 18 to 30 mm, where transcriptions differ (25 or 28 um).
 
 References
 ----------
-ISO 286-1:2010, Table 1.
-ISO 1328-1:2013, 5.2 (rounding), 5.3.2 (single pitch), annex E (run-out, informative:
-nine tenths of the total cumulative pitch deviation).
+ISO 286-1:2010, Tables 1 to 5.
+K. L. Narayana et al., Machine Drawing, Tables 15.2 and 15.3 (up to 500 mm).
+DME, Tables for determining metric tolerances, Table 5 (500 to 3150 mm).
+ISO 2768-1:1989, Tables 1 (linear sizes), 2 (external radii, heights of chamfers) and 3
+(angles, by the length of the shorter side).
 """
 
+import math
 import re
 from bisect import bisect_left
-from decimal import ROUND_HALF_UP, Context, Decimal
 
 from tolstat.deviations.distributions import Tolerance
 from tolstat.errors import GradeError
+from tolstat.units.grammar import tolerance
 
-GRADES = range(1, 19)
-POSITIONS = ("h", "H", "js", "JS")
+GRADES = range(-1, 19)  # IT01 is -1
 
+# upper ends of ranges of sizes up to 500 mm; IT01 and IT0 there, um
+COARSE = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
+FINEST = {
+    -1: (0.3, 0.4, 0.4, 0.5, 0.6, 0.6, 0.8, 1, 1.2, 2, 2.5, 3, 4),
+    0: (0.5, 0.6, 0.6, 0.8, 1, 1, 1.2, 1.5, 2, 3, 4, 5, 6),
+}
 # upper end of a range of sizes, mm (above that of the row before): IT1 to IT18, um
 _ROWS = """
 3 0.8 1.2 2 3 4 6 10 14 25 40 60 100 140 250 400 600 1000 1400
@@ -51,21 +59,14 @@ TABLE = {
     for size, *widths in map(str.split, _ROWS.strip().splitlines())
 }
 
-_WRITTEN = re.compile(r"(IT|[A-Za-z]{1,2})\s*([0-9]{1,2})")
-
-
-def looks_like_grade(text: str) -> bool:
-    """Return whether a tolerance is written as a grade: "IT7", "h6", "js9"."""
-    return _WRITTEN.fullmatch(text.strip()) is not None
-
 
 def width(grade: int, size: float) -> float:
-    """Return the width of a tolerance grade at a nominal size, m.
+    """Return the width of a tolerance grade at a nominal size, m; IT01 is -1.
 
     Raises `GradeError` if the table of the standard lacks this grade or size.
     """
     if grade not in GRADES:
-        raise GradeError(f"IT{grade}: ISO 286-1 grades are IT1 to IT18 here")
+        raise GradeError("grades of ISO 286-1 are IT01, IT0 and IT1 to IT18")
     millimetres = round(1e3 * size, 9)
     if not 0 < millimetres <= 3150:
         raise GradeError(
@@ -77,111 +78,275 @@ def width(grade: int, size: float) -> float:
             f"IT{grade} of {millimetres:g} mm: ISO 286-1 has IT14 and above only over "
             "1 mm"
         )
+    if grade < 1:
+        if millimetres > COARSE[-1]:
+            raise GradeError("ISO 286-1 has IT01 and IT0 up to 500 mm")
+        return 1e-6 * FINEST[grade][bisect_left(COARSE, millimetres)]
     ends = list(TABLE)
     return 1e-6 * TABLE[ends[bisect_left(ends, millimetres)]][grade - 1]
 
 
-def zone(text: str, size: float) -> Tolerance:
+# upper end of a range of sizes, mm; fundamental deviations of shafts, um, by letter: a
+# to g below the nominal size, k to zc above it; those of holes follow from them
+_BELOW = """
+to a b c cd d e ef f fg g
+3 270 140 60 34 20 14 10 6 4 2
+6 270 140 70 46 30 20 14 10 6 4
+10 280 150 80 56 40 25 18 13 8 5
+18 290 150 95 70 50 32 23 16 10 6
+30 300 160 110 85 65 40 - 20 12 7
+40 310 170 120 100 80 50 35 25 15 9
+50 320 180 130 100 80 50 35 25 15 9
+65 340 190 140 - 100 60 - 30 - 10
+80 360 200 150 - 100 60 - 30 - 10
+100 380 220 170 - 120 72 - 36 - 12
+120 410 240 180 - 120 72 - 36 - 12
+140 460 260 200 - 145 85 - 43 - 14
+160 520 280 210 - 145 85 - 43 - 14
+180 580 310 230 - 145 85 - 43 - 14
+200 660 340 240 - 170 100 - 50 - 15
+225 740 380 260 - 170 100 - 50 - 15
+250 820 420 280 - 170 100 - 50 - 15
+280 920 480 300 - 190 110 - 56 - 17
+315 1050 540 330 - 190 110 - 56 - 17
+355 1200 600 360 - 210 125 - 62 - 18
+400 1350 680 400 - 210 125 - 62 - 18
+450 1500 760 440 - 230 135 - 68 - 20
+500 1650 840 480 - 230 135 - 68 - 20
+630 - - - - 260 145 - 76 - 22
+800 - - - - 290 160 - 80 - 24
+1000 - - - - 320 170 - 86 - 26
+1250 - - - - 350 195 - 98 - 28
+1600 - - - - 390 220 - 110 - 30
+2000 - - - - 430 240 - 120 - 32
+2500 - - - - 480 260 - 130 - 34
+3150 - - - - 520 290 - 145 - 38
+"""
+_ABOVE = """
+to k m n p r s t u v x y z za zb zc
+3 0 2 4 6 10 14 - 18 - 20 - 26 32 40 60
+6 1 4 8 12 15 19 - 23 - 28 - 35 42 50 80
+10 1 6 10 15 19 23 - 28 - 34 - 42 52 67 97
+14 1 7 12 18 23 28 - 33 - 40 - 50 64 90 130
+18 1 7 12 18 23 28 - 33 39 45 - 60 77 108 150
+24 2 8 15 22 28 35 - 41 47 54 63 73 98 136 188
+30 2 8 15 22 28 35 41 48 55 64 75 88 118 160 218
+40 2 9 17 26 34 43 48 60 68 80 94 112 148 200 274
+50 2 9 17 26 34 43 54 70 81 97 114 136 180 242 325
+65 2 11 20 32 41 53 66 87 102 122 144 172 226 300 405
+80 2 11 20 32 43 59 75 102 120 146 174 210 274 360 480
+100 3 13 23 37 51 71 91 124 146 178 214 258 335 445 585
+120 3 13 23 37 54 79 104 144 172 210 254 310 400 525 690
+140 3 15 27 43 63 92 122 170 202 248 300 365 470 620 800
+160 3 15 27 43 65 100 134 190 228 280 340 415 535 700 900
+180 3 15 27 43 68 108 146 210 252 310 380 465 600 780 1000
+200 4 17 31 50 77 122 166 236 284 350 425 520 670 880 1150
+225 4 17 31 50 80 130 180 258 310 385 470 575 740 960 1250
+250 4 17 31 50 84 140 196 284 340 425 520 640 820 1050 1350
+280 4 20 34 56 94 158 218 315 385 475 580 710 920 1200 1550
+315 4 20 34 56 98 170 240 350 425 525 650 790 1000 1300 1700
+355 4 21 37 62 108 190 268 390 475 590 730 900 1150 1500 1900
+400 4 21 37 62 114 208 294 435 530 660 820 1000 1300 1650 2100
+450 5 23 40 68 126 232 330 490 595 740 920 1100 1450 1850 2400
+500 5 23 40 68 132 252 360 540 660 820 1000 1250 1600 2100 2600
+560 0 26 44 78 150 280 400 600 - - - - - - -
+630 0 26 44 78 155 310 450 660 - - - - - - -
+710 0 30 50 88 175 340 500 740 - - - - - - -
+800 0 30 50 88 185 380 560 840 - - - - - - -
+900 0 34 56 100 210 430 620 940 - - - - - - -
+1000 0 34 56 100 220 470 680 1050 - - - - - - -
+1120 0 40 66 120 250 520 780 1150 - - - - - - -
+1250 0 40 66 120 260 580 840 1300 - - - - - - -
+1400 0 48 78 140 300 640 960 1450 - - - - - - -
+1600 0 48 78 140 330 720 1050 1600 - - - - - - -
+1800 0 58 92 170 370 820 1200 1850 - - - - - - -
+2000 0 58 92 170 400 920 1350 2000 - - - - - - -
+2240 0 68 110 195 440 1000 1500 2300 - - - - - - -
+2500 0 68 110 195 460 1100 1650 2500 - - - - - - -
+2800 0 76 135 240 550 1250 1900 2900 - - - - - - -
+3150 0 76 135 240 580 1400 2100 3200 - - - - - - -
+"""
+# by class the distance to the far side of the nominal size, um, in ranges up to 500 mm
+_J = {
+    "j5": (2, 2, 2, 3, 4, 5, 7, 9, 11, 13, 16, 18, 20),
+    "j6": (2, 2, 2, 3, 4, 5, 7, 9, 11, 13, 16, 18, 20),
+    "j7": (4, 4, 5, 6, 8, 10, 12, 15, 18, 21, 26, 28, 32),
+    "j8": (6,),
+    "J6": (2, 5, 5, 6, 8, 10, 13, 16, 18, 22, 25, 29, 33),
+    "J7": (4, 6, 8, 10, 12, 14, 18, 22, 26, 30, 36, 39, 43),
+    "J8": (6, 10, 12, 15, 20, 24, 28, 34, 41, 47, 55, 60, 66),
+}
+_WRITTEN = re.compile(r"(IT|[A-Za-z]{1,2})\s*([0-9]{1,2})(?:\s*\((.+)\))?")
+NAMES = {"01": -1, "0": 0, **{str(grade): grade for grade in range(1, 19)}}
+FINE = 500  # mm: up to it holes differ from shafts of their letter
+
+
+def _columns(table: str) -> dict[str, dict[int, float]]:
+    """Return values by letter and range; NaN where the standard has none."""
+    (_, *letters), *rows = map(str.split, table.strip().splitlines())
+    return {
+        letter: {int(row[0]): float(row[i].replace("-", "nan")) for row in rows}
+        for i, letter in enumerate(letters, 1)
+    }
+
+
+BELOW, ABOVE = _columns(_BELOW), _columns(_ABOVE)
+LETTERS = [*BELOW, "h", "js", "j", *ABOVE]
+
+
+def looks_like_grade(text: str) -> bool:
+    """Return whether a tolerance is one of a standard: "IT7", "h6", "ISO 2768-m"."""
+    return bool(_WRITTEN.fullmatch(text.strip()) or general_class(text))
+
+
+def grade_zone(text: str, size: float) -> Tolerance:
     """Return the zone of a grade on a drawing: deviations from the nominal size, m.
 
-    "IT7", "js7" and "JS7" lie half above and half below the nominal size, `size`, m;
-    "h7" below it (a shaft), "H7" above it (a hole). Raises `GradeError` if the grade is
-    unknown, or the standard's table lacks this size.
+    "IT7" and "js7" lie half above and half below the nominal size, `size`, m. "g6" is
+    of a shaft, "G7" of a hole. Limits behind it, "H7 (+0.021/0)", are checked.
+
+    Raises
+    ------
+    GradeError
+        If the grade is unknown, the standard's tables lack this size, or the limits
+        are others.
     """
     match = _WRITTEN.fullmatch(text.strip())
-    if match is None or match[1] not in ("IT", *POSITIONS):
+    letter = match[1] if match else ""
+    lower_case, upper_case = letter.lower(), letter.upper()
+    is_letter = lower_case in LETTERS and letter in (lower_case, upper_case)
+    if not match or not (is_letter or letter == "IT"):
         raise GradeError(
-            f"'{text}': grades are IT1 to IT18, alone or as h, H, js, JS; write other "
-            "positions as their limits, lower..upper in mm, from the standard's table"
+            f"'{text}': grades are IT01 to IT18, alone or behind a letter of ISO "
+            "286-1, a to zc for a shaft, A to ZC for a hole, without i, l, o, q and w"
         )
-    full = width(int(match[2]), size)
-    lower = {"h": -full, "H": 0.0}.get(match[1], -0.5 * full)
-    return Tolerance(lower, lower + full)
-
-
-ISO_1328 = "ISO 1328-1:2013"
-GEAR_CLASSES = range(1, 12)
-# many values are exact ties, such as 4.75 um, which binary fractions do not hold
-_DECIMAL = Context(prec=40, rounding=ROUND_HALF_UP)
-
-
-def _rounded(micrometres: Decimal) -> float:
-    """Return m, rounded by 5.2 to 1 um above 10 um, 0.5 um above 5 um, else 0.1 um.
-
-    Ties are rounded up.
-    """
-    step = Decimal("1" if micrometres > 10 else "0.5" if micrometres > 5 else "0.1")
-    steps = _DECIMAL.divide(micrometres, step).to_integral_value(ROUND_HALF_UP)
-    return float(steps * step * Decimal("1e-6"))
-
-
-def _millimetres(metres: float) -> Decimal:
-    """Return a length as on a drawing: 12 figures."""
-    return (1000 * Decimal(f"{metres:.12g}")).normalize()
-
-
-def _checked(
-    diameter: float, module: float, flank_class: int
-) -> tuple[Decimal, Decimal]:
-    """Return diameter and module, mm, if the standard covers them."""
-    d, m = _millimetres(diameter), _millimetres(module)
-    if flank_class not in GEAR_CLASSES:
-        raise GradeError(f"class {flank_class}: {ISO_1328} has the classes 1 to 11")
-    if not Decimal("0.5") <= m <= 70:
-        raise GradeError(f"module {m:f} mm: {ISO_1328} covers 0.5 to 70 mm")
-    if not 5 <= d / m <= 1000:
+    grade = NAMES.get(match[2], 99)
+    full = round(1e6 * width(grade, size), 3)
+    if letter == "IT" or lower_case == "js":
+        lower = -full / 2
+    else:
+        lower = _lower_end(letter, grade, round(1e3 * size, 9), full)
+    if math.isnan(lower):
         raise GradeError(
-            f"module {m:f} mm: a wheel of {d:f} mm would have {d / m:.1f} teeth; "
-            f"{ISO_1328} covers 5 to 1000"
+            f"{letter}{match[2]} of {1e3 * size:g} mm: ISO 286-1 has no such class; "
+            "give the limits in mm"
         )
-    if not 5 <= d <= 15000:
-        raise GradeError(f"diameter {d:f} mm: {ISO_1328} covers 5 to 15000 mm")
-    return d, m
+    ends = Tolerance(lower * 1e-6, (lower + full) * 1e-6)
+    if match[3]:
+        _check(text, match[3], ends)
+    return ends
 
 
-def _of_class(micrometres: Decimal, flank_class: int) -> Decimal:
-    """Return the value of a class from that of class 5: root 2 for each class."""
-    twice, once = divmod(flank_class - 5, 2)
-    value = _DECIMAL.multiply(micrometres, _DECIMAL.power(Decimal(2), twice))
-    return _DECIMAL.multiply(value, _DECIMAL.sqrt(Decimal(2))) if once else value
+def _lower_end(letter: str, grade: int, size: float, full: float) -> float:
+    """Return the lower end of a zone, um; NaN where the standard has none."""
+    name, hole = letter.lower(), letter.isupper()
+    step = bisect_left(COARSE, size)
+    if name == "h":
+        return 0.0 if hole else -full
+    if name == "j":
+        ends = _J.get(f"{letter}{grade}", ())
+        distance = ends[step] if step < len(ends) else math.nan
+        return distance - full if hole else -distance
+    if name in BELOW:
+        missing = name in "ab" and size <= 1
+        distance = math.nan if missing else _value(BELOW[name], size)
+        return distance if hole else -distance - full
+    distance = _value(ABOVE[name], size)
+    if not hole:
+        return distance if name != "k" or 4 <= grade <= 7 else 0.0
+    fine = 3 < size <= FINE
+    if name == "k" and grade > 8:
+        return math.nan if size > 3 else -full
+    if name == "n" and grade > 8 and size <= FINE:
+        return math.nan if size <= 1 else -full if fine else -distance - full
+    if fine and grade <= (8 if name in "kmn" else 7):
+        if grade < 3:
+            return math.nan
+        distance -= full - 1e6 * width(grade - 1, size * 1e-3)
+        if (letter, grade, COARSE[step]) == ("M", 6, 315):
+            distance = 9.0  # the exception of the standard: not 11
+    return -distance - full
 
 
-def single_pitch(diameter: float, module: float, flank_class: int) -> float:
-    """Return the tolerance of the single pitch deviation, f_pT, m, to either side.
-
-    Arguments and errors as of `gear_zone`.
-    """
-    d, m = _checked(diameter, module, flank_class)
-    f_pT = Decimal("0.001") * d + Decimal("0.4") * m + 5
-    return _rounded(_of_class(f_pT, flank_class))
+def _value(column: dict[int, float], size: float) -> float:
+    """Return the value of the range of a size, mm."""
+    ends = [*column]
+    return column[ends[bisect_left(ends, size)]]
 
 
-def run_out(diameter: float, module: float, flank_class: int) -> float:
-    """Return the tolerance of the radial run-out, F_rT, m; see `gear_zone`."""
-    d, m = _checked(diameter, module, flank_class)
-    root = _DECIMAL.sqrt(d)
-    F_pT = Decimal("0.002") * d + Decimal("0.55") * root + Decimal("0.7") * m + 12
-    return _rounded(_of_class(Decimal("0.9") * F_pT, flank_class))
+def _check(text: str, limits: str, ends: Tolerance) -> None:
+    """Refuse limits behind a grade, in mm by default, that are not the standard's."""
+    bare = not re.search("[A-Za-zµμ]", limits)
+    typed = tolerance(f"{limits} mm" if bare else limits, "m")
+    rounding = min(0.51e-6, 0.1 * (ends.upper - ends.lower))  # to micrometres
+    if any(abs(a - b) > rounding for a, b in zip(typed, ends, strict=True)):
+        lower, upper = (f"{1e3 * end:+.4g}" if end else "0" for end in ends)
+        raise GradeError(
+            f"'{text}': ISO 286-1 has {upper}/{lower} mm; correct grade, size or limits"
+        )
 
 
-def gear_zone(
-    error: str, diameter: float, module: float, flank_class: int
-) -> Tolerance:
-    """Return the zone of a deviation of a gear in a class, m.
+_GENERAL = re.compile(r"ISO\s*2768(?:-1)?\s*-\s*([fmcv])[HKL]?(\s+radius)?")
+# upper ends of ranges of sizes, mm, and half the zone by class; None: not given
+Table = tuple[tuple[float, ...], dict[str, tuple[float | None, ...]]]
+LENGTHS: Table = (
+    (3, 6, 30, 120, 400, 1000, 2000, 4000),
+    {
+        "f": (0.05, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, None),
+        "m": (0.1, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2, 2),
+        "c": (0.2, 0.3, 0.5, 0.8, 1.2, 2, 3, 4),
+        "v": (None, 0.5, 1, 1.5, 2.5, 4, 6, 8),
+    },
+)
+RADII: Table = (
+    (3, 6, math.inf),
+    {"f": (0.2, 0.5, 1), "m": (0.2, 0.5, 1), "c": (0.4, 1, 2), "v": (0.4, 1, 2)},
+)
+ANGLES: Table = (  # minutes of arc
+    (10, 50, 120, 400, math.inf),
+    {
+        "f": (60, 30, 20, 10, 5),
+        "m": (60, 30, 20, 10, 5),
+        "c": (90, 60, 30, 15, 10),
+        "v": (180, 120, 60, 30, 20),
+    },
+)
+LEAST = 0.5  # mm, of lengths and radii
 
-    Raises `GradeError` if the standard does not cover the arguments.
+
+def general_class(text: str) -> tuple[str, bool] | None:
+    """Return the class of a general tolerance, and whether it is of a radius."""
+    match = _GENERAL.fullmatch(text.strip())
+    return (match[1], bool(match[2])) if match else None
+
+
+def general_zone(text: str, size: float, unit: str = "m") -> Tolerance:
+    """Return the zone of a general tolerance, SI, of a length or an angle.
 
     Parameters
     ----------
-    error : str
-        "run-out": the amplitude, half of what an indicator shows over a turn; "pitch":
-        the position of a tooth.
-    diameter, module : float
-        Reference diameter and normal module, m.
-    flank_class : int
-        1 to 11.
+    text : str
+        As on a drawing, "ISO 2768-m" or "ISO 2768-mK"; "ISO 2768-m radius" is of an
+        external radius or a chamfer.
+    size : float
+        Nominal size, m; of an angle the length of its shorter side.
+    unit : str
+        "m" or "rad".
+
+    Raises
+    ------
+    GradeError
+        If the standard has none of this size.
     """
-    if error == "run-out":
-        return Tolerance(0.0, 0.5 * run_out(diameter, module, flank_class))
-    pitch = single_pitch(diameter, module, flank_class)
-    return Tolerance(-pitch, pitch)
+    name, is_radius = general_class(text) or ("", False)
+    ends, halves = ANGLES if unit == "rad" else RADII if is_radius else LENGTHS
+    millimetres = round(1e3 * size, 9)
+    step = bisect_left(ends, millimetres)
+    small = unit == "m" and millimetres < LEAST
+    half = None if small or step == len(ends) else halves[name][step]
+    if half is None:
+        raise GradeError(
+            f"'{text}' of {millimetres:g} mm: ISO 2768-1 has none; give the tolerance"
+        )
+    half *= math.pi / 10800 if unit == "rad" else 1e-3
+    return Tolerance(-half, half)

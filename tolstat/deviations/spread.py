@@ -14,6 +14,7 @@ from tolstat.arrays import Array
 from tolstat.deviations.distributions import (
     THREE_SIGMA,
     Distribution,
+    Gamma,
     Lognormal,
     Tolerance,
     Weibull,
@@ -23,6 +24,7 @@ from tolstat.errors import DistributionError
 RAREST = 6.0  # normal score of the ends that practically no part is beyond
 FARTHEST, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
 PLACES = ("mode", "median", "plateau")  # keys that are places in the zone
+WIDTHS = ("shift", "sigma", "inexactness")  # keys that are in proportion to the zone
 KEPT = 8192  # distributions whose spread is kept
 ROUNDING_OF_ZONE = 1e-12  # of half a zone: zero, but for rounding
 
@@ -127,7 +129,7 @@ def fixed_point(distribution: Distribution, *, sized: bool) -> float:
       what is typed as most likely. Friction -20..+40 %, mode 0 %, becomes -10..+20 %.
     - a deviation without nominal value with a zone from zero: zero. It is an amplitude.
       A run-out 0..60 um becomes 0..30 um.
-    - a distribution that begins at its lower end, lognormal or Weibull: that end.
+    - a distribution that begins at its lower end (gamma, lognormal, Weibull): that end.
 
     A shift of the nominal moves the zone and its fixed point.
 
@@ -144,7 +146,7 @@ def fixed_point(distribution: Distribution, *, sized: bool) -> float:
                 plateau = isinstance(typical, Tolerance)
                 return float(typical.middle if plateau else typical)
     from_zero = not sized and zone.lower == 0
-    if from_zero or isinstance(distribution, Lognormal | Weibull):
+    if from_zero or isinstance(distribution, Gamma | Lognormal | Weibull):
         return zone.lower
     return zone.middle
 
@@ -169,8 +171,8 @@ def half_of(distributions: Mapping[str, Distribution]) -> float:
 def in_zone(distribution: Distribution, zone: Tolerance) -> Distribution:
     """Return a distribution in another zone, SI, beside the same shift of its nominal.
 
-    Mode, median and plateau lie as far across the new zone as across the old one; the
-    shift of a mean grows and shrinks with the zone. Other keys stay.
+    Mode, median, plateau and mean lie as far across the new zone as across the old one;
+    the shift of a mean and sigma grow and shrink with the zone. Other keys stay.
     """
     if isinstance(distribution, Shifted):
         return Shifted(in_zone(distribution.distribution, zone), distribution.by)
@@ -187,8 +189,11 @@ def in_zone(distribution: Distribution, zone: Tolerance) -> Distribution:
         if (typed := getattr(distribution, key, None)) is not None:
             plateau = isinstance(typed, Tolerance)
             keys[key] = Tolerance(*map(across, typed)) if plateau else across(typed)
-    if (shift := getattr(distribution, "shift", None)) is not None:
-        keys["shift"] = ratio * shift
+    for key in WIDTHS:
+        if (typed := getattr(distribution, key, None)) is not None:
+            keys[key] = ratio * typed
+    if (mean := getattr(distribution, "mean", None)) is not None:
+        keys["mean"] = across(mean)
     return cast(Distribution, dataclasses.replace(cast(Any, distribution), **keys))
 
 

@@ -58,14 +58,18 @@ class Law(NamedTuple):
     price: float  # there
     tightest: float  # ends of the choice of half the width, SI
     loosest: float
-    # 0: the price is reciprocal, price * at / T; else price * exp((at - T) / rate)
+    # 0: the price is reciprocal, price * (at / T)**exponent; else exponential,
+    # price * exp((at - T) / rate)
     rate: float = 0.0
+    exponent: float = 1.0
+    fixed: float = 0.0  # part of the price that no tolerance changes
 
     def price_of(self, half: float) -> float:
         """Return the price of one part with half a tolerance, SI."""
+        varying, power = self.price - self.fixed, self.exponent
         if self.rate:
-            return self.price * math.exp((self.at - half) / self.rate)
-        return self.price * self.at / half
+            return self.fixed + varying * math.exp((self.at - half) / self.rate)
+        return float(self.fixed + varying * self.at**power / half**power)
 
 
 class Offered(NamedTuple):
@@ -248,7 +252,8 @@ def read_costs(
     if not isinstance(cost, dict) or not cost:
         raise CostError(f"cost: a table is expected, {EXAMPLE}")
     specified = {member: distributions[member] for member in readers}
-    if None in map(zone_of, specified.values()):
+    graded = "iso1328" in keys
+    if not (graded or "tolerance" in keys):
         raise CostError("cost needs a tolerance; add one to the entry")
     reader = next(iter(readers.values()))
     written = written_unit(keys, reader)
@@ -256,7 +261,6 @@ def read_costs(
     prices = {k: v for k, v in cost.items() if k not in ShiftKeys.model_fields}
     priced: list[Priced] = []
     if prices:
-        graded = "iso1328" in keys
         words = f"iso1328 = {keys['iso1328']}" if graded else str(keys["tolerance"])
         entry = Priced(name, words, specified, scale, sized=reader.is_sized(keys))
         priced.append(
@@ -355,7 +359,14 @@ def _with_law(priced: Priced, cost: dict[str, Any], reader: DeviationReader) -> 
                 "cost, rate: a quantity above zero is expected; the price is e times "
                 "as much for each rate that the tolerance is tighter"
             )
-    law = Law(price=entry.price, rate=rate, **halves)
+        if "exponent" in cost:
+            raise CostError("cost, exponent: it is of the reciprocal law")
+    if not entry.fixed < entry.price:
+        raise CostError("cost, fixed: it is a part of price, and less")
+    law = Law(
+        price=entry.price, rate=rate, exponent=entry.exponent, fixed=entry.fixed,
+        **halves,
+    )  # fmt: skip
     if not half / MOST_APART < law.at < half * MOST_APART:
         reader.warnings.append(
             f'{reader.contributor.name}: cost, at = "{entry.at}", is '

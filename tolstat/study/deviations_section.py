@@ -17,6 +17,7 @@ from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.names import expand
 from tolstat.errors import DependenceError, ModelError
 from tolstat.model.description import Contributor
+from tolstat.model.setting_kinds import as_typed
 from tolstat.study.cost_entry import Priced, read_costs
 from tolstat.study.csv_table import read_parts
 from tolstat.study.distribution_entry import (
@@ -139,9 +140,9 @@ def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:
     else:
         kind = str(rest.pop("distribution", DEFAULT)).replace("_", " ")
     zone = [str(rest.pop("tolerance"))] if "tolerance" in rest else []
-    if kind == DEFAULT and not {"cp", "cpk"} & set(rest):
+    if kind == DEFAULT and not {"cp", "cpk", "sigma"} & set(rest):
         rest["cp"] = 1
-    words = [kind, *zone, *(f"{key} {value}" for key, value in rest.items())]
+    words = [kind, *zone, *(f"{key} {as_typed(value)}" for key, value in rest.items())]
     if fitted:
         words.append(fitted)
     if batch:

@@ -2,9 +2,9 @@
 
 The rule of every other tolerance, whoever asks for it:
 
-- `mode`, `median` and `plateau`, and the `shift` of a mean, move with the zone: they
-  lie as far across the new one as across the old one, see
-  `tolstat.deviations.spread.in_zone`.
+- `mode`, `median`, `plateau`, `mean`, and the `shift` of a mean, move with the zone:
+  they lie as far across the new one as across the old one; `sigma` is in proportion to
+  it, so that Cp stays. See `tolstat.deviations.spread.in_zone`.
 - `distribution`, `cp`, `cpk`, `nominal_shift`, `common` and all other keys stay.
 - `size` stays for a grade alone. The tolerance replaces `iso1328` and `module`.
 - `cost` stays where it has a price for the new tolerance, and else goes: see
@@ -19,9 +19,27 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from tolstat.deviations import grades
-from tolstat.deviations.distributions import DISTRIBUTIONS, Distribution, Tolerance
-from tolstat.deviations.spread import PLACES, Shifted, in_zone, unshifted, zone_of
+from tolstat.deviations.distributions import (
+    DISTRIBUTIONS,
+    Distribution,
+    Normal,
+    Source,
+    Tolerance,
+)
+from tolstat.deviations.grades import (
+    general_class,
+    general_zone,
+    grade_zone,
+    looks_like_grade,
+)
+from tolstat.deviations.spread import (
+    PLACES,
+    WIDTHS,
+    Shifted,
+    in_zone,
+    unshifted,
+    zone_of,
+)
 from tolstat.errors import DistributionError, GradeError, allowed_names
 from tolstat.model.description import Contributor
 from tolstat.study.nominal_size import DeviationReader
@@ -34,6 +52,7 @@ OUTERMOST = np.array([2.0**-53, 0.5, 1 - 2.0**-53])
 QUANTITIES: dict[str, Callable[[DeviationReader, str], Any]] = {
     "quantity": DeviationReader.deviation,
     "difference": DeviationReader.difference,
+    "mean": DeviationReader.mean,
     "tolerance": DeviationReader.zone,
 }
 OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module", "nominal_shift")
@@ -44,7 +63,13 @@ _FIELDS = [
 ]
 # all keys of an entry that its distribution depends on
 KEYS = dict.fromkeys([*OF_THE_TOLERANCE, "distribution", *_FIELDS])
-MOVED = (*PLACES, "shift")  # keys that change with the zone
+MOVED = (*PLACES, *WIDTHS, "mean")  # keys that change with the zone
+# by their keys: deviations without a tolerance that could change
+WITHOUT = {
+    "data": "measured parts have", "value": "a constant has", "parts": "a mixture has",
+}  # fmt: skip
+WITH_UNIT = ("tolerance", "value", "sigma")  # in whose unit a deviation is written
+SOURCES = 'such as { share = "70 %", mean = "10 mm", sigma = "0.02 mm" }'
 EXAMPLE = '{ tolerance = "+-0.1 mm" }'
 
 Entry = str | dict[str, Any]
@@ -75,6 +100,8 @@ def read_distribution(entry: dict[str, Any], reader: DeviationReader) -> Distrib
     fields = {field.name: field for field in dataclasses.fields(kind)}
     values: dict[str, Any] = {}
     zone = _zone(keys, reader)
+    if zone is None and "sigma" in keys and "sigma" in fields:
+        zone = _around(keys, fields, reader)
     if zone is not None:
         if "tolerance" not in fields:
             raise DistributionError(f"the {name} distribution has no tolerance")
@@ -109,6 +136,19 @@ def read_distribution(entry: dict[str, Any], reader: DeviationReader) -> Distrib
     return Shifted(distribution, reader.deviation(str(shift)))
 
 
+def _around(
+    keys: Mapping[str, Any], fields: Mapping[str, Any], reader: DeviationReader
+) -> Tolerance:
+    """Return three sigma to either side of the mean of an entry without tolerance."""
+    if wrong := [key for key in ("cp", "cpk", "shift") if key in keys]:
+        raise DistributionError(f"{wrong[0]} refers to a tolerance; add one")
+    mean, sigma = (
+        _value(key, keys[key], fields[key].metadata, reader) if key in keys else 0.0
+        for key in ("mean", "sigma")
+    )
+    return Tolerance(mean - 3 * sigma, mean + 3 * sigma)
+
+
 def _computable(distribution: Distribution) -> bool:
     """Tell whether its middle and its outermost deviations are numbers."""
     with np.errstate(all="ignore"):
@@ -121,13 +161,15 @@ def _computable(distribution: Distribution) -> bool:
 
 def written_unit(keys: Mapping[str, Any], reader: DeviationReader) -> str:
     """Return the unit in which a deviation is written; empty for a grade."""
-    text = str(keys.get("tolerance", keys.get("value", "")))
-    graded = not text or grades.looks_like_grade(text)
+    text = next((str(keys[key]) for key in WITH_UNIT if key in keys), "")
+    graded = not text or looks_like_grade(text)
     return "" if graded else reader.shown_unit(unit_of(text))
 
 
 def _value(key: str, value: Any, declared: Any, reader: DeviationReader) -> Any:
     """Read the value of one key as its distribution declares it."""
+    if declared["reads"] == "parts":
+        return _sources(value, reader)
     if read := QUANTITIES.get(declared["reads"]):
         return read(reader, str(value))
     if declared["reads"] == "word":
@@ -138,6 +180,23 @@ def _value(key: str, value: Any, declared: Any, reader: DeviationReader) -> Any:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise DistributionError(f"{key}: a number is expected")
     return float(value)
+
+
+def _sources(parts: Any, reader: DeviationReader) -> tuple[Source, ...]:
+    """Return share, mean and sigma of each part of a mixture."""
+    if not isinstance(parts, Sequence) or not all(isinstance(x, dict) for x in parts):
+        raise DistributionError(f"parts: a list of tables is expected, {SOURCES}")
+    sources = []
+    for part in parts:
+        share = part.get("share")
+        if not isinstance(share, str):
+            raise DistributionError(f"parts: each needs its share, {SOURCES}")
+        normal = {key: x for key, x in part.items() if key != "share"}
+        distribution = read_distribution(normal, reader)
+        if type(distribution) is not Normal:
+            raise DistributionError(f"parts: each is normal, {SOURCES}")
+        sources.append(Source(quantity(share, "1"), *distribution.mean_and_sigma))
+    return tuple(sources)
 
 
 def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
@@ -153,43 +212,54 @@ def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
         return None
     if not isinstance(text, str):
         raise DistributionError('tolerance: a text such as "+-1.2 mm" is expected')
-    if not grades.looks_like_grade(text):
+    if not looks_like_grade(text):
         if size is not None:
             raise GradeError("size belongs to a grade such as IT7; leave it out")
         return reader.zone(text)
-    if contributor.unit != "m":
+    general = general_class(text) is not None
+    if contributor.unit != "m" and not (general and contributor.unit == "rad"):
         raise GradeError(
-            f"{text} is a grade of lengths; {contributor.name} is given in "
+            f"{text} is of lengths{' and angles' if general else ''}; "
+            f"{contributor.name} is given in "
             f"{scale_of(contributor.unit, contributor.shown).shown}"
         )
+    if contributor.unit == "rad":
+        if size is None:
+            raise GradeError(
+                f"{text} of an angle is by the length of its shorter side; give it, "
+                f'such as {{ tolerance = "{text}", size = "50 mm" }}'
+            )
+        return general_zone(text, quantity(str(size), "m"), "rad")
     nominal = reader.size if size is None else reader.size_of_grade(str(size))
     if not nominal:
         raise GradeError(
             f"{text}: {contributor.name} has no nominal size; give it, such as "
             f'{{ tolerance = "{text}", size = "350 mm" }}'
         )
-    return grades.zone(text, abs(nominal))
+    return (general_zone if general else grade_zone)(text, abs(nominal))
 
 
 def _class_of_gears(
     flank_class: Any, module: Any, contributor: Contributor
 ) -> Tolerance:
+    from tolstat.deviations.gear_classes import ISO_1328, gear_zone  # seldom used
+
     if contributor.gear is None:
         raise GradeError(
-            f"{grades.ISO_1328} is for the run-out and the pitch of gears; "
+            f"{ISO_1328} is for the run-out and the pitch of gears; "
             f"{contributor.name} is neither"
         )
     if isinstance(flank_class, bool) or not isinstance(flank_class, int):
         raise GradeError(
-            f"iso1328 is a class from 1 to 11 ({grades.ISO_1328}), such as iso1328 = 7"
+            f"iso1328 is a class from 1 to 11 ({ISO_1328}), such as iso1328 = 7"
         )
     if module is None:
         raise GradeError(
-            f"class {flank_class} of {grades.ISO_1328} needs the normal module, such "
+            f"class {flank_class} of {ISO_1328} needs the normal module, such "
             'as module = "12 mm"'
         )
     diameter, error = contributor.gear
-    return grades.gear_zone(error, diameter, quantity(str(module), "m"), flank_class)
+    return gear_zone(error, diameter, quantity(str(module), "m"), flank_class)
 
 
 def keys_of(entry: Entry) -> dict[str, Any]:
@@ -203,8 +273,8 @@ def shortest(keys: dict[str, Any]) -> Entry:
 
 
 def has_tolerance(keys: Mapping[str, Any]) -> bool:
-    """Return whether an entry has a tolerance, and not a grade of another name."""
-    return "tolerance" in keys or "iso1328" in keys
+    """Return whether an entry has a tolerance, or what gives one."""
+    return any(key in keys for key in ("tolerance", "iso1328", "sigma"))
 
 
 def distribution_of(keys: Mapping[str, Any], part: Contributor) -> Distribution:
@@ -223,12 +293,12 @@ def with_tolerance(
     DistributionError
         If the entry has no tolerance to change.
     """
-    if "data" in keys or "value" in keys:
-        subject = "measured parts have" if "data" in keys else "a constant has"
+    if wrong := [subject for key, subject in WITHOUT.items() if key in keys]:
+        subject = wrong[0]
         raise DistributionError(
             f"{subject} no tolerance to change; give a whole entry, such as {EXAMPLE}"
         )
-    obsolete = {"module"} if grades.looks_like_grade(tolerance) else {"module", "size"}
+    obsolete = {"module"} if looks_like_grade(tolerance) else {"module", "size"}
     new = {
         "tolerance" if key == "iso1328" else key: value
         for key, value in keys.items()

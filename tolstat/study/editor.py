@@ -33,7 +33,7 @@ from tolstat.study.distribution_entry import (
     with_tolerance,
 )
 from tolstat.study.nominal_size import DeviationReader
-from tolstat.study.settings_section import NOMINAL, keys_of_link
+from tolstat.study.settings_section import NOMINAL, link_tables, with_link
 
 Entries = Mapping[str, Entry]
 
@@ -79,10 +79,14 @@ class StudyEditor:
         """The study as TOML."""
         return tomli_w.dumps(self.table)
 
+    @property
+    def links(self) -> dict[str, dict[str, Any]]:
+        """The links as tables."""
+        return link_tables(self.table.get("links", {}))
+
     def entries(self) -> Iterator[WrittenEntry]:
         """Yield the entries with a deviation, of [links] first."""
-        for name, link in self.table.get("links", {}).items():
-            keys = keys_of_link(link)
+        for name, keys in self.links.items():
             if keys.keys() - {*self.columns}:  # else it may deviate in [deviations]
                 yield WrittenEntry("links", name, keys, [name])
         for name, entry in self.table.get("deviations", {}).items():
@@ -99,19 +103,18 @@ class StudyEditor:
         """Return the entries of contributors, by contributor; see `entry_of`."""
         entries = () if nominal else self.entries()
         written = {member: entry for entry in entries for member in entry.members}
-        links = self.table.get("links", {})
+        links = self.links
         for member in members:
             if member not in written:
-                link = member in links
-                section = "links" if link else "deviations"
-                keys = keys_of_link(links[member]) if link else {}
-                written[member] = WrittenEntry(section, member, dict(keys), [member])
+                section = "links" if member in links else "deviations"
+                keys = links.get(member, {})
+                written[member] = WrittenEntry(section, member, keys, [member])
         return written
 
     def is_size(self, name: str, change: Change) -> bool:
         """Return whether a change is another nominal value of a link, and no more."""
         alone = isinstance(change, Mapping) and {*change} == {NOMINAL}
-        links = self.table.get("links", {})
+        links = self.links
         return alone and name in {*links, *map(general, links)}
 
     def changed(self, name: str, change: Change) -> dict[str, WrittenEntry]:
@@ -160,7 +163,7 @@ class StudyEditor:
                     f"a batch is one entry; give all of its parts, {batch}"
                 )
             if entry.section == "links":
-                self.table["links"] = self.table["links"] | {member: entry.keys}
+                self.table["links"] = with_link(self.table["links"], member, entry.keys)
             else:
                 deviations[member] = shortest(entry.keys)
         if deviations:

@@ -134,6 +134,13 @@ class DeviationReader:
         """Return one deviation, SI, of a text that may be a size; see `zone`."""
         return float(self.axis([text])[0])
 
+    def mean(self, text: str) -> float:
+        """Return the mean of a process less the nominal, SI; it may be a size."""
+        before = len(self.warnings)
+        value = self.deviation(text)
+        del self.warnings[before:]
+        return value
+
     def axis(self, texts: Sequence[str]) -> Array:
         """Return deviations that belong together, float64[text], SI; see `zone`."""
         values = [self._read(grammar.quantity, text) for text in texts]

@@ -1,30 +1,50 @@
 """The sections [settings] and [links] of a study, and what the model makes of them.
 
-A link is a setting of the model, its size, and a deviation.
+A link is a setting of the model, its size, and a deviation. It is typed as a table, as
+a quantity, or as a drawing has it: "25 +0.1/-0.05 mm", "Ø30 g6 mm". A fit, "30 H7/g6
+mm", is two links. Once a study is checked all its links are tables.
 """
 
+import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from tolstat.errors import ModelError
+from tolstat.deviations.grades import looks_like_grade
+from tolstat.errors import ModelError, UnitError
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor, Description
 from tolstat.model.setting_kinds import Number, Rows
 from tolstat.model.settings import Setting, make, setting_of, settings_of
-from tolstat.study.problems import Problems
+from tolstat.study.problems import Problems, toml_of
 from tolstat.study.study_schema import DECISIVE, Document
+from tolstat.units.conversion import dimension
+from tolstat.units.grammar import plain, unit_of
 
 SETTING = "links"  # of a model: a table by name with the column `nominal`
-NOMINAL = "nominal"
+NOMINAL, TOLERANCE = "nominal", "tolerance"
+OF_A_FIT = "hole", "shaft"
+_NUMBER = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_UNIT = r"[^\W\d_][\w/*^ .]*?|%|°|\"|'"
+_GRADE = r"[A-Za-z]{1,2}\d{1,2}"
+_BOTH = re.compile(
+    rf"[øØ⌀]?\s*(?P<size>[+-]?{_NUMBER})\s*(?P<unit>(?!{_GRADE}){_UNIT})?\s*\(?\s*(?:"
+    rf"(?P<zone>(?:\+-|\+/-|±)\s*{_NUMBER}"
+    rf"|(?:[+-]\s*{_NUMBER}|0)\s*(?:/|\.\.)\s*(?:[+-]\s*{_NUMBER}|0))"
+    rf"|(?P<one>[+-]\s*{_NUMBER}|0)\s+(?P<other>[+-]\s*{_NUMBER}|0)"
+    rf"|(?P<grade>{_GRADE}(?:\s*/\s*{_GRADE})?)"
+    rf")\s*\)?\s*(?P<last>{_UNIT})?"
+)
 
 
 def read_settings(
     document: Document, model: Model, problems: Problems
 ) -> tuple[Any, Document]:
     """Return the settings, links among them, and the study with links as deviations."""
-    links, values = document.links, dict[str, Any]()
+    links: Mapping[str, Any] = document.links
+    values = dict[str, Any]()
     for name, value in document.settings.items():
         with problems.noting(f"[settings] {name}", value):
             setting = setting_of(model, name)
@@ -39,10 +59,10 @@ def read_settings(
         return make(model, values), document
     except ModelError as error:
         if not problems.noted_in(*DECISIVE):  # else names left out may be missed
-            size = keys_of_link(links.get(error.link))[NOMINAL]
+            size = links.get(error.link, {}).get(NOMINAL)
             if isinstance(size, int | float):
                 unit = f'write its unit, such as {NOMINAL} = "{size} mm"'
-                key, link = f"[links] {error.link}", links[error.link]
+                key, link = f"[links] {error.link}", typed_link(links[error.link])
                 problems.add(key, link, f"the size has no unit; {unit}")
             else:
                 problems.add("[settings]", None, str(error))
@@ -66,9 +86,9 @@ def _read_links(
         return {}, document
     kind = settings_of(model)[SETTING].kind
     sizes, deviations = dict[str, Any](), dict[str, Any]()
-    for name, link in document.links.items():
+    for name, keys in link_tables(document.links).items():
+        link = typed_link(keys)
         with problems.noting(key := f"[links] {name}", link):
-            keys = keys_of_link(link)
             if NOMINAL not in keys:
                 example = 'such as nominal = "60 mm"'
                 raise ModelError(f"the key {NOMINAL} is missing, {example}")
@@ -90,8 +110,8 @@ def settings_with_links(table: Mapping[str, Any], model: Model) -> dict[str, Any
     if links := table.get("links"):
         columns = link_columns(model)
         settings[SETTING] = {
-            name: {k: x for k, x in keys_of_link(link).items() if k in columns}
-            for name, link in links.items()
+            name: {k: x for k, x in keys.items() if k in columns}
+            for name, keys in link_tables(links).items()
         }
     return settings
 
@@ -102,11 +122,6 @@ def link_columns(model: Model) -> tuple[str, ...]:
     if declared is None or not isinstance(declared.kind, Rows):
         return ()
     return tuple(declared.kind.columns)
-
-
-def keys_of_link(link: Any) -> dict[str, Any]:
-    """Return the keys of a link; a quantity alone is its nominal."""
-    return dict(link) if isinstance(link, Mapping) else {NOMINAL: link}
 
 
 def described_with_sizes(model: Model, settings: Any) -> Description:
@@ -130,3 +145,87 @@ def _size_of(
     value = getattr(settings, contributor.name)
     same = (unit or "1") == contributor.unit and isinstance(value, int | float)
     return float(value) if same else None
+
+
+def separated(text: str) -> tuple[str, str] | None:
+    """Return the size and the tolerance of a text that holds both; else None."""
+    with suppress(UnitError):  # one quantity, or one range
+        dimension(unit_of(text))
+        return None
+    parts = _BOTH.fullmatch(plain(text))
+    if parts is None:
+        return None
+    last = parts["last"] or parts["unit"] or ""
+    same = "" if last == "%" else last  # per cent is of the size
+    size = f"{parts['size']} {parts['unit'] or same}".strip()
+    if grade := parts["grade"]:
+        fit = "".join(grade.split())
+        return (size, fit) if all(map(looks_like_grade, fit.split("/"))) else None
+    zone = parts["zone"] or f"{parts['one']}/{parts['other']}"
+    return size, f"{zone} {last}".strip()
+
+
+def link_tables(links: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the links of a study as tables, by name; a fit is two.
+
+    Raises
+    ------
+    ModelError, UnitError
+        If a text cannot be read, or a link is given twice.
+    """
+    tables = dict[str, dict[str, Any]]()
+    for name, link in links.items():
+        tables |= tables_of(name, link, links)
+    return tables
+
+
+def tables_of(
+    name: str, link: Any, links: Mapping[str, Any]
+) -> dict[str, dict[str, Any]]:
+    """Return one of the links of a study as a table, or the two of a fit, by name."""
+    keys = dict(link) if isinstance(link, Mapping) else {NOMINAL: link}
+    nominal = keys.get(NOMINAL)
+    if isinstance(nominal, str) and (both := separated(nominal)):
+        if TOLERANCE in keys:
+            raise ModelError(f"{NOMINAL} holds a tolerance, too; give one of them")
+        typed = dict(zip((NOMINAL, TOLERANCE), both, strict=True))
+        keys = typed | {k: x for k, x in keys.items() if k != NOMINAL}
+    zone = keys.get(TOLERANCE)
+    if not isinstance(zone, str):
+        return {name: keys}
+    if both := separated(zone):
+        right = toml_of({**keys, TOLERANCE: both[1]})
+        raise ModelError(f"a tolerance has no size; write {right}")
+    hole, slash, shaft = (part.strip() for part in zone.partition("/"))
+    if not (slash and looks_like_grade(hole)):
+        return {name: keys}
+    if not (hole[:1].isupper() and shaft[:1].islower()):
+        raise ModelError(f"'{zone}': a fit is a hole and a shaft, such as H7/g6")
+    names = [f"{name}_{part}" for part in OF_A_FIT]
+    if twice := [part for part in names if part in links]:
+        raise ModelError(
+            f"a fit is two links, {' and '.join(names)}; {twice[0]} is given twice"
+        )
+    return {
+        part: {**keys, TOLERANCE: grade}
+        for part, grade in zip(names, (hole, shaft), strict=True)
+    }
+
+
+def typed_link(keys: Mapping[str, Any]) -> Any:
+    """Return a link as a person types it: a nominal value alone is no table."""
+    return keys[NOMINAL] if keys.keys() == {NOMINAL} else dict(keys)
+
+
+def with_link(
+    links: Mapping[str, Any], name: str, keys: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the links of a study, one of them with other keys.
+
+    Other links stay as they are written. A fit of which one part changes is two links.
+    """
+    changed = dict[str, Any]()
+    for other, link in links.items():
+        tables = tables_of(other, link, links)
+        changed |= tables | {name: keys} if name in tables else {other: link}
+    return changed

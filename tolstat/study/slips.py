@@ -1,7 +1,7 @@
 """Slips in a study, and what to write instead, beyond what its readers refuse.
 
-Keys at the top that belong in a section; texts that hold a size and a tolerance
-together, "10 +-0.1 mm", "25 mm H7"; and problems that show without the model.
+Keys at the top that belong in a section; deviations that hold a size, "10 +-0.1 mm";
+and problems that show without the model.
 """
 
 import re
@@ -10,37 +10,29 @@ from contextlib import suppress
 from typing import Any
 
 from tolstat import catalogue
-from tolstat.deviations import grades
+from tolstat.deviations.grades import looks_like_grade
 from tolstat.deviations.names import expand
-from tolstat.errors import TolstatError, UnitError
+from tolstat.errors import DistributionError, TolstatError, UnitError
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor
 from tolstat.model.setting_kinds import Text
 from tolstat.model.settings import read, settings_of
-from tolstat.study.distribution_entry import keys_of, read_distribution
+from tolstat.study.distribution_entry import keys_of, read_distribution, shortest
 from tolstat.study.limits_section import read_limit
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems, toml_of
 from tolstat.study.settings_section import (
     NOMINAL,
-    keys_of_link,
+    TOLERANCE,
     link_columns,
+    separated,
     settings_with_links,
+    tables_of,
 )
 from tolstat.study.study_schema import Document
 from tolstat.units.conversion import dimension, si_unit
-from tolstat.units.grammar import unit_of
 
-NUMBER = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-UNIT = r"[^\W\d_][\w/*^ .]*?|%|°|\"|'"
-MIXED = re.compile(
-    rf"[øØ⌀]?\s*(?P<size>[+-]?{NUMBER})\s*(?P<unit>{UNIT})?\s*\(?\s*(?:"
-    rf"(?:\+-|\+/-|±)\s*(?P<half>{NUMBER})"
-    rf"|(?P<one>[+-]\s*{NUMBER}|0)\s*(?:/|\.\.|\s)\s*(?P<other>[+-]\s*{NUMBER}|0)"
-    rf"|(?P<grade>[A-Za-z]{{1,2}}\d{{1,2}})"
-    rf")\s*\)?\s*(?P<last>{UNIT})?"
-)
 # what depends on names, sizes or files of the study
 DEPENDENT = ("size", "common", "cost", "nominal_shift", "iso1328", "module")
 
@@ -75,60 +67,24 @@ def section_of(
     return "settings" if setting else ""
 
 
-def separated(text: str) -> tuple[str, str] | None:
-    """Return the size and the tolerance of a text that holds both; else None."""
-    with suppress(UnitError):  # one quantity, or one range
-        dimension(unit_of(text))
-        return None
-    parts = MIXED.fullmatch(text.strip())
-    if parts is None:
-        return None
-    grade = parts["grade"]
-    if grade and (parts["last"] or not grades.looks_like_grade(grade)):
-        return None
-    last = parts["last"] or parts["unit"] or ""
-    same = "" if last == "%" else last  # per cent is of the size
-    unit = parts["unit"] or ("mm" if grade else same)
-    size = f"{parts['size']} {unit}".strip()
-    if grade:
-        return size, grade
-    ends = [(parts[name] or "").replace(" ", "") for name in ("one", "other")]
-    zone = f"+-{parts['half']}" if parts["half"] else "..".join(sorted(ends, key=float))
-    return size, f"{zone} {last}".strip()
+def with_link_tables(document: Document, problems: Problems) -> Document:
+    """Return a study with its links as tables, and without what has a size besides.
 
-
-def without_mixed(document: Document, problems: Problems) -> Document:
-    """Return a study without entries whose text holds a size and a tolerance.
-
-    A problem of each says how to write the two.
+    Problems are noted of links that cannot be read and of deviations with a size.
     """
-    readable: dict[str, dict[str, Any]] = {}
-    for section in ("links", "deviations"):
-        entries = getattr(document, section)
-        wrong = {n: words for n, e in entries.items() if (words := _wrong(section, e))}
-        for name, words in wrong.items():
-            problems.add(f"[{section}] {name}", entries[name], words)
-        readable[section] = {n: e for n, e in entries.items() if n not in wrong}
-    return document.model_copy(update=readable)
-
-
-def _wrong(section: str, entry: Any) -> str:
-    """Return what to write instead of an entry; empty if it holds no such text."""
-    keys = dict(entry) if isinstance(entry, Mapping) else {"": entry}
-    for key in ("", "nominal", "tolerance"):
-        both = separated(keys[key]) if isinstance(keys.get(key), str) else None
-        if both is None:
-            continue
-        size, zone = both
-        typed = {key: value for key, value in keys.items() if key}
-        if section == "links":
-            typed = {"nominal": size, "tolerance": zone} | {
-                k: value for k, value in typed.items() if value != keys[key]
-            }
-            return f"one text holds size and tolerance; write {toml_of(typed)}"
-        written = toml_of(typed | {"tolerance": zone} if typed else zone)
-        return f"a deviation has no size; write {written}"
-    return ""
+    links, deviations = dict[str, Any](), dict[str, Any]()
+    for name, link in document.links.items():
+        with problems.noting(f"[links] {name}", link):
+            links |= tables_of(name, link, document.links)
+    for name, entry in document.deviations.items():
+        with problems.noting(f"[deviations] {name}", entry):
+            keys = keys_of(entry)
+            zone = keys.get(TOLERANCE)
+            if both := separated(zone) if isinstance(zone, str) else None:
+                right = toml_of(shortest(keys | {TOLERANCE: both[1]}))
+                raise DistributionError(f"a deviation has no size; write {right}")
+            deviations[name] = entry
+    return document.model_copy(update={"links": links, "deviations": deviations})
 
 
 def note_readable(document: Document, model: Model | None, problems: Problems) -> None:
@@ -140,7 +96,7 @@ def note_readable(document: Document, model: Model | None, problems: Problems) -
     columns = {NOMINAL}
     with suppress(TolstatError, AttributeError):
         columns |= {*link_columns(model)} if model else set()
-    for section, read_keys in (("links", keys_of_link), ("deviations", keys_of)):
+    for section, read_keys in (("links", dict), ("deviations", keys_of)):
         for name, entry in getattr(document, section).items():
             keys = {
                 k: value
@@ -149,7 +105,7 @@ def note_readable(document: Document, model: Model | None, problems: Problems) -
             }
             zone, key = str(keys.get("tolerance", "")), f"[{section}] {name}"
             shares = any("%" in str(value) for value in keys.values())
-            of_a_size = shares or (zone and grades.looks_like_grade(zone))
+            of_a_size = shares or (zone and looks_like_grade(zone))
             if not keys or "data" in keys or of_a_size or problems.noted(key):
                 continue
             with problems.noting(key, keys):

@@ -51,7 +51,7 @@ from tolstat.study.settings_section import (
     link_columns,
     read_settings,
 )
-from tolstat.study.slips import note_readable, section_of, without_mixed
+from tolstat.study.slips import note_readable, section_of, with_link_tables
 from tolstat.study.study_schema import Document, checked
 from tolstat.units.conversion import dimension
 from tolstat.units.grammar import unit_of
@@ -241,7 +241,7 @@ def load(
     typed = {"trials": trials, "seed": seed}
     table |= {key: value for key, value in typed.items() if value is not None}
     document = checked(table, problems, partial(section_of, model=model))
-    document = without_mixed(document, problems)
+    document = with_link_tables(document, problems)
     shown = typed_units(document.model_dump())
     sampling, response = read_sampling(document.sampling, problems)
 

@@ -149,11 +149,13 @@ class ShiftKeys(Entry):
 
 
 class Reciprocal(ShiftKeys):
-    """A price by tolerance: reciprocal to its width."""
+    """A price by tolerance: a fixed one, and one reciprocal to a power of its width."""
 
     law: Literal["reciprocal", "exponential"] = key("one of reciprocal, exponential")
     at: str = key('a tolerance such as "+-0.02 mm"')
     price: float = key("a number above 0, such as 10", ge=LEAST_PRICE, le=MOST_PRICE)
+    fixed: float = key("a number from 0, such as 2", 0.0, ge=0, le=MOST_PRICE)
+    exponent: float = key("a number such as exponent = 2", 1.0, ge=0.1, le=10)
     tightest: str | None = key('a tolerance such as "+-0.005 mm"', None)
     loosest: str | None = key('a tolerance such as "+-0.04 mm"', None)
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from tolstat.errors import UnitError, allowed_names
 
-POWERS = {"n": "1e-9", "u": "1e-6", "m": "1e-3", "c": "1e-2", "": "1", "k": "1e3",
-          "M": "1e6", "G": "1e9"}  # fmt: skip
+POWERS = {"p": "1e-12", "n": "1e-9", "u": "1e-6", "m": "1e-3", "c": "1e-2", "": "1",
+          "k": "1e3", "M": "1e6", "G": "1e9"}  # fmt: skip
 
 
 def _prefixed(prefixes: str, name: str, meaning: str) -> dict[str, str]:
@@ -21,7 +21,7 @@ def _prefixed(prefixes: str, name: str, meaning: str) -> dict[str, str]:
     return {prefix + name: f"{POWERS[prefix]} {meaning}" for prefix in letters}
 
 
-# what each known name means in SI base units (kg m s rad)
+# what each known name means in SI base units (kg m s rad K A)
 MEANINGS = {
     "1": "1",
     "count": "1",
@@ -29,32 +29,51 @@ MEANINGS = {
     "ppm": "1e-6",
     **_prefixed(" kcmun", "m", "m"),
     "in": "0.0254 m",
+    "ft": "0.3048 m",
+    "mil": "25.4e-6 m",
+    "thou": "25.4e-6 m",
     "kg": "kg",
     "g": "1e-3 kg",
+    "mg": "1e-6 kg",
     "t": "1e3 kg",
+    "lb": "0.45359237 kg",
     **_prefixed(" mu", "s", "s"),
     "min": "60 s",
     "h": "3600 s",
-    **_prefixed("m k", "Hz", "/ s"),
+    **_prefixed("m kMG", "Hz", "/ s"),
     **_prefixed(" mu", "rad", "rad"),
     "deg": f"{math.pi / 180!r} rad",
     "arcmin": f"{math.pi / 10800!r} rad",
     "arcsec": f"{math.pi / 648000!r} rad",
     "rpm": f"{math.pi / 30!r} rad / s",
     **_prefixed("um kM", "N", "kg m / s^2"),
+    "lbf": "4.4482216152605 kg m / s^2",
     **_prefixed("num kM", "J", "kg m^2 / s^2"),
     **_prefixed("um kM", "W", "kg m^2 / s^3"),
     **_prefixed(" kMG", "Pa", "kg / m / s^2"),
+    "bar": "1e5 kg / m / s^2",
+    "psi": f"{4.4482216152605 / 0.0254**2!r} kg / m / s^2",
+    **_prefixed(" m", "K", "K"),
+    "degC": "K",  # a difference
+    **_prefixed(" numk", "A", "A"),
+    **_prefixed(" numkM", "V", "kg m^2 / s^3 / A"),
+    **_prefixed(" umkMG", "ohm", "kg m^2 / s^3 / A^2"),
+    **_prefixed(" pnum", "F", "s^4 A^2 / kg / m^2"),
+    **_prefixed(" num", "H", "kg m^2 / s^2 / A^2"),
 }
 
-BASES = {"kg": "mass", "m": "length", "s": "time", "rad": "angle"}
+BASES = {"kg": "mass", "m": "length", "s": "time", "rad": "angle",
+         "K": "temperature", "A": "current"}  # fmt: skip
+# products of units that people name so
+PRODUCTS = ("N/m", "N m/rad", "N s/m", "N m s/rad", "N/K", "W/K", "V/K", "V/m", "V s")
 
 MOST_POWER = 4
 LONGEST_UNIT = 100  # characters
 
-SPELLINGS = {"µm": "um", "μm": "um", "µs": "us", "μs": "us", "°": "deg"}
+SPELLINGS = {"µm": "um", "μm": "um", "µs": "us", "μs": "us", "°": "deg",
+             "°C": "degC", "Ω": "ohm", "kΩ": "kohm"}  # fmt: skip
 
-_NAME = r"([A-Za-zµμ%°]+|1(?=\s*(?:/|$)))(?:(?:\^|\*\*)(-?[1-4]))?"
+_NAME = r"([A-Za-zµμ%°Ω]+|1(?=\s*(?:/|$)))(?:(?:\^|\*\*)(-?[1-4]))?"
 _FACTOR = re.compile(rf"([*/]?)\s*{_NAME}")
 _UNIT = re.compile(rf"\s*(?:/?\s*{_NAME}(?:\s*[*/\s]\s*{_NAME})*)?\s*")
 
@@ -90,6 +109,8 @@ def si_unit(dimension: Any) -> str:
     for name in MEANINGS:
         if name != "count" and _measure(name) == (1.0, dimension):
             return name
+    if product := next((x for x in PRODUCTS if _measure(x)[1] == dimension), ""):
+        return product
     numerator, denominator = "", ""
     for base, kind in BASES.items():
         power = dimension.get(f"[{kind}]", 0)

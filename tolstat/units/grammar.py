@@ -1,6 +1,7 @@
 """A small grammar of numbers, ranges and signs, which pint misreads.
 
 pint alone reads "+-1.2 mm" as -1.2, "0..60 um" as 0 and "1,2 mm" as 12.
+A decimal comma is read where it can be nothing else.
 """
 
 import math
@@ -14,10 +15,13 @@ from tolstat.units.conversion import dimension, from_si, si_unit, to_si
 from tolstat.units.scale import MOST_FIGURES, figures, scale_of
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_UNIT = r"\s*(1\s*/.*|[^0-9.,+\-<>=±\s].*)?"
 _WRITTEN = re.compile(
-    rf"(\+-|\+/-|±|<=|>=)?\s*({_NUMBER})(?:\s*\.\.\s*({_NUMBER}))?"
-    r"\s*(1\s*/.*|[^0-9.,+\-<>=±\s].*)?"
+    rf"(\+-|\+/-|±|<=|>=)?\s*({_NUMBER})(?:\s*\.\.\s*({_NUMBER}))?{_UNIT}"
 )
+_END = rf"[+-]\s*{_NUMBER.removeprefix('[+-]?')}|0(?:\.0*)?"  # 0 has no sign
+_UPPER_LOWER = re.compile(rf"({_END})\s*/\s*({_END}){_UNIT}")  # as on drawings
+_COMMA = re.compile(r"(?<![\d,])(?<!\d\.)(\d*),(\d+)(?!\d|,|\.\d)")
 
 # by SI unit others that a value may be written in, the first of equally short ones
 _WRITTEN_IN = {
@@ -73,12 +77,15 @@ def quantity(text: str, unit: str) -> float:
 
 
 def tolerance(text: str, unit: str) -> Range:
-    """Read a tolerance, "+-1.2 mm" or "-0.1..+0.3 mm": the permitted zone, SI."""
+    """Read a tolerance: the permitted zone, SI.
+
+    It is "+-1.2 mm", "-0.1..+0.3 mm" or, as on drawings, "+0.3/-0.1 mm".
+    """
     match _split(text):
         case "+-" | "+/-" | "±", half, "", written if half[0] not in "+-":
             most = _si(half, written, unit)
             zone = Range(-most, most)
-        case "", lower, upper, written if upper:
+        case "" | "/", lower, upper, written if upper:
             zone = Range(_si(lower, written, unit), _si(upper, written, unit))
         case _:
             expected = f"{_example('+-1.2', unit)} or {_example('-0.1..+0.3', unit)}"
@@ -152,9 +159,32 @@ def typed(unit: str, *values: float) -> str:
     return f"{'..'.join(words)} {scale_of(best, best).mark}".strip()
 
 
+def plain(text: str) -> str:
+    """Return a text with points as decimal signs, and `..` between ends.
+
+    A comma is a decimal sign, unless it may also separate thousands: a UnitError.
+    """
+    text = text.strip().replace(MINUS, "-").replace("…", "..")
+    for first, last in _COMMA.findall(text):
+        if len(last) == 3 and first.strip("0"):
+            raise UnitError(
+                f"'{first},{last}' may be {first}.{last} or {first}{last}; write one "
+                "of these"
+            )
+    return _COMMA.sub(r"\1.\2", text)
+
+
 def _split(text: str) -> tuple[str, str, str, str]:
-    """Return sign, number, second number of a range, and unit of a text."""
-    if match := _WRITTEN.fullmatch(text.strip().replace(MINUS, "-")):
+    """Return sign, number, second number of a range, and unit of a text.
+
+    The sign of an upper and a lower deviation is "/"; the lower one is first.
+    """
+    text = plain(text)
+    if match := _UPPER_LOWER.fullmatch(text):
+        *ends, unit = (part or "" for part in match.groups())
+        lower, upper = sorted((end.replace(" ", "") for end in ends), key=float)
+        return "/", lower, upper, unit.strip()
+    if match := _WRITTEN.fullmatch(text):
         sign, first, last, unit = (part or "" for part in match.groups())
         return sign, first, last, unit.strip()
     return "", "", "", ""
@@ -200,7 +230,7 @@ def _example(number: str, unit: str) -> str:
 
 def _unreadable(text: str, expected: str) -> str:
     if "," in text:
-        return f"the decimal sign is a point, not a comma; write {expected}"
+        return f"thousands are not separated; write {expected}"
     if any(dash in text for dash in "–—"):
         return f"a dash is no sign: write - for minus, and .. between ends; {expected}"
     if re.match(r"(\+-|\+/-|±)\s*[+-]", text):

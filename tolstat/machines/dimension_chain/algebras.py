@@ -1,7 +1,8 @@
 """Algebras that evaluate a formula: numbers of all trials, slopes, dimensions.
 
-In dimensions an angle stays an angle among plain numbers; with anything else it is a
-plain number, so that the length of an arc is radius times angle.
+In dimensions an angle stays an angle among plain numbers and times; with anything else
+it is a plain number, so that the length of an arc is radius times angle, and its speed
+radius times speed of turning.
 """
 
 import math
@@ -19,14 +20,21 @@ OPERATIONS = {
     "+": operator.add, "-": operator.sub, "*": operator.mul,
     "/": operator.truediv, "**": operator.pow,
 }  # fmt: skip
-OF_ONE = {
+OF_ONE: dict[str, Any] = {
     "sqrt": np.sqrt, "abs": np.abs, "exp": np.exp, "log": np.log,
     "sin": np.sin, "cos": np.cos, "tan": np.tan,
-    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
+    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "tanh": np.tanh,
+    "floor": np.floor, "ceil": np.ceil, "round": np.round, "sign": np.sign,
 }  # fmt: skip
 OF_TWO = {
     "atan2": np.arctan2, "hypot": np.hypot, "min": np.minimum, "max": np.maximum,
+    "mod": np.mod, "power": np.power,
 }  # fmt: skip
+COMPARISONS: dict[str, Any] = {
+    "<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal,
+}  # fmt: skip
+CHOICE = "IF"  # of a condition, what holds if it is met, and what if not
+STEPS = ("floor", "ceil", "round")
 SMALL = 1e-3  # of the terms: a larger error does not show that a value is none
 WITH_ZEROS = ("sin", "cos", "tan", "log")  # where their argument is not zero
 # where a function has no value
@@ -62,6 +70,10 @@ class Values:
         with np.errstate(all="ignore"):
             if name in OF_ONE:
                 result = OF_ONE[name](arguments[0])
+            elif name == CHOICE:
+                result = np.where(*arguments)
+            elif name in COMPARISONS:
+                return COMPARISONS[name](*arguments)
             else:
                 result = reduce(OF_TWO[name], arguments)
         return self._checked(result, OUTSIDE.get(name, "too large"))
@@ -91,6 +103,8 @@ DERIVATIVES = {
     "asin": lambda x, y: 1 / np.sqrt(1 - x * x),
     "acos": lambda x, y: -1 / np.sqrt(1 - x * x),
     "atan": lambda x, y: 1 / (1 + x * x),
+    "tanh": lambda x, y: 1 - y * y,
+    **dict.fromkeys((*STEPS, "sign"), lambda x, y: 0.0 * x),
 }
 
 
@@ -113,7 +127,13 @@ class Derived(Values):
             return self.carried(sign, value, [(first, left), (second, right)], divisor)
 
     def function(self, name: str, arguments: Sequence[Any]) -> Any:
+        if name == CHOICE:
+            condition, *choices = arguments
+            chosen = (np.where(condition, *both) for both in zip(*choices, strict=True))
+            return type(choices[0])(*chosen)
         values = [argument.value for argument in arguments]
+        if name in COMPARISONS:
+            return super().function(name, values)
         value = super().function(name, values)
         with np.errstate(all="ignore"):
             outer = derivatives(name, values, value)
@@ -155,6 +175,11 @@ def derivatives(name: str, arguments: Sequence[Any], value: Any) -> list[Any]:
     if name == "hypot":
         # no slope at the tip
         return [x / np.where(value > 0, value, 1.0) for x in arguments]
+    if name == "mod":
+        return [np.ones_like(value), -np.floor_divide(*arguments)]
+    if name == "power":
+        base, exponent = arguments
+        return [exponent * base ** (exponent - 1), np.log(base) * value]
     if name == "atan2":
         y, x = arguments
         square = x * x + y * y
@@ -188,6 +213,14 @@ class Roundings(Derived):
         size = np.abs(self.links[name])
         return Rounded(self.links[name], self._unit * size, size)
 
+    def function(self, name: str, arguments: Sequence[Any]) -> Any:
+        if name in STEPS:  # what is whole but for rounding is whole
+            x = arguments[0]
+            nearest = np.round(x.value)
+            whole_number = np.abs(x.value - nearest) <= x.error
+            arguments = [x._replace(value=np.where(whole_number, nearest, x.value))]
+        return super().function(name, arguments)
+
     @property
     def _unit(self) -> float:
         return len(self.links) * float(np.finfo(float).eps)
@@ -219,7 +252,7 @@ def _without_rounding(value: Any, error: Any, size: Any) -> Rounded:
 PLAIN, ANGLE = dimension("1"), dimension("rad")
 OF_AN_ANGLE = ("sin", "cos", "tan")
 TO_AN_ANGLE = ("asin", "acos", "atan")
-ALIKE = ("abs", "hypot", "min", "max", "atan2")
+ALIKE = ("abs", "hypot", "min", "max", "atan2", "mod", *COMPARISONS)
 BARE = (
     "{} of a plain number leaves open whether degrees or radians are meant; make it a "
     'link with its unit, "30 deg" or "30 rad"; a number of degrees in a formula is '
@@ -272,7 +305,7 @@ class Dimensions:
             # 180/pi*angle is a plain number again: of degrees
             both = first * second if sign == "*" else first / second
             return Kind(both, both == PLAIN and (left.ratio or right.ratio))
-        first, second = (PLAIN if _is_turning(x) else x for x in (first, second))
+        first, second = _beside(first, second), _beside(second, first)
         both = first * second if sign == "*" else first / second
         return Kind(both, both == PLAIN)
 
@@ -280,6 +313,18 @@ class Dimensions:
         if name in ALIKE:
             same = self._alike(arguments, "does not go with")
             return Kind(ANGLE) if name == "atan2" else same
+        if name == CHOICE:
+            return self._alike(arguments[1:], "does not go with")
+        if name == "sign":
+            return Kind(PLAIN)
+        if name == "power":
+            for kind in arguments:
+                if kind is not NOTHING and kind.dimension != PLAIN:
+                    raise ValueError(
+                        "an exponent is a plain number, and so is the base of a link "
+                        f"as exponent, not {_words(kind)}"
+                    )
+            return Kind(PLAIN)
         (kind,) = arguments
         if name in OF_AN_ANGLE:
             return self._of_an_angle(name, kind)
@@ -316,6 +361,14 @@ class Dimensions:
 def _is_turning(dimension: Any) -> bool:
     """Tell a plain number, an angle, and its powers from what has another dimension."""
     return not set(dimension) - {"[angle]"}
+
+
+def _beside(dimension: Any, other: Any) -> Any:
+    """Return an angle, or its speed, without the angle beside what has none."""
+    turning, others = {"[angle]", "[time]"}, set(other)
+    if not set(dimension) <= turning or others <= turning or "[angle]" in others:
+        return dimension
+    return dimension / ANGLE ** dimension.get("[angle]", 0)
 
 
 def _settled(kind: Kind) -> Kind:

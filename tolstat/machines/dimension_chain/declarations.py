@@ -18,6 +18,7 @@ WAVE_GEAR = {
     "e": {"nominal": Measure(0.002, "m")},
     "d": {"nominal": Measure(0.010, "m")},
 }
+TEMPERATURES = "K", "degC"
 CLEARANCE = "R_out - R_in - e - d"
 
 
@@ -41,6 +42,12 @@ class Settings:
             names = ", ".join(self.links)
             raise ModelError(
                 f"gap is missing: the closing link as a formula of {names}"
+            )
+        warm = {link["nominal"].shown: name for name, link in self.links.items()}
+        if {*TEMPERATURES} <= warm.keys():
+            typed = " and ".join(f"{warm[unit]} in {unit}" for unit in TEMPERATURES)
+            raise ModelError(
+                f"{typed}: both are differences of temperature; give both in one unit"
             )
         self.formula.worked_out(Values(self.nominal, strict=True))
         try:

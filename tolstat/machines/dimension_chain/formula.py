@@ -3,13 +3,20 @@
 import ast
 import keyword
 import math
+import re
 import sys
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from tolstat.errors import ModelError, allowed_names
-from tolstat.machines.dimension_chain.algebras import OF_ONE, Dimensions, Values
+from tolstat.machines.dimension_chain.algebras import (
+    CHOICE,
+    OF_ONE,
+    Dimensions,
+    Values,
+)
 
 LONGEST, SHOWN = 1000, 80  # characters
 DEEPEST = 500  # nodes below each other
@@ -19,8 +26,11 @@ Algebra = Values | Dimensions  # evaluates a formula
 # each with the number of its arguments, at least and at most
 FUNCTIONS = {
     **dict.fromkeys(OF_ONE, (1, 1)),
-    "atan2": (2, 2), "hypot": (2, 3), "min": (2, 9), "max": (2, 9),
+    "atan2": (2, 2), "hypot": (2, 3), "min": (2, 9), "max": (2, 9), "mod": (2, 2),
+    CHOICE: (3, 3),
 }  # fmt: skip
+COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
+_IF = re.compile(r"\bif(?=\s*\()")  # a keyword of Python
 SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
 
 
@@ -114,6 +124,9 @@ class Formula:
                 return self._value(operand, algebra, below)
             case ast.BinOp(left=left, op=ast.Pow(), right=right):
                 base, exponent = self._value(left, algebra, below), _exponent(right)
+                if exponent is None and not _is_number(right):
+                    both = [base, self._value(right, algebra, below)]
+                    return self._step(right, algebra.function, "power", both)
                 if exponent is None:
                     reason = f"a plain number from -{LARGEST:g} to {LARGEST:g}"
                     raise self._refused(right, f"an exponent is {reason}")
@@ -132,10 +145,32 @@ class Formula:
                 raise self._refused(node, "a power is written **, not ^")
             case ast.Call(args=args):
                 name = self._function(node)
+                if name == CHOICE:
+                    return self._chosen(node, args, algebra, below)
                 arguments = [self._value(argument, algebra, below) for argument in args]
                 return self._step(node, algebra.function, name, arguments)
         allowed = "links, numbers, + - * / ** and functions are allowed"
         raise self._refused(node, f"{allowed} ({', '.join(FUNCTIONS)})")
+
+    def _chosen(
+        self, node: ast.Call, args: Sequence[ast.expr], algebra: Algebra, depth: int
+    ) -> Any:
+        """Return the value of a choice by a comparison."""
+        match args[0]:
+            case ast.Compare(left=left, ops=[op], comparators=[right]) if (
+                type(op) in COMPARED
+            ):
+                sides = [self._value(side, algebra, depth) for side in (left, right)]
+            case _:
+                reason = f"a comparison is expected, with {' '.join(COMPARED.values())}"
+                raise self._refused(args[0], reason)
+        condition = self._step(args[0], algebra.function, COMPARED[type(op)], sides)
+        if (
+            isinstance(algebra, Values) and algebra.strict
+        ):  # the other may have no value
+            return self._value(args[1 if condition else 2], algebra, depth)
+        choices = [self._value(choice, algebra, depth) for choice in args[1:]]
+        return self._step(node, algebra.function, CHOICE, [condition, *choices])
 
     def _step(self, node: ast.expr, rule: Any, *parts: Any) -> Any:
         try:
@@ -164,7 +199,7 @@ class Formula:
                 "comments"
             )
         try:
-            return ast.parse(self.text, mode="eval").body
+            return ast.parse(_IF.sub(CHOICE, self.text), mode="eval").body
         except SyntaxError as error:
             character = error.offset or len(self.text)
             raise ModelError(
@@ -203,6 +238,11 @@ class Formula:
         error = ModelError(f"{where}: {reason}")
         error.link = node.id if isinstance(node, ast.Name) else ""
         return error
+
+
+def _is_number(node: ast.expr) -> bool:
+    """Tell a number as typed, with its sign, from what holds a link."""
+    return not any(isinstance(part, ast.Name) for part in ast.walk(node))
 
 
 def _exponent(node: ast.expr) -> float | None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,9 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.algebras import (
+    CHOICE,
     OF_AN_ANGLE,
+    STEPS,
     Dimensions,
     Kind,
     Slopes,
@@ -129,6 +132,12 @@ SENTENCE = (
 CUT = "where {} is below 0, from 180 to -180 deg as {} passes 0"
 POLE = "it has a pole as {} passes {}"
 OPPOSITE = "measure the angle from the opposite direction, as atan2({}, {})"
+EDGES = {
+    "floor": "whole numbers", "ceil": "whole numbers", "mod": "whole numbers",
+    "round": "halves", "sign": "0",
+}  # fmt: skip
+CHANGES = "it changes where {} begins or ends to hold"
+INTENDED = "slopes and root sum square do not see it"
 AVOID = "write the formula without it, or narrow the tolerances"
 
 
@@ -207,8 +216,18 @@ def _crossing(step: Step) -> ast.expr | None:
         return step.arguments[0]
     if step.name == "/":
         return step.arguments[1]
-    if step.name == "**" and (power := ast.literal_eval(step.arguments[1])) < 0:
-        return step.arguments[0] if power % 2 == 1 else None
+    if step.name in (*STEPS, "sign"):
+        return step.arguments[0]
+    if step.name == CHOICE:
+        condition = step.arguments[0]
+        assert isinstance(condition, ast.Compare)  # or the formula was refused
+        return ast.BinOp(condition.left, ast.Sub(), condition.comparators[0])
+    if step.name == "mod":
+        return ast.BinOp(step.arguments[0], ast.Div(), step.arguments[1])
+    if step.name == "**":
+        with suppress(ValueError):  # a link
+            power = ast.literal_eval(step.arguments[1])
+            return step.arguments[0] if power < 0 and power % 2 == 1 else None
     return None
 
 
@@ -216,6 +235,10 @@ def _sides(step: Step, values: Array) -> Array:
     """Return a number of the side of the cut on which each value lies."""
     if step.name == "tan":
         return np.floor(values / np.pi + 0.5)
+    if step.name in ("floor", "ceil", "mod"):
+        return np.floor(values)
+    if step.name == "round":
+        return np.floor(values + 0.5)
     return np.where(values < 0, -1.0, 1.0)
 
 
@@ -228,6 +251,9 @@ def _pairs(points: Array, sides: Array) -> tuple[Array, Array]:
 
 
 def _sentence(step: Step, part: ast.expr, values: Array, kind: Kind) -> str:
+    if step.name == CHOICE:
+        condition = ast.unparse(step.arguments[0])
+        return SENTENCE.format(step, CHANGES.format(condition), INTENDED)
     scale = scale_of(
         kind.unit, "deg" if kind.unit == "rad" else "", np.abs(values).max()
     )
@@ -244,6 +270,9 @@ def _sentence(step: Step, part: ast.expr, values: Array, kind: Kind) -> str:
         return SENTENCE.format(
             step, cut, OPPOSITE.format(*map(_negative, step.arguments))
         )
+    if step.name in EDGES:
+        edge = f"it steps as {text} passes {EDGES[step.name]}"
+        return SENTENCE.format(step, edge, INTENDED)
     edge = "an odd multiple of 90 deg" if step.name == "tan" else "0"
     return SENTENCE.format(step, POLE.format(text, edge), AVOID)
 

@@ -14,6 +14,7 @@ from tolstat.model.description import Contributor, Description, Response, StudyN
 from tolstat.units.scale import scale_of
 
 GAP = "gap"
+SHOWN = {"1": "1", "N/m": "N/mm"}  # by SI unit of the gap, unless its limit has another
 NO_VALUE = "the formula has no value"
 FAILURES = {NO_VALUE: "the formula has a value: no root of a negative number, no 1/0"}
 
@@ -39,8 +40,8 @@ class DimensionChain(Model):
             sentence = f"link of {scale.factor * size:.10g} {scale.mark}".strip()
             link = Contributor(name, unit, "", sentence, size=size, shown=scale.shown)
             links.append(link)
-        plain = "1" if settings.unit == "1" else ""
-        gap = Response(GAP, settings.unit, sentence=settings.formula.text, shown=plain)
+        unit, text = settings.unit, settings.formula.text
+        gap = Response(GAP, unit, sentence=text, shown=SHOWN.get(unit, ""))
         return Description(tuple(links), (gap,))
 
     def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
