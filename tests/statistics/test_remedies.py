@@ -14,14 +14,12 @@ from tolstat.statistics.integration_error import trials_for_sure
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.remedies.change import Change, Design, drawing_step
 from tolstat.statistics.remedies.movable_trials import (
-    Change,
-    Design,
     NoRemedy,
-    drawing_step,
     movable_trials,
 )
-from tolstat.statistics.remedies.prediction import counted, predicted, proved, steps
+from tolstat.statistics.remedies.prediction import predicted, proved, steps
 from tolstat.statistics.remedies.remedy import (
     AIM_PREDICTED,
     AIM_PROVED,
@@ -201,7 +199,7 @@ def test_trials_that_fail_stay_out_of_limit():
     y = np.vstack([trials.responses, np.full((5, 1), np.nan)])
     arguments = x, y, Sample(status)
     with_failed = movable_trials(*arguments, [Limit(-0.6, 0.6)], trials.design)
-    assert counted(with_failed).joint == proportion(5, N + 5)
+    assert predicted(with_failed, trials.design.none).joint == proportion(5, N + 5)
     assert (
         with_failed.moved(with_failed.design.none).score
         < trials.moved(trials.design.none).score

@@ -69,7 +69,7 @@ def _best_rounded(moved: Moved, entries: Sequence[int]) -> Moved:
         if grid[entry] > COARSE:
             for step in (-grid[entry], grid[entry]):
                 shift = moved.change.shift[entry] + step
-                neighbour = moved.moved(moved.change.at(entry, shift=shift))
+                neighbour = moved.moved(moved.change.with_entry(entry, shift=shift))
                 if neighbour.score > moved.score:
                     moved = neighbour
     return moved

@@ -10,7 +10,8 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.remedies.movable_trials import Change, MovableTrials
+from tolstat.statistics.remedies.change import Change
+from tolstat.statistics.remedies.movable_trials import MovableTrials
 from tolstat.statistics.remedies.remedy import AIM_PROVED, smallest_change
 
 NONLINEAR = 0.25  # part of what bends add that may be wrong
@@ -53,11 +54,10 @@ class Shares(NamedTuple):
 
 
 class Step(NamedTuple):
-    """Entries that change together, and the shares after this and earlier steps."""
+    """Entries that change together."""
 
-    entries: tuple[int, ...]
-    change: Change  # this step alone
-    after: Shares
+    change: Change  # of these alone
+    after: Shares  # after this and earlier steps
 
 
 class Proof(NamedTuple):
@@ -76,7 +76,7 @@ def predicted(trials: MovableTrials, change: Change) -> Shares:
 
     The ends of an interval are those of Clopper and Pearson of the counts with all
     responses moved a little: a quarter of what bends add, and half of a large remainder
-    of the surface.
+    of the surface. Without a change they are those of the trials as stored.
     """
     moved, surface = trials.moved(change).responses, trials.surface
     shift, ratio = trials.design.members(change)
@@ -94,35 +94,21 @@ def predicted(trials: MovableTrials, change: Change) -> Shares:
     return _shares(outs, trials.failed)
 
 
-def counted(trials: MovableTrials) -> Shares:
-    """Count the shares out of limit of trials as they are."""
-    lower, upper = trials.permitted.T
-    out = (trials.responses < lower) | (trials.responses > upper)
-    return _shares([out, out, out], trials.failed)
-
-
 def steps(trials: MovableTrials, change: Change) -> Iterator[Step]:
     """Yield the steps of a change, the one that helps most first.
 
     All shifts are one step: one alone may push a response out of its limit.
     """
     none = done = trials.design.none
-    waiting = [
-        ((int(entry),), none.at(entry, ratio=change.ratio[entry]))
-        for entry in change.tightened
-    ]
+    waiting = [none.with_entry(e, ratio=change.ratio[e]) for e in change.tightened]
     if change.size:
-        shifts = none._replace(shift=change.shift)
-        waiting.append((tuple(change.shifted.tolist()), shifts))
+        waiting.append(none._replace(shift=change.shift))
     while waiting:
-        options = [
-            (predicted(trials, _both(done, step)), entries, step)
-            for entries, step in waiting
-        ]
-        after, entries, step = min(options, key=lambda option: option[0].joint.value)
+        options = [predicted(trials, _both(done, step)) for step in waiting]
+        best = int(np.argmin([shares.joint.value for shares in options]))
+        step = waiting.pop(best)
         done = _both(done, step)
-        waiting = [pair for pair in waiting if pair[1] is not step]
-        yield Step(entries, step, after)
+        yield Step(step, options[best])
 
 
 def proved(
@@ -134,14 +120,14 @@ def proved(
     trials after a change, SI; NaN in failed trials.
     """
     change, fresh, proof = trials.design.none, trials, None
-    before = counted(trials)
+    before = predicted(trials, trials.design.none)
     for rounds in range(1, ROUNDS + 1):
         added = smallest_change(fresh, AIM_PROVED).change
         if not (added.size or len(added.tightened)):
             break
         change = trials.design.rounded(change.then(added))
         fresh = trials.sampled_again(change, *sample(change))
-        after = counted(fresh)
+        after = predicted(fresh, fresh.design.none)
         met = after.permitted(trials.permitted_out)
         improves = after.improve(before, trials.permitted_out)
         proof = Proof(change, before, after, rounds, met, improves)

@@ -92,7 +92,7 @@ def _tighter(moved: Moved) -> Iterator[tuple[float, Moved]]:
     present, origin = moved.change.ratio, moved.origin
     for entry in steepest(moved)[:TOGETHER]:
         for ratio in RATIOS:
-            change = origin.design.rounded(moved.change.at(entry, ratio=ratio))
+            change = origin.design.rounded(moved.change.with_entry(entry, ratio=ratio))
             if change.ratio[entry] < present[entry]:
                 cost = np.log(present[entry] / change.ratio[entry])
                 yield float(cost), moved.moved(change)
@@ -103,7 +103,7 @@ def _relaxed(moved: Moved, aim: float) -> Moved:
     enough, origin = min(moved.score, aim), moved.origin
     for entry in moved.change.tightened:
         for ratio in WIDER:
-            change = origin.design.rounded(moved.change.at(entry, ratio=ratio))
+            change = origin.design.rounded(moved.change.with_entry(entry, ratio=ratio))
             if change.ratio[entry] <= moved.change.ratio[entry]:
                 break
             wider = moved.moved(change)
@@ -111,7 +111,7 @@ def _relaxed(moved: Moved, aim: float) -> Moved:
                 moved = wider
                 break
     for entry in moved.change.shifted:
-        unshifted = moved.moved(moved.change.at(entry, shift=0.0))
+        unshifted = moved.moved(moved.change.with_entry(entry, shift=0.0))
         if unshifted.score >= enough:
             moved = unshifted
     return moved

@@ -1,12 +1,14 @@
 """What stays out of limit whatever the free contributors do, and what would help."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.statistics.remedies.centring import centred
-from tolstat.statistics.remedies.movable_trials import Change, MovableTrials, Moved
+from tolstat.statistics.remedies.change import Change
+from tolstat.statistics.remedies.movable_trials import MovableTrials, Moved
 from tolstat.statistics.remedies.prediction import Shares, predicted
 from tolstat.statistics.remedies.remedy import smallest_change
 
@@ -47,7 +49,9 @@ class Unavoidable(NamedTuple):
 def unavoidable(trials: MovableTrials, aim: float) -> Unavoidable | None:
     """Return what no change of the free entries meets; None if a change may."""
     design = trials.design
-    exact = trials.with_design(design._replace(steps=WITHOUT_SPREAD * design.halves))
+    exact = replace(
+        trials, design=design._replace(steps=WITHOUT_SPREAD * design.halves)
+    )
     ratios = np.where(design.free, WITHOUT_SPREAD, 1.0)
     without = exact.moved(design.none._replace(ratio=ratios))
     best = centred(without, np.flatnonzero(design.free).tolist())
@@ -57,7 +61,9 @@ def unavoidable(trials: MovableTrials, aim: float) -> Unavoidable | None:
     freed = list[Freed]()
     for entry in np.argsort(-contributions, kind="stable")[:MOST_FREED].tolist():
         free = design.free | (np.arange(len(design.free)) == entry)
-        helped = smallest_change(trials.with_design(design._replace(free=free)), aim)
+        helped = smallest_change(
+            replace(trials, design=design._replace(free=free)), aim
+        )
         if helped.score >= aim:
             half = float(helped.change.ratio[entry] * design.halves[entry])
             freed.append(Freed(entry, half, helped.change))
@@ -74,7 +80,7 @@ def _contributions(moved: Moved) -> Array:
     variance = np.maximum(moved.responses.var(axis=0)[missed], 1e-300)
     shares = np.zeros(len(moved.change.ratio))
     for entry in np.flatnonzero(~moved.origin.design.free).tolist():
-        change = moved.change.at(entry, ratio=WITHOUT_SPREAD)
+        change = moved.change.with_entry(entry, ratio=WITHOUT_SPREAD)
         rest = moved.moved(change).responses.var(axis=0)[missed]
         shares[entry] = max(float(np.mean(1 - rest / variance)), 0.0)
     return shares
