@@ -48,7 +48,7 @@ class Change(NamedTuple):
             getattr(change, field)[entry] = value
         return change
 
-    def then(self, other: Change) -> Change:
+    def followed_by(self, other: Change) -> Change:
         """Return both; the other one counts in half tolerances after this one."""
         return Change(self.shift + self.ratio * other.shift, self.ratio * other.ratio)
 

@@ -12,7 +12,11 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.remedies.change import Change
 from tolstat.statistics.remedies.movable_trials import MovableTrials
-from tolstat.statistics.remedies.remedy import AIM_PROVED, smallest_change
+from tolstat.statistics.remedies.remedy import (
+    AIM_PROVED,
+    MOST_TRIALS,
+    smallest_change,
+)
 
 NONLINEAR = 0.25  # part of what bends add that may be wrong
 UNEXPLAINED, REMAINDER = 0.02, 0.5  # of sigma: from there half of it may change
@@ -103,12 +107,12 @@ def steps(trials: MovableTrials, change: Change) -> Iterator[Step]:
     waiting = [none.with_entry(e, ratio=change.ratio[e]) for e in change.tightened]
     if change.size:
         waiting.append(none._replace(shift=change.shift))
+    ordering = trials.thinned(MOST_TRIALS)
     while waiting:
-        options = [predicted(trials, _both(done, step)) for step in waiting]
-        best = int(np.argmin([shares.joint.value for shares in options]))
-        step = waiting.pop(best)
+        options = [predicted(ordering, _both(done, step)).joint for step in waiting]
+        step = waiting.pop(int(np.argmin([share.value for share in options])))
         done = _both(done, step)
-        yield Step(step, options[best])
+        yield Step(step, predicted(trials, done))
 
 
 def proved(
@@ -125,7 +129,7 @@ def proved(
         added = smallest_change(fresh, AIM_PROVED).change
         if not (added.size or len(added.tightened)):
             break
-        change = trials.design.rounded(change.then(added))
+        change = trials.design.rounded(change.followed_by(added))
         fresh = trials.sampled_again(change, *sample(change))
         after = predicted(fresh, fresh.design.none)
         met = after.permitted(trials.permitted_out)
