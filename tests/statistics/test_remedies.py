@@ -1,0 +1,277 @@
+"""Changes that meet all limits: closed forms of a stack, and planted problems."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+from scipy.special import ndtr, ndtri
+
+from tests.statistics.remedy_problems import PROBLEMS, sampled
+from tolstat.statistics.integration_error import trials_for_sure
+from tolstat.statistics.intervals.shares import proportion
+from tolstat.statistics.intervals.weights import Weights
+from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.remedies.change import Change, Design, drawing_step
+from tolstat.statistics.remedies.movable_trials import (
+    NoRemedy,
+    movable_trials,
+)
+from tolstat.statistics.remedies.prediction import predicted, proved, steps
+from tolstat.statistics.remedies.remedy import (
+    AIM_PREDICTED,
+    AIM_PROVED,
+    smallest_change,
+)
+from tolstat.statistics.remedies.surface import fitted_surface
+from tolstat.statistics.remedies.unavoidable import unavoidable
+from tolstat.statistics.sample import Sample
+from tolstat.status import Status
+
+N = 4096
+HALVES = np.array([0.3, 0.2, 0.1])
+
+
+def stack(limit, free=(True, True, True), centre=0.0, trials=N, step=None, seed=1):
+    """A sum of three normal deviations of +-3 sigma, movable."""
+    z = np.random.default_rng(seed).standard_normal((trials, 3)) / 3
+    x = z * HALVES
+    grid = np.array([drawing_step(half) for half in HALVES])
+    design = Design(
+        np.zeros(3), np.arange(3), HALVES,
+        grid if step is None else np.full(3, step), np.array(free),
+    )  # fmt: skip
+    y = x.sum(axis=1, keepdims=True) + centre
+    return movable_trials(x, y, whole(trials), [Limit(*limit)], design)
+
+
+def whole(trials):
+    return Sample(np.full(trials, Status.DONE))
+
+
+def quadratic(z, rng, responses=2):
+    contributors = z.shape[1]
+    slopes = rng.normal(size=(contributors, responses))
+    bends = rng.normal(size=(responses, contributors, contributors))
+    bends += bends.transpose(0, 2, 1)
+    return slopes, bends, quadratic_of(z, slopes, bends)
+
+
+def quadratic_of(z, slopes, bends):
+    return z @ slopes + np.einsum("ti,jik,tk->tj", z, bends, z) / 2
+
+
+def test_a_surface_knows_a_quadratic_function_and_moves_its_trials():
+    rng = np.random.default_rng(0)
+    z = rng.uniform(-1, 1, (10_000, 4))
+    z += [0, 0.5, -2, 3]  # off centre
+    slopes, bends, y = quadratic(z, rng)
+    kept = rng.normal(size=y.shape) * 1e-3
+    surface = fitted_surface(z, y)
+    np.testing.assert_allclose(surface.slopes, slopes, atol=1e-9)
+    np.testing.assert_allclose(surface.bends, bends, atol=1e-9)
+    assert surface.remainders.max() < 1e-6
+    shift, ratio = np.array([0.3, 0, -1, 0]), np.array([1, 0.5, 0.2, 1])
+    moved = quadratic_of(shift + ratio * z, slopes, bends)
+    gains = surface.change(z, shift, ratio)
+    np.testing.assert_allclose(y + kept + gains, moved + kept, atol=1e-8)
+
+
+def test_a_surface_has_products_only_where_they_pay():
+    z = np.random.default_rng(0).standard_normal((500, 20))
+    noise = np.random.default_rng(1).standard_normal((500, 1))
+    linear = fitted_surface(z, z.sum(axis=1, keepdims=True))
+    assert not linear.bends.any()
+    few = fitted_surface(z, z[:, :1] * z[:, 1:2] + noise)  # 231 terms for 500 trials
+    assert not few.bends[0][~np.eye(20, dtype=bool)].any()
+    assert few.remainders[0] == pytest.approx(math.sqrt(2), rel=0.1)
+
+
+def test_a_constant_contributor_and_one_of_two_values_do_no_harm():
+    rng = np.random.default_rng(0)
+    z = np.column_stack([rng.normal(size=900), np.zeros(900), rng.choice([-1, 1], 900)])
+    y = z @ [[1.0], [5.0], [2.0]]
+    surface = fitted_surface(z, y)
+    assert surface.slopes[:, 0] == pytest.approx([1, 0, 2], abs=1e-9)
+
+
+def test_a_stack_off_centre_is_shifted_to_the_middle():
+    trials = stack((-0.5, 0.5), centre=0.2)
+    moved = smallest_change(trials, AIM_PROVED)
+    (entry,) = moved.change.shifted
+    assert entry == 0  # the least shift over its tolerance
+    # the middle is a margin of 0.5 / 0.374; centring ends at 1.25
+    needed = 0.5 - 1.25 * math.sqrt((HALVES**2).sum())
+    assert 0.2 + 0.3 * moved.change.shift[0] == pytest.approx(needed, abs=0.02)
+    assert not moved.change.tightened.size and moved.score > 1.2
+    share = predicted(trials, moved.change).joint
+    assert share.lower <= 2 * ndtr(-0.47 / 0.1247) <= share.upper
+
+
+def test_margins_of_a_normal_stack_are_the_needed_sigmas():
+    trials = stack((-0.4, math.inf), trials=100_000)
+    (low, high), *_ = trials.moved(trials.design.none).margins
+    sigma = math.sqrt((HALVES**2).sum()) / 3
+    assert low == pytest.approx(0.4 / sigma / -ndtri(0.0027), rel=0.02)
+    assert high == math.inf
+
+
+def test_tightening_reaches_the_needed_sigma_with_little_to_spare():
+    trials = stack((-0.3, 0.3))
+    moved = smallest_change(trials, AIM_PREDICTED)
+    spread = math.sqrt(((moved.change.ratio * HALVES) ** 2).sum())
+    assert 0.3 / 1.3 < spread < 0.3 / 1.1
+    assert not moved.change.size
+    last = [step.after.joint.value for step in steps(trials, moved.change)]
+    assert last == sorted(last, reverse=True)
+    assert last[-1] == predicted(trials, moved.change).joint.value
+
+
+def test_shifts_and_tolerances_are_rounded_as_on_a_drawing():
+    assert [drawing_step(half) for half in (0.12, 0.1, 0.0999)] == [1e-3, 1e-3, 1e-4]
+    for step in (None, 0.05):
+        trials = stack((-0.28, 0.28), centre=0.2, step=step)
+        change = smallest_change(trials, AIM_PROVED).change
+        steps_of = trials.design.steps
+        for size in (change.shift * HALVES, change.ratio * HALVES):
+            np.testing.assert_allclose(size / steps_of, np.round(size / steps_of))
+        assert change.shifted.size and change.tightened.size
+
+
+def test_a_coarse_step_takes_the_better_neighbour():
+    trials = stack((-0.5, 0.5), centre=0.155, step=0.1, trials=100_000)
+    change = smallest_change(trials, 1.2).change
+    assert HALVES @ change.shift == pytest.approx(-0.2)  # -0.12 is enough
+
+
+def test_a_limit_that_is_met_needs_no_change():
+    change = smallest_change(stack((-0.6, 0.6)), AIM_PREDICTED).change
+    assert not change.size and not change.tightened.size
+    assert proved(stack((-0.6, 0.6)), None) is None
+
+
+def test_parts_of_an_entry_change_together():
+    rng = np.random.default_rng(1)
+    x = rng.standard_normal((N, 3)) / 3 * [1, 1, 0.1]
+    design = Design(
+        np.zeros(3), np.array([0, 0, 1]), np.array([1.0, 0.1]),
+        np.array([1e-2, 1e-3]), np.array([True, True]),
+    )  # fmt: skip
+    y = x.sum(axis=1, keepdims=True) + 4
+    trials = movable_trials(x, y, whole(N), [Limit(-2, 2)], design)
+    change = smallest_change(trials, AIM_PROVED).change
+    assert change.shifted.tolist() == [0]
+    assert -2.2 < change.shift[0] < -1.7  # two parts, 1.9 each at least
+
+
+def test_fixed_entries_never_change_and_what_stays_is_theirs():
+    trials = stack((-0.2, 0.2), free=(False, True, True))
+    assert smallest_change(trials, AIM_PROVED).change.ratio[0] == 1
+    rest = unavoidable(trials, AIM_PROVED)
+    expected = 2 * ndtr(-0.2 / 0.1)
+    assert rest.shares.joint.value == pytest.approx(expected, rel=0.1)
+    assert rest.contributions == pytest.approx([1, 0, 0], abs=1e-3)
+    np.testing.assert_allclose(rest.permitted, [[-0.3, 0.3]], rtol=0.06)
+    (helped,) = rest.freed
+    assert helped.entry == 0 and helped.half < 0.2
+    assert unavoidable(stack((-0.2, 0.2)), AIM_PROVED) is None
+
+
+def test_a_point_mass_at_the_middle_is_judged_by_counts():
+    x = np.random.default_rng(1).standard_normal((N, 1))
+    y = np.where(x > 3.2, 1.0, 0.0)
+    design = Design(
+        np.zeros(1), np.array([0]), np.ones(1), np.full(1, 0.01), np.ones(1, bool)
+    )
+    trials = movable_trials(x, y, whole(N), [Limit(-math.inf, 0.5)], design)
+    margin = trials.moved(trials.design.none).margins[0, 1]
+    share = (y.sum() + 0.5) / (N + 1)
+    assert margin == pytest.approx(ndtri(share) / ndtri(0.0027))
+
+
+def test_trials_that_fail_stay_out_of_limit():
+    trials = stack((-0.6, 0.6))
+    status = np.full(N + 5, Status.DONE)
+    status[-5:] = Status.STEP_TOO_SMALL
+    x = np.vstack([trials.z * HALVES, np.zeros((5, 3))])
+    y = np.vstack([trials.responses, np.full((5, 1), np.nan)])
+    arguments = x, y, Sample(status)
+    with_failed = movable_trials(*arguments, [Limit(-0.6, 0.6)], trials.design)
+    assert predicted(with_failed, trials.design.none).joint == proportion(5, N + 5)
+    assert (
+        with_failed.moved(with_failed.design.none).score
+        < trials.moved(trials.design.none).score
+    )
+    strict = [Limit(-0.6, 0.6, 0.9999)]
+    assert movable_trials(*arguments, strict, trials.design) is NoRemedy.FAILED
+
+
+@pytest.mark.parametrize(
+    ("reason", "changes"),
+    [
+        (NoRemedy.LIMITS, {"limits": []}),
+        (NoRemedy.GRID, {"grid": True}),
+        (NoRemedy.TRIALS, {"trials": 150}),
+        (NoRemedy.WEIGHTED, {"weights": True}),
+        (NoRemedy.FREE, {"free": False}),
+    ],
+)
+def test_what_has_no_remedy_says_why(reason, changes):
+    n = changes.pop("trials", N)
+    trials = stack((-0.2, 0.2), trials=max(n, 200))
+    sample = whole(n)
+    if changes.pop("weights", False):
+        weights = object.__new__(Weights)
+        sample = sample._replace(weights=weights)
+    free = np.full(3, changes.pop("free", True))
+    arguments = {"limits": [Limit(-0.2, 0.2)], **changes}
+    answer = movable_trials(
+        trials.z[:n] * HALVES, trials.responses[:n], sample,
+        design=trials.design._replace(free=free), **arguments,
+    )  # fmt: skip
+    assert answer is reason
+
+
+def test_an_interval_is_wider_where_the_surface_bends_or_explains_little():
+    rng = np.random.default_rng(3)
+    x = rng.standard_normal((N, 2)) / 3
+    design = Design(
+        np.zeros(2), np.arange(2), np.ones(2), np.full(2, 0.01), np.ones(2, bool)
+    )
+    change = Change(np.array([0.3, 0.0]), np.array([0.8, 1.0]))
+
+    def width(y):
+        trials = movable_trials(x, y[:, None], whole(N), [Limit(-2.0, 1.2)], design)
+        joint = predicted(trials, change).joint
+        exact = proportion(round(joint.value * N), N)
+        return (joint.upper - joint.lower) / (exact.upper - exact.lower)
+
+    assert width(x.sum(axis=1)) == pytest.approx(1)
+    assert width(x.sum(axis=1) + x[:, 0] ** 2) > 1.2
+    assert width(x.sum(axis=1) + 0.2 * np.sin(40 * x[:, 0])) > 1.2
+
+
+@pytest.mark.parametrize("problem", PROBLEMS, ids=lambda problem: problem.name)
+def test_a_proved_remedy_meets_all_limits_in_truth(problem, record_property):
+    started = time.process_time()
+    rng = np.random.default_rng(2)
+    trials = sampled(problem, N, seed=0)
+    proof = proved(trials, lambda change: problem.sample(20_000, rng, change))
+    record_property("seconds", time.process_time() - started)
+    if not problem.solvable:
+        assert not (proof and proof.met)
+        assert unavoidable(trials, AIM_PROVED).shares.joint.lower > 0.0027
+        return
+    assert proof.met and proof.improves
+    _, y = problem.sample(400_000, np.random.default_rng(99), proof.change)
+    lower, upper = problem.limits.T
+    assert np.all(((y < lower) | (y > upper)).mean(axis=0) <= 0.0027)
+
+
+def test_trials_that_make_met_sure_bound_the_errors_that_none_of_them_shows():
+    trials = trials_for_sure(0.0017, 0.0027)
+    assert proportion(0, trials).upper <= 0.001 < proportion(0, trials - 1).upper
+    assert trials == pytest.approx(3.7 / 0.001, rel=0.01)
+    assert trials_for_sure(0.0027, 0.0027) is None

@@ -1,0 +1,1 @@
+"""What meets all limits together: changes tried on moved trials."""

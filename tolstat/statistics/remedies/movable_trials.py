@@ -1,0 +1,220 @@
+"""Stored trials that move with a change of contributors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cached_property
+
+import numpy as np
+from scipy.special import ndtri
+
+from tolstat.arrays import Array
+from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.remedies.change import Change, Design
+from tolstat.statistics.remedies.surface import Surface, fitted_surface
+from tolstat.statistics.sample import Sample
+
+LEAST_TRIALS = 200
+DEEP, DEEPEST = 10.0, 0.02  # trials in the tail that shows the spread; its most
+POINT_MASS = 1e-9  # of the room to a limit: a tail without any spread
+RAREST = 1e-9  # permitted trials, where as many fail as are permitted
+
+
+class NoRemedy(Enum):
+    """Why no remedy is searched; the value is the sentence."""
+
+    LIMITS = "no response has a limit"
+    FREE = "all contributors are fixed"
+    GRID = "trials of a grid or a table are no sample"
+    WEIGHTED = "trials of a rare run are weighted"
+    TRIALS = f"needs {LEAST_TRIALS} trials that are done"
+    FAILED = "more trials fail than a limit permits out of limit"
+
+
+@dataclass(frozen=True)
+class MovableTrials:
+    """Trials that are done, and the limits of their responses.
+
+    Attributes
+    ----------
+    z : float64[trial, contributor]
+        Deviations from their centres, over half the tolerance.
+    responses : float64[trial, response]
+        SI.
+    failed : int
+        Trials that failed: out of all limits, whatever changes.
+    permitted : float64[response, end]
+        Infinite where an end is open.
+    permitted_out : float64[response]
+        The permitted share out of limit.
+    """
+
+    z: Array
+    responses: Array
+    failed: int
+    permitted: Array
+    permitted_out: Array
+    design: Design
+    surface: Surface
+
+    def thinned(self, most: int) -> MovableTrials:
+        """Return so many of the trials at most, with the surface of all."""
+        chosen = slice(None, None, -(-len(self.z) // most))
+        z, responses = self.z[chosen], self.responses[chosen]
+        failed = round(self.failed * len(z) / len(self.z))
+        return replace(self, z=z, responses=responses, failed=failed)
+
+    def sampled_again(
+        self, change: Change, deviations: Array, responses: Array
+    ) -> MovableTrials:
+        """Return fresh trials of the changed design; NaN in failed ones."""
+        design = self.design.changed(change)
+        done = np.isfinite(responses).all(axis=1)
+        z, y = design.scaled(deviations[done]), responses[done]
+        failed = int(np.count_nonzero(~done))
+        return replace(
+            self, z=z, responses=y, failed=failed, design=design,
+            surface=fitted_surface(z, y),
+        )  # fmt: skip
+
+    def moved(self, change: Change) -> Moved:
+        """Move all trials by a change."""
+        return Moved(self, self.design.none, self.responses).moved(change)
+
+
+@dataclass(frozen=True)
+class Moved:
+    """Trials after a change."""
+
+    origin: MovableTrials
+    change: Change
+    responses: Array  # float64[trial, response]
+
+    @cached_property
+    def z(self) -> Array:
+        """Deviations in the scale of the origin, float64[trial, contributor]."""
+        shift, ratio = self.origin.design.members(self.change)
+        return np.asarray(shift + ratio * self.origin.z)
+
+    def moved(self, change: Change) -> Moved:
+        """Move all trials on, to another change of the origin."""
+        ratio = change.ratio / self.change.ratio
+        shift = change.shift - ratio * self.change.shift
+        members = self.origin.design.members(Change(shift, ratio))
+        gains = self.origin.surface.change(self.z, *members)
+        return Moved(self.origin, change, self.responses + gains)
+
+    @property
+    def _tails(self) -> Array:
+        """The share of trials in the tails that show the spread, float64[response]."""
+        return np.maximum(self._shares, min(DEEP / len(self.responses), DEEPEST))
+
+    @cached_property
+    def _quantiles(self) -> Array:
+        """Outer tails and median, float64[response, 3]."""
+        columns = zip(self.responses.T, self._tails, strict=True)
+        return np.array([np.quantile(y, [p, 0.5, 1 - p]) for y, p in columns])
+
+    @property
+    def middle(self) -> Array:
+        """The medians, float64[response]."""
+        return np.asarray(self._quantiles[:, 1])
+
+    @property
+    def room(self) -> Array:
+        """Distances of both ends from the median, float64[response, end]."""
+        return np.asarray((self.origin.permitted - self.middle[:, None]) * [-1, 1])
+
+    @cached_property
+    def _shares(self) -> Array:
+        """The permitted share of the trials that are done, by response, at an end."""
+        done, failed = len(self.responses), self.origin.failed
+        ends = np.isfinite(self.origin.permitted).sum(axis=1)
+        out = self.origin.permitted_out * (done + failed) - failed
+        return np.asarray(np.maximum(out, RAREST) / done / ends)
+
+    @property
+    def reach(self) -> Array:
+        """How far from the median the permitted share begins, float64[response, end].
+
+        As far as trials show it. Farther as in a normal tail.
+        """
+        lower, middle, upper = self._quantiles.T
+        reach = np.stack([middle - lower, upper - middle], axis=1)
+        return np.asarray(reach * (ndtri(self._shares) / ndtri(self._tails))[:, None])
+
+    @cached_property
+    def margins(self) -> Array:
+        """Room over reach, float64[response, end]; infinite at open ends.
+
+        1 is as needed. A tail without spread is judged by its count out of limit, as
+        the quantile of a normal response over the needed one.
+        """
+        room, reach = self.room, self.reach
+        with np.errstate(divide="ignore", invalid="ignore"):
+            margins = np.where(np.isinf(room), np.inf, room / reach)
+        lower, upper = self.origin.permitted.T
+        done = len(self.responses)
+        for j, end in np.argwhere(reach <= POINT_MASS * np.abs(room)):
+            y = self.responses[:, j]
+            out = np.count_nonzero(y > upper[j] if end else y < lower[j])
+            share = (out + 0.5) / (done + 1)
+            if np.isfinite(room[j, end]):
+                margins[j, end] = ndtri(share) / ndtri(self._shares[j])
+        return margins
+
+    @property
+    def score(self) -> float:
+        """The least margin."""
+        return float(self.margins.min())
+
+    def deficit(self, aim: float) -> float:
+        """Return what the margins of all responses lack: several may lack equally."""
+        return float(np.maximum(aim - self.margins.min(axis=1), 0).sum())
+
+    @property
+    def slopes(self) -> Array:
+        """First derivatives at the present centre, float64[entry, response]."""
+        surface, entries = self.origin.surface, self.origin.design.entries
+        gradient = surface.slopes + (surface.bends @ self.change.shift[entries]).T
+        summed = np.zeros((len(self.change.shift), gradient.shape[1]))
+        np.add.at(summed, entries, gradient)
+        return summed
+
+
+def movable_trials(
+    deviations: Array,
+    responses: Array,
+    sample: Sample,
+    limits: list[Limit],
+    design: Design,
+    grid: bool = False,
+) -> MovableTrials | NoRemedy:
+    """Return the trials of a run as movable ones, or why no remedy can be searched.
+
+    Parameters
+    ----------
+    deviations, responses : float64[trial, contributor], float64[trial, response]
+        SI; of trials of the sample. Responses with a limit only.
+    limits : list of Limit, one a response
+    grid : bool
+        Whether trials are of a grid or a table.
+    """
+    done = sample.done
+    permitted = np.array([limit.permitted for limit in limits]).reshape(-1, 2)
+    out = np.array([1 - limit.demanded for limit in limits])
+    refusals = {
+        NoRemedy.LIMITS: not limits,
+        NoRemedy.FREE: not design.free.any(),
+        NoRemedy.GRID: grid,
+        NoRemedy.WEIGHTED: sample.weights is not None,
+        NoRemedy.TRIALS: done.sum() < LEAST_TRIALS,
+        NoRemedy.FAILED: bool(np.any(sample.failed >= out * sample.ran.sum())),
+    }
+    for reason, refused in refusals.items():
+        if refused:
+            return reason
+    z, responses = design.scaled(deviations[done]), responses[done]
+    surface = fitted_surface(z, responses)
+    return MovableTrials(z, responses, sample.failed, permitted, out, design, surface)

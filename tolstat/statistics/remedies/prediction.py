@@ -1,0 +1,160 @@
+"""Shares out of limit after a change: of moved trials, and of fresh ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.arrays import Array, Truths
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.shares import proportion
+from tolstat.statistics.remedies.change import Change
+from tolstat.statistics.remedies.movable_trials import MovableTrials
+from tolstat.statistics.remedies.remedy import (
+    AIM_PROVED,
+    MOST_TRIALS,
+    smallest_change,
+)
+
+NONLINEAR = 0.25  # part of what bends add that may be wrong
+UNEXPLAINED, REMAINDER = 0.02, 0.5  # of sigma: from there half of it may change
+ROUNDS = 4  # searches, the later ones from the fresh trials of the one before
+
+
+class Shares(NamedTuple):
+    """Fractions out of limit.
+
+    Attributes
+    ----------
+    joint : Estimate
+        Out of at least one limit.
+    limits : tuple of Estimate
+        Of each response.
+    """
+
+    joint: Estimate
+    limits: tuple[Estimate, ...]
+
+    def permitted(self, permitted_out: Array) -> bool:
+        """Return whether the whole interval of each limit is permitted."""
+        pairs = zip(self.limits, permitted_out, strict=True)
+        return all(share.upper <= most for share, most in pairs)
+
+    def improve(self, before: Shares, permitted_out: Array) -> bool:
+        """Return whether they are surely better, and push no response out of its limit.
+
+        The whole interval of the joint share has to lie below the share before. And
+        that of no limit may lie above its interval before and above what is permitted.
+        """
+        pushed = (
+            after.lower > max(share.upper, most)
+            for after, share, most in zip(
+                self.limits, before.limits, permitted_out, strict=True
+            )
+        )
+        return self.joint.upper < before.joint.value and not any(pushed)
+
+
+class Step(NamedTuple):
+    """Entries that change together."""
+
+    change: Change  # of these alone
+    after: Shares  # after this and earlier steps
+
+
+class Proof(NamedTuple):
+    """A change, and what fresh trials of it show."""
+
+    change: Change
+    before: Shares
+    after: Shares
+    rounds: int  # searches
+    met: bool  # all limits, by the whole intervals
+    improves: bool  # nothing else may be called a remedy
+
+
+def predicted(trials: MovableTrials, change: Change) -> Shares:
+    """Predict shares out of limit from all stored trials, moved by a change.
+
+    The ends of an interval are those of Clopper and Pearson of the counts with all
+    responses moved a little: a quarter of what bends add, and half of a large remainder
+    of the surface. Without a change they are those of the trials as stored.
+    """
+    moved, surface = trials.moved(change).responses, trials.surface
+    shift, ratio = trials.design.members(change)
+    straight = surface._replace(bends=np.zeros_like(surface.bends))
+    linear = trials.responses + straight.change(trials.z, shift, ratio)
+    error = NONLINEAR * np.abs(linear - moved)
+    poor = surface.remainders > UNEXPLAINED * trials.responses.std(axis=0)
+    size = min(1.0, float(np.abs(shift).sum() + (1 - ratio).sum()))
+    error += REMAINDER * size * np.where(poor, surface.remainders, 0.0)
+    lower, upper = trials.permitted.T
+    outs = [
+        (moved - widened < lower) | (moved + widened > upper)
+        for widened in (np.zeros_like(error), -error, error)
+    ]
+    return _shares(outs, trials.failed)
+
+
+def steps(trials: MovableTrials, change: Change) -> Iterator[Step]:
+    """Yield the steps of a change, the one that helps most first.
+
+    All shifts are one step: one alone may push a response out of its limit.
+    """
+    none = done = trials.design.none
+    waiting = [none.with_entry(e, ratio=change.ratio[e]) for e in change.tightened]
+    if change.size:
+        waiting.append(none._replace(shift=change.shift))
+    ordering = trials.thinned(MOST_TRIALS)
+    while waiting:
+        options = [predicted(ordering, _both(done, step)).joint for step in waiting]
+        step = waiting.pop(int(np.argmin([share.value for share in options])))
+        done = _both(done, step)
+        yield Step(step, predicted(trials, done))
+
+
+def proved(
+    trials: MovableTrials, sample: Callable[[Change], tuple[Array, Array]]
+) -> Proof | None:
+    """Search a change and try it with fresh trials; again from these until it is met.
+
+    None if no change is found. `sample` returns deviations and responses of fresh
+    trials after a change, SI; NaN in failed trials.
+    """
+    change, fresh, proof = trials.design.none, trials, None
+    before = predicted(trials, trials.design.none)
+    for rounds in range(1, ROUNDS + 1):
+        added = smallest_change(fresh, AIM_PROVED).change
+        if not (added.size or len(added.tightened)):
+            break
+        change = trials.design.rounded(change.followed_by(added))
+        fresh = trials.sampled_again(change, *sample(change))
+        after = predicted(fresh, fresh.design.none)
+        met = after.permitted(trials.permitted_out)
+        improves = after.improve(before, trials.permitted_out)
+        proof = Proof(change, before, after, rounds, met, improves)
+        if met:
+            break
+    return proof
+
+
+def _both(first: Change, second: Change) -> Change:
+    """Return changes of different kinds or entries together."""
+    return Change(first.shift + second.shift, first.ratio * second.ratio)
+
+
+def _shares(outs: list[Truths], failed: int) -> Shares:
+    """Estimate shares from trials out of limit: as they are, at the least, at most."""
+    trials = len(outs[0]) + failed
+
+    def share(columns: Sequence[Truths]) -> Estimate:
+        value, least, most = (
+            proportion(int(np.count_nonzero(out)) + failed, trials) for out in columns
+        )
+        return Estimate(value.value, least.lower, most.upper)
+
+    joint = share([np.asarray(out.any(axis=1)) for out in outs])
+    responses = range(outs[0].shape[1])
+    return Shares(joint, tuple(share([out[:, j] for out in outs]) for j in responses))

@@ -1,0 +1,98 @@
+"""A quadratic surface of all responses, by least squares."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.arrays import Array, Integers
+
+BLOCK = 4096  # trials whose terms are in memory at a time
+TRIALS_PER_TERM = 4  # at least, with products
+WELL_EXPLAINED = 0.01  # of sigma: where squares leave less, products do not pay
+SIGNIFICANT, ROUNDING = 3.0, 1e-9  # standard errors; of sigma: second order below is 0
+RANK = 1e-10  # of the largest singular value: terms below it depend on others
+
+
+class Surface(NamedTuple):
+    """Responses as quadratic functions of scaled deviations z.
+
+    Attributes
+    ----------
+    slopes : float64[contributor, response]
+        First derivatives at z = 0.
+    bends : float64[response, contributor, contributor]
+        Second derivatives.
+    remainders : float64[response]
+        Standard deviation of what the surface does not explain.
+    """
+
+    slopes: Array
+    bends: Array
+    remainders: Array
+
+    def change(self, z: Array, shift: Array, ratio: Array) -> Array:
+        """Return float64[trial, response]: what responses gain.
+
+        Deviations z change to shift + ratio * z. Exact if a response is a quadratic
+        function plus a remainder that each trial keeps.
+        """
+        changed = np.flatnonzero((shift != 0) | (ratio != 1))
+        step = shift[changed] + (ratio[changed] - 1) * z[:, changed]
+        gains = np.asarray(step @ self.slopes[changed])
+        for response, bend in enumerate(self.bends[:, changed]):
+            if bend.any():
+                turn = z @ bend.T + step @ (bend[:, changed] / 2)
+                gains[:, response] += np.einsum("ti,ti->t", step, turn)
+        return gains
+
+
+def fitted_surface(z: Array, responses: Array) -> Surface:
+    """Fit float64[trial, response] to scaled deviations, float64[trial, contributor].
+
+    Products of two contributors take part if there are four trials a term, and if some
+    response is not nearly explained without them.
+    """
+    trials, contributors = z.shape
+    sigma = responses.std(axis=0)
+    surface = _fitted(z, responses, *np.empty((2, 0), int))
+    first, second = np.triu_indices(contributors, 1)
+    terms = 1 + 2 * contributors + len(first)
+    unexplained = np.any(surface.remainders > WELL_EXPLAINED * sigma)
+    if unexplained and len(first) and terms * TRIALS_PER_TERM < trials:
+        return _fitted(z, responses, first, second)
+    return surface
+
+
+def _fitted(z: Array, responses: Array, first: Integers, second: Integers) -> Surface:
+    """Fit with products of the first with the second contributors."""
+    trials, contributors = z.shape
+    centre, spread = z.mean(axis=0), z.std(axis=0)
+    spread = np.where(spread > 0, spread, 1.0)
+    mean, sigma = responses.mean(axis=0), responses.std(axis=0)
+    sigma = np.where(sigma > 0, sigma, 1.0)
+    terms = 1 + 2 * contributors + len(first)
+    among, with_y = np.zeros((terms, terms)), np.zeros((terms, len(mean)))
+    for start in range(0, trials, BLOCK):
+        block = slice(start, start + BLOCK)
+        u = (z[block] - centre) / spread  # near orthogonal terms: a stable solution
+        columns = np.hstack(
+            [np.ones((len(u), 1)), u, u * u - 1, u[:, first] * u[:, second]]
+        )
+        among += columns.T @ columns
+        with_y += columns.T @ ((responses[block] - mean) / sigma)
+    solution = np.linalg.lstsq(among, with_y, rcond=RANK)[0]
+    explained = np.einsum("kj,kj->j", solution, with_y)
+    free = max(trials - terms, 1)
+    remainders = sigma * np.sqrt(np.maximum(trials - explained, 0) / free)
+    chance = SIGNIFICANT * remainders / sigma / np.sqrt(trials) + ROUNDING
+    bent = solution[1 + contributors :]
+    bent[np.abs(bent) < chance] = 0.0
+    solution *= sigma
+    linear, squares, products = np.split(solution[1:], [contributors, 2 * contributors])
+    bends = np.zeros((len(mean), contributors, contributors))
+    diagonal = np.arange(contributors)
+    bends[:, diagonal, diagonal] = 2 * squares.T
+    bends[:, first, second] = bends[:, second, first] = products.T
+    bends /= spread * spread[:, None]
+    slopes = linear / spread[:, None] - (bends @ centre).T
+    return Surface(slopes, bends, remainders)

@@ -1,0 +1,86 @@
+"""What stays out of limit whatever the free contributors do, and what would help."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.statistics.remedies.centring import centred
+from tolstat.statistics.remedies.change import Change
+from tolstat.statistics.remedies.movable_trials import MovableTrials, Moved
+from tolstat.statistics.remedies.prediction import Shares, predicted
+from tolstat.statistics.remedies.remedy import smallest_change
+
+WITHOUT_SPREAD = 1e-3  # ratio of all free entries
+MOST_FREED = 2  # fixed entries that are tried as free ones, the main ones first
+
+
+class Freed(NamedTuple):
+    """A fixed entry that would meet all limits, were it free."""
+
+    entry: int
+    half: float  # its half tolerance then, the widest of the entry, SI
+    change: Change  # of all entries
+
+
+class Unavoidable(NamedTuple):
+    """What stays when the free entries do not spread at all.
+
+    Attributes
+    ----------
+    shares : Shares
+        Fractions out of limit that stay.
+    contributions : float64[entry]
+        Share of the variance that stays and that goes with each fixed entry: mean of
+        the responses that miss their limits.
+    permitted : float64[response, end]
+        Limits that would be met, SI: those of the study where they are.
+    freed : tuple of Freed
+        Main fixed entries, each of which would help; the one with most variance first.
+    """
+
+    shares: Shares
+    contributions: Array
+    permitted: Array
+    freed: tuple[Freed, ...]
+
+
+def unavoidable(trials: MovableTrials, aim: float) -> Unavoidable | None:
+    """Return what no change of the free entries meets; None if a change may."""
+    design = trials.design
+    exact = replace(
+        trials, design=design._replace(steps=WITHOUT_SPREAD * design.halves)
+    )
+    ratios = np.where(design.free, WITHOUT_SPREAD, 1.0)
+    without = exact.moved(design.none._replace(ratio=ratios))
+    best = centred(without, np.flatnonzero(design.free).tolist())
+    if best.score >= 1:
+        return None
+    contributions = _contributions(best)
+    freed = list[Freed]()
+    for entry in np.argsort(-contributions, kind="stable")[:MOST_FREED].tolist():
+        free = design.free | (np.arange(len(design.free)) == entry)
+        helped = smallest_change(
+            replace(trials, design=design._replace(free=free)), aim
+        )
+        if helped.score >= aim:
+            half = float(helped.change.ratio[entry] * design.halves[entry])
+            freed.append(Freed(entry, half, helped.change))
+    needed = best.middle[:, None] + best.reach * [-1, 1]
+    permitted = np.where(best.margins < 1, needed, trials.permitted)
+    return Unavoidable(
+        predicted(exact, best.change), contributions, permitted, tuple(freed)
+    )
+
+
+def _contributions(moved: Moved) -> Array:
+    """Return the share of variance that goes with each fixed entry."""
+    missed = moved.margins.min(axis=1) < 1
+    variance = np.maximum(moved.responses.var(axis=0)[missed], 1e-300)
+    shares = np.zeros(len(moved.change.ratio))
+    for entry in np.flatnonzero(~moved.origin.design.free).tolist():
+        change = moved.change.with_entry(entry, ratio=WITHOUT_SPREAD)
+        rest = moved.moved(change).responses.var(axis=0)[missed]
+        shares[entry] = max(float(np.mean(1 - rest / variance)), 0.0)
+    return shares
