@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 from tolstat.operating_system import STOP_SIGNALS
 
 INTERRUPTED = 130
-PATIENCE = 1.8  # s, from a first Ctrl-C on; Ctrl-C ends within two seconds
+PATIENCE = 1.5  # s, from a first Ctrl-C on; Ctrl-C ends within two seconds
 NOTHING_WRITTEN = "stopped: nothing is written"
 LIMITS_NOT_MET, LIMITS_UNDECIDED = 3, 4
 
