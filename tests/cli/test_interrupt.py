@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tests.cli.command_line import TOLSTAT, wait_for_trials
+from tests.cli.command_line import TOLSTAT, chain, wait_for_trials
 from tests.execution.rare_chain import CHAIN as RARE
 
 
@@ -204,6 +204,44 @@ def test_ctrl_c_while_a_rare_run_fits(tmp_path):
     assert code == 130 and "stopped; the same command continues" in shown
     assert ",stopped," in (tmp_path / "batch.csv").read_text()
     assert path.read_bytes() == before
+
+
+SUMMING = """\
+import time
+from tolstat.cli import {command}
+from tolstat.cli.entry import entry
+def for_long(*arguments):
+    print("summing", flush=True)
+    time.sleep(60)
+{command}.{answer} = for_long
+entry()
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("command", "answer", "words"),
+    [
+        ("run", "summary", "what is stored is in {path}; `tolstat resume` completes"),
+        ("batch", "report", "stopped; the same command continues"),
+    ],
+)
+def test_signals_end_what_does_not_look_at_them(
+    tmp_path, number, command, answer, words
+):
+    """A summary or a report of a large run."""
+    study = chain(tmp_path, "chain", trials=100)
+    process = subprocess.Popen(
+        [sys.executable, "-c", SUMMING.format(command=command, answer=answer),
+         command, str(study)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout.readline() == "summing\n"
+    process.send_signal(number)
+    _, shown = process.communicate(timeout=30)  # of the 60 s that it takes
+    path = study.with_suffix(".h5")
+    assert process.returncode == 130 and words.format(path=path) in shown
+    assert tolstat.open(path).complete
 
 
 @pytest.mark.long

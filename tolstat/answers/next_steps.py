@@ -59,6 +59,11 @@ def to_replay(path: Path, trial: int, machine: str) -> str:
     return command("trial", path, trial, machine=machine)
 
 
+def to_draw(run: Run, response: str) -> str:
+    """Return the command that writes a report with the figures of a response."""
+    return command("report", run.path, "--response", response, machine=run.machine)
+
+
 def to_export(run: Run) -> str:
     """Return the command that writes all trials as a table beside the run."""
     return command("export", run.path, "-o", _file_of(run).with_suffix(".csv"))

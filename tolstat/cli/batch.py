@@ -34,6 +34,7 @@ from tolstat.store.stored_run import Run
 
 WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
 TITLE = "tolstat batch"
+CONTINUES = "stopped; the same command continues"
 HEAD = 10_000  # bytes of a page or a table, in which its mark stands
 GENERATOR = '<meta name="generator" content="tolstat">'  # in each page of an answer
 HEADS = ",".join(Entry._fields[:5])  # how the table of an index begins
@@ -66,7 +67,7 @@ def batch(
     waiting = {entry: Entry(entry.stem, state=WAITING) for entry in files}
     queue = Queue(waiting, page, console)
     live = Live(console=console, get_renderable=queue.table, transient=True)
-    with stop_on_interrupt() as stop:
+    with stop_on_interrupt(CONTINUES) as stop:
         with live, crew(stop.is_set) as workers:
             for study in files:
                 if not stop.is_set():
@@ -78,7 +79,7 @@ def batch(
         if page.exists():
             console.say(f"index in {page} and {page.with_suffix('.csv')}")
         if stop.is_set():
-            console.print("stopped; the same command continues")
+            console.print(CONTINUES)
             leave_interrupted()
     if check and not queue.exit_codes:
         runs = (entry.run for entry in queue.entries.values() if entry.run)

@@ -5,13 +5,15 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from threading import Event
+from threading import Event, Thread
 from types import FrameType
 from typing import Any, NoReturn
 
 from tolstat.operating_system import STOP_SIGNALS
 
 INTERRUPTED = 130
+PATIENCE = 1.5  # s, from a first Ctrl-C on; Ctrl-C ends within two seconds
+NOTHING_WRITTEN = "stopped: nothing is written"
 LIMITS_NOT_MET, LIMITS_UNDECIDED = 3, 4
 
 Handler = Callable[[int, FrameType | None], object]
@@ -31,8 +33,12 @@ def entry() -> None:
 
 def leave(number: int, frame: FrameType | None) -> NoReturn:
     """End the process, even while threads compute."""
+    _leave_saying(NOTHING_WRITTEN)
+
+
+def _leave_saying(words: str) -> NoReturn:
     with suppress(OSError):  # the terminal may be gone
-        sys.stderr.write("stopped: nothing is written\n")
+        sys.stderr.write(f"{words}\n")
         sys.stderr.flush()
     os._exit(INTERRUPTED)
 
@@ -59,18 +65,31 @@ def on_interrupt(handler: Handler) -> dict[signal.Signals, Any]:
 
 
 @contextmanager
-def stop_on_interrupt() -> Iterator[Event]:
-    """Let the first Ctrl-C set the event; a second one ends the process at once."""
-    stop = Event()
+def stop_on_interrupt(words: str = NOTHING_WRITTEN) -> Iterator[Event]:
+    """Let the first Ctrl-C set the event; a second one ends the process at once.
+
+    What does not look at the event is left after `PATIENCE`, with the words: files are
+    whole at any moment, as `kill -9` needs it.
+    """
+    stop, over = Event(), Event()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         if stop.is_set():
             os._exit(INTERRUPTED)
         stop.set()
 
+    def watch() -> None:
+        stop.wait()
+        if not over.wait(PATIENCE):
+            _leave_saying(words)
+
     before = on_interrupt(interrupt)
+    # started now: a handler of signals must wait for no lock, as of a new thread
+    Thread(target=watch, daemon=True).start()
     try:
         yield stop
     finally:
+        over.set()
+        stop.set()  # ends the thread
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -14,6 +14,7 @@ from tolstat.cli import options
 from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
 from tolstat.cli.progress import ProgressBar
 from tolstat.execution.execute import execute, go_on
+from tolstat.literal import visible
 from tolstat.render.screen import Screen, show
 from tolstat.store.stored_run import Run
 from tolstat.study.study import load
@@ -104,7 +105,8 @@ def _watch(
 ) -> None:
     """Work on a run, show its progress and its summary; with `check` end as that."""
     console = Screen(stderr=True)
-    with stop_on_interrupt() as stop:
+    words = f"stopped: what is stored is in {visible(str(path))}; "
+    with stop_on_interrupt(f"{words}`tolstat resume` completes it") as stop:
         with ProgressBar(path.stem) as bar, crew(stop.is_set) as workers:
             done = work(workers, progress=bar.tell)
         if not done.complete:
@@ -115,11 +117,11 @@ def _watch(
                 console.type(to_resume(done.path, done.machine))
             leave_interrupted()
         show(summary(done).document())
-    seconds = done.provenance["seconds"]
-    rate = f"{done.trials / seconds:.0f} trials/s"
-    stored = f"stored in {done.path}"
-    console.say(f"{done.trials} trials in {seconds:.1f} s ({rate}), {stored}")
-    if check:
-        from tolstat.cli.check import checked
+        seconds = done.provenance["seconds"]
+        rate = f"{done.trials / seconds:.0f} trials/s"
+        stored = f"stored in {done.path}"
+        console.say(f"{done.trials} trials in {seconds:.1f} s ({rate}), {stored}")
+        if check:
+            from tolstat.cli.check import checked
 
-        sys.exit(checked([done]).exit_code)
+            sys.exit(checked([done]).exit_code)

@@ -12,6 +12,7 @@ from tests.answers.browser import asked
 from tests.answers.conftest import chain
 from tests.answers.page_checks import PAPER, rows_of, section_of, tables_of, words_in
 from tolstat import Contributor, Description, Model, Outcome, Response
+from tolstat.answers.report import response_section
 from tolstat.answers.report.first_page import first_page, lead
 from tolstat.answers.report.gather import report_of
 from tolstat.document.blocks import Gallery, Paragraph, Ranges, Section, Table
@@ -92,6 +93,28 @@ def test_the_screen_has_all_limits(thirty):
         if isinstance(each, Table) and each.title == "Limits"
     )
     assert len(table.rows) == MANY
+
+
+def test_figures_are_of_the_worst_responses(thirty, monkeypatch):
+    """Of many limits; figures take longer than all else of a page."""
+    drawn, draw = [], response_section.figures_of
+
+    def counting(report, name):
+        drawn.append(name)
+        return draw(report, name)
+
+    monkeypatch.setattr(response_section, "figures_of", counting)
+    document = thirty.document()
+    assert drawn == list(thirty.limits)[:12] == list(thirty.illustrated)
+    best = [*thirty.limits][-1]
+    words = words_in(section_of(document, best))
+    typed = f"tolstat report {thirty.stored_run.path} --response {best}"
+    typed += " --machine FILE.py:NAME"  # the model was handed over
+    assert f"drawn for the 12 worst responses. To draw these: {typed}." in words
+    chosen = report_of(thirty.stored_run, list(thirty.limits)[-13:])
+    drawn.clear()
+    chosen.document()
+    assert len(drawn) == 13
 
 
 def test_a_single_limit_is_drawn(tmp_path):

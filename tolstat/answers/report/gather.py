@@ -43,6 +43,7 @@ from tolstat.statistics.summary import Limited
 from tolstat.store.stored_run import Run
 
 MOST_DEVIATIONS = 3  # of a worst trial
+MOST_ILLUSTRATED = 12  # responses of a page: their figures take longer than all else
 FEWEST_WITHIN = 0.1  # of the trials, of which those out of limit differ
 
 
@@ -144,7 +145,12 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
         )
         worst = _worst_trials(run, name, reported.leading[:MOST_DEVIATIONS])
         responses[name] = replace(reported, worst_trials=worst)
-    return Report(**{**vars(summary), "responses": responses}, focus=tuple(focus))
+    return Report(
+        **{**vars(summary), "responses": responses},
+        focus=tuple(focus),
+        # the worst limits come first; what was requested by name is drawn
+        illustrated=tuple(focus if chosen else focus[:MOST_ILLUSTRATED]),
+    )
 
 
 def _scatter(drawn: Drawn) -> linear.Scatter | None:

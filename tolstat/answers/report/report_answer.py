@@ -227,4 +227,5 @@ class Report(RunSummary):
 
     responses: Mapping[str, ReportedResponse]
     focus: tuple[str, ...]  # responses in focus
+    illustrated: tuple[str, ...]  # of these, whose figures the page draws
     answers = "report"

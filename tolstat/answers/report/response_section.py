@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from tolstat.answers.cells import ppk_cell, ppm
-from tolstat.answers.next_steps import to_replay, typed_setting
+from tolstat.answers.next_steps import to_draw, to_replay, typed_setting
 from tolstat.answers.report.finding_words import centring_words
 from tolstat.answers.report.first_page import (
     CENTRAL,
@@ -51,6 +51,7 @@ STILL = (
     "All trials lie from {} to {}. This range is below a thousandth of its distance to "
     "the limit: its spread is not analysed."
 )
+NOT_DRAWN = "Figures are drawn for the {} worst responses. To draw these: {}."
 PERFORMANCE = (
     "Simulated trials show performance, not the capability of a process. By moments of "
     "random trials: as sampled."
@@ -112,8 +113,13 @@ class _ResponseSection:
         if response.still:
             ends = self._number(response.least), self._number(response.largest)
             values = blocks.paragraph(say(STILL, *ends))
-        elif report.trials.done:
+        elif report.trials.done and self.name in report.illustrated:
             values = blocks.Gallery(figures_of(report, self.name))
+        elif report.trials.done:
+            draw = Typed(to_draw(self.run, self.name))
+            values = blocks.paragraph(
+                say(NOT_DRAWN, Number(len(report.illustrated)), draw)
+            )
         centring = report.findings.centring.get(self.name)
         parts = (
             ("Performance", self._performance()),

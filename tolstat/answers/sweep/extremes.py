@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.answers.next_steps import command, to_export, to_replay, to_resume
+from tolstat.answers.next_steps import to_draw, to_export, to_replay, to_resume
 from tolstat.answers.report.report_answer import Findings, Step, StepKind
 from tolstat.answers.report.report_warnings import ReportWarning, warnings_of_run
 from tolstat.answers.run_answer import (
@@ -138,8 +138,7 @@ def _next_steps(run: Run, worst: Point | None, focus: Sequence[str]) -> Iterator
         yield Step(StepKind.SEE_WORST, (worst.response,), commands=(again,))
     names = (response.name for response in run.responses)
     if other := next((name for name in names if name not in focus), ""):
-        report = command("report", path, "--response", other, machine=machine)
-        yield Step(StepKind.DRAW_RESPONSE, (other,), commands=(report,))
+        yield Step(StepKind.DRAW_RESPONSE, (other,), commands=(to_draw(run, other),))
     yield Step(StepKind.WRITE_TABLE, commands=(to_export(run),))
 
 
