@@ -202,11 +202,6 @@ def shortest(keys: dict[str, Any]) -> Entry:
     return keys["tolerance"] if keys.keys() == {"tolerance"} else keys
 
 
-def has_tolerance(keys: Mapping[str, Any]) -> bool:
-    """Return whether an entry has a tolerance, and not a grade of another name."""
-    return "tolerance" in keys or "iso1328" in keys
-
-
 def distribution_of(keys: Mapping[str, Any], part: Contributor) -> Distribution:
     """Return the distribution of a contributor by an entry of a study that was read."""
     shape = {key: value for key, value in keys.items() if key in KEYS}
