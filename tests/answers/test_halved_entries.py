@@ -303,6 +303,7 @@ def test_links_whose_deviation_stands_elsewhere(tmp_path):
     }  # fmt: skip
     run = tolstat.run(study, output=tmp_path / "b.h5")
     assert tolstat.summary(run).verdicts == {"gap": "not met"}
-    assert halved_entries(run, ["b_1", "b_2"]) == {
-        "b": {"tolerance": "-0.09..-0.03 mm", "distribution": "uniform"}
-    }
+    entries = halved_entries(run, ["b_1", "b_2"])
+    assert entries == {"b": "-0.09..-0.03 mm"}
+    written = tomllib.loads(tolstat.fresh_study(run, entries))["deviations"]["b"]
+    assert written == {"tolerance": "-0.09..-0.03 mm", "distribution": "uniform"}

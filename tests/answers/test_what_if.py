@@ -17,7 +17,6 @@ from scipy.stats import norm
 
 import tolstat
 from tests.conftest import TOY_STUDY, Toy
-from tests.store.tampering import resealed
 from tests.studies.benchmarks.what_if import CASES, compared
 from tolstat.cli.main import main
 from tolstat.deviations.names import expand
@@ -434,12 +433,21 @@ def test_dependent_trials_are_refused(toy, toy_study):
     tolstat.what_if(own, {"part": "+-0.4 mm"}, model=toy)
 
 
-def test_a_run_whose_study_has_changed_is_refused(toy, toy_study):
+def test_a_run_whose_data_have_changed_is_refused(toy, toy_study):
+    """Data, or a model: what the file holds of the distributions tells."""
+    parts = toy_study.with_name("parts.csv")
+    sizes = np.linspace(-0.4, 0.4, 60)
+    parts.write_text("\n".join(["part [mm]", *map(str, sizes)]))
+    text = toy_study.read_text()
+    entry = 'part_1 = { data = "parts.csv", column = "part" }'
+    text = text.replace("[deviations]\n", f"[deviations]\n{entry}\n")
+    toy_study.write_text(text.replace("\npart = ", "\npart_2 = "))
     run = tolstat.run(toy_study, model=toy)
-    with resealed(run.path) as file:
-        file["part_1"][5] += 1e-6
+    tolstat.what_if(run, {"part_2": "+-0.5 mm"}, model=toy)
+    sizes[30] += 1e-3
+    parts.write_text("\n".join(["part [mm]", *map(str, sizes)]))
     with pytest.raises(RunFileError, match="samples other deviations now"):
-        tolstat.what_if(tolstat.open(run.path), {"part": "+-0.5 mm"}, model=toy)
+        tolstat.what_if(run, {"part_2": "+-0.5 mm"}, model=toy)
 
 
 def test_requested_limits_replace_those_of_the_study(run, toy):

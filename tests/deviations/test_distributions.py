@@ -116,8 +116,8 @@ CASES = [
         Curvilinear(a=-1.1, b=1.1)(loc=MIDDLE, scale=HALF),
     ),
     (Mixture(SOURCES), TwoSources(a=-5, b=5)(scale=1e-4)),
-    (Fitted("normal", 1e-4, 2e-4, 0.5), stats.norm(1e-4, 2e-4)),
-    (Fitted("lognormal", -9.0, 0.4, 0.5), stats.lognorm(0.4, scale=np.exp(-9))),
+    (Fitted("normal", 1e-4, 2e-4, 0.5, 20), stats.norm(1e-4, 2e-4)),
+    (Fitted("lognormal", -9.0, 0.4, 0.5, 20), stats.lognorm(0.4, scale=np.exp(-9))),
 ]
 LIMITING = [  # no flank, one flank; no fourth moment
     (Triangular(ZONE, mode=LOW), stats.triang(0.0, LOW, WIDTH)),
@@ -297,10 +297,10 @@ def test_distributions_are_found_by_their_name():
 
 def test_measured_parts_have_ends_at_three_sigma_quantiles():
     """Nobody gave them a tolerance: its ends lie where those of others do at Cp = 1."""
-    lower, upper, mean, sigma = spread_of(Fitted("normal", 1e-4, 2e-5, 0.5))
+    lower, upper, mean, sigma = spread_of(Fitted("normal", 1e-4, 2e-5, 0.5, 20))
     assert (lower, upper) == pytest.approx((0.4e-4, 1.6e-4), rel=1e-12)
     assert (mean, sigma) == pytest.approx((1e-4, 2e-5), rel=1e-9)
-    fitted = spread_of(Fitted("lognormal", -9.0, 0.4, 0.5))
+    fitted = spread_of(Fitted("lognormal", -9.0, 0.4, 0.5, 20))
     assert fitted[:2] == pytest.approx(np.exp([-9 - 1.2, -9 + 1.2]), rel=1e-12)
     about = np.exp(-9 + 0.4**2 / 2)
     assert fitted.mean == pytest.approx(about, rel=1e-9)

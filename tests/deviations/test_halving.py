@@ -135,7 +135,7 @@ def test_a_batch_of_equal_parts_is_halved_as_one():
     [
         (Constant(0.1), "no tolerance"),
         (Measured(np.array([0.1, 0.2])), "no tolerance"),
-        (Fitted("normal", 0.0, 1.0, 0.5), "no tolerance"),
+        (Fitted("normal", 0.0, 1.0, 0.5, 20), "no tolerance"),
         (TruncatedNormal(ZONE, cp=0.5, outside="clipped"), "nearly the same deviation"),
         (Arcsine(ZONE), "nearly the same deviation"),
     ],

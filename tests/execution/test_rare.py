@@ -36,7 +36,7 @@ from tolstat.errors import QuestionError, RunFileError, StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.render.screen import as_text
-from tolstat.store.run_records import SCORES, Assumed
+from tolstat.store.assumed import SCORES
 from tolstat.study.study import load
 from tolstat.units.scale import PPM
 
@@ -180,8 +180,7 @@ def test_a_uniform_part_near_its_end_is_named_by_probability(tmp_path):
     ],
 )
 def test_the_probability_of_an_extreme_part(at, deviation, score):
-    assumed = Assumed((0.0, 1.0), "", "", at_scores=tuple(at))
-    assert normal_score(deviation, assumed) == pytest.approx(score, abs=1e-9)
+    assert normal_score(deviation, at) == pytest.approx(score, abs=1e-9)
 
 
 def test_workers_and_blocks_do_not_change_the_result(study, whole):

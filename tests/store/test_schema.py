@@ -17,6 +17,7 @@ import tolstat
 from tests.conftest import TOY_STUDY, Toy
 from tolstat.errors import RunFileError, StudyError
 from tolstat.execution.compatibility import study_differs, study_of
+from tolstat.store.assumed import SCORES
 from tolstat.store.integrity import clock_of, write_seal
 from tolstat.store.layout import CLOCK
 
@@ -80,6 +81,14 @@ def attributes(owner, **values):
     return lambda file: file[owner].attrs.update(values)
 
 
+def assumed(**values):
+    def change(file):
+        for name, value in values.items():
+            file["assumed"][name][...] = value
+
+    return change
+
+
 def texts(**values):
     def change(file):
         for name, words in values.items():
@@ -140,8 +149,12 @@ CHANGES = {
     "limit NaN": (attributes("gap", limit_lower=np.nan), "a limit is wrong"),
     "limit upside down": (attributes("gap", limit_lower=9.0), "a limit is wrong"),
     "demand": (attributes("gap", limit_demand="Ppk many"), "complete run"),
-    "three ends": (attributes("part_1", assumed_tolerance=[0.0, 1.0, 2.0]), ATTRIBUTE),
-    "tolerance": (attributes("part_1", assumed_tolerance=[np.nan, 1.0]), "assumption"),
+    "tolerance": (assumed(tolerance_lower=np.nan), "an assumption"),
+    "shares in common": (assumed(common=2.0), "an assumption"),
+    "centre": (assumed(centre=np.inf), "an assumption"),
+    "quantiles that descend": (assumed(quantiles=SCORES[::-1]), "an assumption"),
+    "few quantiles": (instead("assumed/quantiles", np.zeros((3, 9))), "an assumption"),
+    "many contributors": (instead("assumed/centre", np.zeros(9)), "complete run"),
     "unit": (attributes("gap", units="zorkmid"), "zorkmid"),
     "sampling": (attributes("/", sampling="zorkmid"), "of its sampling"),
     "deep table": (attributes("/", study_text=".".join("a" * 9000) + " = 1"), "tables"),

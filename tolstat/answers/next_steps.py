@@ -5,14 +5,13 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tolstat.answers.halved_entries import editor_of, halved_entries, nominal_shift
-from tolstat.deviations.distributions import Tolerance
+from tolstat.answers.halved_entries import halved_entries
 from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, Remedy, TolstatError
 from tolstat.store.files_beside import free_name
 from tolstat.store.stored_run import IN_MEMORY, Run
-from tolstat.study.distribution_entry import KEYS, Entry, keys_of, typed
-from tolstat.study.editor import together
+from tolstat.study.distribution_entry import KEYS, Entry, typed
+from tolstat.study.editor import StudyEditor, together
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import toml_of
 from tolstat.study.settings_section import NOMINAL
@@ -112,11 +111,7 @@ def to_halve(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
 
     None if one of the parts has no tolerance.
     """
-    halves = {
-        name: str(keys_of(entry)["tolerance"])
-        for name, entry in halved_entries(run, parts).items()
-    }
-    study = _study_beside(run, "halved")
+    halves, study = halved_entries(run, parts), _study_beside(run, "halved")
     return _to_write(run, halves, study) if halves else ()
 
 
@@ -126,7 +121,7 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
     Of a study without costs, parts with a tolerance get a price first: 1 over it.
     """
     study, priced = run.study_file, dict[str, str]()
-    entries = [*editor_of(run).entries()]
+    entries = [*StudyEditor(run.study.table, run.contributors).entries()]
     if any("cost" in entry.keys for entry in entries):
         if study and study.is_file():
             path = as_typed(free_name(study, "allocated"))
@@ -135,7 +130,7 @@ def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
     for entry in entries:
         if members := [name for name in entry.members if name in parts]:
             scale, assumed = run.scales[members[0]], run.assumed[members[0]]
-            half = figures(scale.factor * Tolerance(*assumed.tolerance).half, KNOWN)
+            half = figures(scale.factor * assumed.tolerance.half, KNOWN)
             keys = {k: x for k, x in entry.keys.items() if k in KEYS}
             keys["cost"] = {
                 "law": "reciprocal", "at": f"+-{half} {scale.mark}".strip(), "price": 1,
@@ -158,7 +153,8 @@ def to_shift(
     the zone of any other tolerance moves. None for measured parts, and for some parts
     of a batch.
     """
-    editor, entries = editor_of(run), dict[str, str]()
+    table, entries = run.study.table, dict[str, str]()
+    editor = StudyEditor(table, run.contributors)
     links = editor.links
     for member in members:
         entry = editor.entry_of(member, nominal=member in links)
@@ -170,7 +166,7 @@ def to_shift(
             size = f"{scale.factor * (nominal + shift):.10g} {scale.mark}".strip()
             entries[member] = toml_of({NOMINAL: size})
         elif "nominal_shift" in entry.keys:
-            old = nominal_shift(entry.keys, editor.parts[member])
+            old = run.assumed[member].nominal_shift
             keys = {k: x for k, x in entry.keys.items() if k in KEYS}
             keys["nominal_shift"] = typed(old + shift, scale, reader)
             entries[member] = toml_of(keys)

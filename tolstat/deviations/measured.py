@@ -25,6 +25,11 @@ class Measured:
         """Return whether all parts are the same."""
         return isinstance(other, Measured) and np.array_equal(self.values, other.values)
 
+    @property
+    def parts(self) -> int:
+        """Number of parts."""
+        return len(self.values)
+
     def __hash__(self) -> int:
         return hash(self.values.tobytes())
 
@@ -44,6 +49,7 @@ class Fitted:
     # p-value of the Anderson-Darling test with both parameters estimated, from 999
     # simulated samples
     p_value: float
+    parts: int  # that were measured
 
     def deviations(self, u: Array) -> Array:
         """Return deviations, SI, at unit samples 0 < u < 1."""
@@ -66,7 +72,7 @@ def fit(values: Array, kind: str) -> Fitted:
     if np.ptp(values) == 0:
         raise DistributionError("all parts are equal; a fit needs parts that differ")
     sigma = float(values.std(ddof=1))
-    return Fitted(kind, float(values.mean()), sigma, _p_value(values))
+    return Fitted(kind, float(values.mean()), sigma, _p_value(values), len(values))
 
 
 def _p_value(values: Array) -> float:

@@ -117,6 +117,12 @@ class Nearer:
         return self.centre + 0.5 * (self.distribution.deviations(u) - self.centre)
 
 
+def has_places(distribution: Distribution) -> bool:
+    """Return whether a place, or the shift of a mean, is typed: these follow a zone."""
+    typed = unshifted(distribution)
+    return any(getattr(typed, key, None) is not None for key in (*PLACES, "shift"))
+
+
 def fixed_point(distribution: Distribution, *, sized: bool) -> float:
     """Return the deviation that stays where a zone narrows, SI.
 

@@ -12,7 +12,15 @@ from scipy.special import ndtr
 from tolstat import catalogue
 from tolstat.arrays import Array
 from tolstat.deviations.dependence import Dependence
-from tolstat.deviations.spread import Spread, reach_of, spread_of
+from tolstat.deviations.distributions import Tolerance
+from tolstat.deviations.spread import (
+    Spread,
+    fixed_point,
+    has_places,
+    reach_of,
+    spread_of,
+    zone_of,
+)
 from tolstat.errors import StudyError
 from tolstat.execution.stages import Trials
 from tolstat.model.checked import impossible, model_warnings, numbers_of
@@ -22,6 +30,7 @@ from tolstat.model.settings import settings_of
 from tolstat.model.view import typed_unit
 from tolstat.status import Status, words_of
 from tolstat.store import run_records as records
+from tolstat.store.assumed import SCORES, Assumed
 from tolstat.store.provenance import now, provenance
 from tolstat.store.run_records import STATUS, STEPS
 from tolstat.store.stored_run import Run
@@ -48,7 +57,7 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
             sampler.group(len(study.factors)), study.factors, sampler.sample, study.aim,
         )  # fmt: skip
         columns |= sampler.columns
-    assumed = assumed_of(study.deviating, scores=bool(study.aim))
+    assumed = assumed_of(study.deviating)
     independent = study.deviating.dependence == Dependence()
     spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
     no_answer = np.full((1, len(study.description.responses)), np.nan)
@@ -187,21 +196,27 @@ def _ranks(study: Study) -> dict[str, dict[str, float]]:
     return ranks
 
 
-def assumed_of(
-    deviating: Deviations, *, scores: bool = False
-) -> dict[str, records.Assumed]:
-    """Return the assumptions on each deviation; with scores also its quantiles."""
+def assumed_of(deviating: Deviations) -> dict[str, Assumed]:
+    """Return the assumptions on each deviation."""
     assumed = {}
     for name, distribution in deviating.distributions.items():
-        lower, upper, mean, sigma = spread_of(distribution)
-        batch = deviating.dependence.batches.get(name)
-        at_scores = distribution.deviations(ndtr(records.SCORES)).tolist()
-        assumed[name] = records.Assumed(
-            (lower, upper),
-            deviating.words[name],
-            batch.name if batch and batch.share == 1 else "",
-            mean,
-            sigma,
-            tuple(at_scores) if scores else (),
+        *zone, mean, sigma = spread_of(distribution)
+        tolerance, batch = Tolerance(*zone), deviating.dependence.batches.get(name)
+        quantiles = distribution.deviations(ndtr(SCORES))
+        assumed[name] = Assumed(
+            words=deviating.words[name],
+            entry=deviating.entries[name],
+            common=batch.share if batch else 0.0,
+            tolerance=tolerance,
+            centre=fixed_point(distribution, sized=name in deviating.sized)
+            if zone_of(distribution)
+            else tolerance.middle,
+            nominal_shift=getattr(distribution, "by", 0.0),
+            has_places=has_places(distribution),
+            mean=mean,
+            sigma=sigma,
+            parts=getattr(distribution, "parts", 0),
+            # rounding may make them descend
+            quantiles=tuple(np.maximum.accumulate(quantiles).tolist()),
         )
     return assumed

@@ -18,7 +18,7 @@ from tolstat.units.conversion import check_si, to_si
 # names of columns that every run file and frame has
 RESERVED = (
     "trial", "status", "steps", "nominal", "reference", "audit", "rerun", "settings",
-    "numbers", "diagnostics", "checks", "provenance",
+    "assumed", "numbers", "diagnostics", "checks", "provenance",
 )  # fmt: skip
 DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "number"}
 DECLARATIONS = "name", "failures", "assumptions", "views", "moves", "integrates"

@@ -1,6 +1,5 @@
 """Records of a run: its plan, known before the first trial, and results at the end."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntFlag
@@ -16,11 +15,11 @@ from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
+from tolstat.store.assumed import Assumed
 from tolstat.store.stored_fields import ELSEWHERE, Stored
 from tolstat.toml import toml_table
 
 STATUS, STEPS = "status", "steps"  # columns that trials fill, beside the responses
-SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies outside
 Members = tuple[str, ...]  # contributors, taken together
 
 
@@ -45,19 +44,6 @@ class StudyText:
     def seed(self) -> int | None:
         """Its seed; None where it has none."""
         return self.table.get("seed")
-
-
-class Assumed(NamedTuple):
-    """Assumptions on a deviation."""
-
-    tolerance: tuple[float, float]  # its ends, SI
-    words: str  # its distribution
-    batch: str  # the batch whose parts all have this deviation; empty without one
-    mean: float = math.nan  # of its distribution, SI
-    sigma: float = math.nan  # of its distribution, SI
-    # deviations at the normal scores of `SCORES`, SI, ascending; of rare runs, empty
-    # in others
-    at_scores: tuple[float, ...] = ()
 
 
 class Chosen(NamedTuple):
@@ -176,7 +162,14 @@ class Plan:
     details: Annotated[tuple[DrawDetail, ...], Stored(columns="")]
     settings: dict[str, Chosen]
     limits: Annotated[dict[str, Limit], Stored(columns="limit_")]
-    assumed: Annotated[dict[str, Assumed], Stored(columns="assumed_")]
+    assumed: Annotated[
+        dict[str, Assumed],
+        Stored(
+            axes=("contributor",),
+            sentence="distributions of the deviations, SI, with their quantiles at 513 "
+            "normal scores from -8 to 8",
+        ),
+    ]
     correlation: Annotated[
         dict[str, dict[str, float]],
         Stored(

@@ -12,8 +12,9 @@ import numpy as np
 from tolstat.deviations.draw import SAMPLERS
 from tolstat.deviations.samplers import DISTANCE, SPREAD, STAGE, WEIGHT
 from tolstat.status import Status, words_of
+from tolstat.store.assumed import SCORES
 from tolstat.store.layout import TRIAL
-from tolstat.store.run_records import SCORES, STATUS, STEPS, Audited, Sampled
+from tolstat.store.run_records import STATUS, STEPS, Audited, Sampled
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -103,12 +104,19 @@ def _descriptions(run: Run) -> bool:
 
 def _assumed(run: Run) -> bool:
     return within(run.assumed, [c.name for c in run.contributors]) and all(
-        finite(*assumed.tolerance, *assumed.at_scores)
+        finite(
+            *assumed.tolerance,
+            *assumed.quantiles,
+            assumed.centre,
+            assumed.nominal_shift,
+        )
         and ascending(*assumed.tolerance)
-        and ascending(*assumed.at_scores)
-        and len(assumed.at_scores) in (0, len(SCORES))
+        and ascending(*assumed.quantiles)
+        and len(assumed.quantiles) == len(SCORES)
         and number_or_none(assumed.mean, assumed.sigma)
         and not assumed.sigma < 0
+        and 0 <= assumed.common <= 1
+        and assumed.parts >= 0
         for assumed in run.assumed.values()
     )
 

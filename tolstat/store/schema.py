@@ -41,7 +41,7 @@ SCHEMA = Group({
         "*": Values("f8", (0,)), "status": Values("u1", (0,)),
         "steps": Values("i8", (0,)),
     }),
-    "settings": TEXTS, "numbers": TEXTS, "rank-correlation": TABLE,
+    "assumed": TABLE, "rank-correlation": TABLE, "settings": TEXTS, "numbers": TEXTS,
     "provenance": Group(), "title-block": Group(), "status-words": Group(),
     "reference": Group({"columns": Group({"*": NUMBERS})}),
     "audit": AUDIT, "rerun": AUDIT,

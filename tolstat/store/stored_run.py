@@ -237,7 +237,7 @@ class Run(Plan):
         parts for free: not where some are alike.
         """
         cases = dict(self.diagnostics.worst_cases.get(response, {}))
-        alike = any(assumed.batch for assumed in self.assumed.values())
+        alike = any(assumed.common == 1 for assumed in self.assumed.values())
         for number in self.numbers if not alike else ():
             case = cases.get(number.worst)
             if number.of != response or case is None or math.isnan(case.value):

@@ -1,7 +1,8 @@
 """Mappings of mappings in HDF5: arrays over their keys, so that their number is small.
 
 The keys are text datasets, and dimension scales of the arrays. Records become one array
-for each field, with the names of the fields of records in them joined. Where a key is
+for each field, with the names of the fields of records in them joined. Tuples of equal
+length become one more dimension. Where a key is
 missing in some of the mappings, `present` says which have it.
 """
 
@@ -57,7 +58,9 @@ def _write(
             inside = cells._replace(values=values)
             _write(group, inside, field.kind, axes, _joined(name, field.stored.name))
     else:
-        array = np.full(cells.shape, EMPTY[kind], TEXT if kind is str else kind)
+        plain = _plain(kind)
+        shape = (*cells.shape, *np.shape(cells.values)[1:])
+        array = np.full(shape, EMPTY[plain], TEXT if plain is str else plain)
         array[tuple(np.array(cells.places).T)] = np.array(cells.values, array.dtype)
         dataset = group.create_dataset(name or VALUE, data=array)
         for dimension, axis in zip(dataset.dims, axes, strict=False):
@@ -94,7 +97,8 @@ def _read(
         return [kind(*values) for values in zip(*columns, strict=True)]
     dataset = group[name or VALUE]
     values = (dataset.asstr() if kind is str else dataset)[...]
-    return list(values.ravel().tolist())
+    rows = values.reshape(-1, *values.shape[len(shape) :]).tolist()
+    return rows if kind is _plain(kind) else list(map(tuple, rows))
 
 
 def _keys(mappings: Iterable[Mapping[Any, Any]]) -> list[Any]:
@@ -108,6 +112,11 @@ def _text(key: Any) -> str:
 
 def _key(text: str, kind: Any) -> Any:
     return tuple(text.split(BETWEEN)) if get_origin(kind) is tuple else kind(text)
+
+
+def _plain(kind: Any) -> Any:
+    """Return the type of plain values, or that of the values in a tuple of these."""
+    return get_args(kind)[0] if get_origin(kind) is tuple else kind
 
 
 def _joined(first: str, second: str) -> str:

@@ -48,6 +48,7 @@ class Deviations(NamedTuple):
     distributions: dict[str, Distribution]  # by contributor, SI
     dependence: Dependence  # batches and correlations
     words: dict[str, str]  # the distribution of each, as the study writes it
+    entries: dict[str, str]  # name of the entry of each
     units: dict[str, str]  # the unit in which each is written
     notes: tuple[str, ...]  # for the summary of the run
     priced: tuple[Priced, ...] = ()  # by a cost: tolerances and shifts
@@ -56,7 +57,7 @@ class Deviations(NamedTuple):
     sized: frozenset[str] = frozenset()
 
 
-NOTHING = Deviations({}, Dependence({}, {}), {}, {}, ())
+NOTHING = Deviations({}, Dependence({}, {}), {}, {}, {}, ())
 
 
 def read_deviations(
@@ -75,6 +76,7 @@ def read_deviations(
     distributions: dict[str, Distribution] = {}
     batches: dict[str, Batch] = {}
     words: dict[str, str] = {}
+    written: dict[str, str] = {}
     units: dict[str, str] = {}
     notes: list[str] = []
     warnings: dict[str, None] = {}
@@ -96,7 +98,7 @@ def read_deviations(
                 else:
                     distribution, fit = read_distribution(keys, reader), ""
                     unit = written_unit(keys, reader)
-                distributions[member] = distribution
+                distributions[member], written[member] = distribution, name
                 if unit:
                     units[member] = unit
                 if batch:
@@ -114,7 +116,7 @@ def read_deviations(
     notes += [_noted(pair, typed, distributions) for pair, typed in noted]
     ranks = {pair: typed.rank for pair, typed in pairs.items()}
     return Deviations(
-        distributions, Dependence(batches, ranks), words, units, tuple(notes),
+        distributions, Dependence(batches, ranks), words, written, units, tuple(notes),
         priced=tuple(priced), warnings=tuple(warnings), sized=frozenset(sized),
     )  # fmt: skip
 

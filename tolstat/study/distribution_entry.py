@@ -272,11 +272,6 @@ def shortest(keys: dict[str, Any]) -> Entry:
     return keys["tolerance"] if keys.keys() == {"tolerance"} else keys
 
 
-def has_tolerance(keys: Mapping[str, Any]) -> bool:
-    """Return whether an entry has a tolerance, or what gives one."""
-    return any(key in keys for key in ("tolerance", "iso1328", "sigma"))
-
-
 def distribution_of(keys: Mapping[str, Any], part: Contributor) -> Distribution:
     """Return the distribution of a contributor by an entry of a study that was read."""
     shape = {key: value for key, value in keys.items() if key in KEYS}

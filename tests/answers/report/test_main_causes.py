@@ -326,3 +326,15 @@ def test_causes_are_not_asked_for_where_the_limit_seems_met(tmp_path):
     (step,) = found.findings.steps
     assert step.kind is StepKind.ADD_TRIALS
     assert (step.responses, step.causes_of) == (("gap",), ())
+
+
+@pytest.mark.parametrize("tolerance", ["+-0.1 mm", "+-0.10 mm", "+-100 um"])
+def test_links_are_equivalent_however_their_tolerances_are_typed(tolerance):
+    links = {"A": "+-0.1 mm", "B": tolerance, "C": "+-0.01 mm"}
+    study = {
+        "model": "dimension_chain", "trials": 1000, "seed": 1,
+        "settings": {"gap": "A - B - C"}, "limits": {"gap": "-0.1..0.1 mm"},
+        "links": {n: {"nominal": "9 mm", "tolerance": t} for n, t in links.items()},
+    }  # fmt: skip
+    gap = tolstat.report(tolstat.run(study)).responses["gap"]
+    assert [*gap.contributions.groups] == ["A, B"]

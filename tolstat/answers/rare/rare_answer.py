@@ -30,7 +30,7 @@ from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import JUMP, Caveat, Verdict, worded
 from tolstat.status import Status
-from tolstat.store.run_records import SCORES, Assumed
+from tolstat.store.assumed import SCORES
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PPM, Scale
 
@@ -90,16 +90,20 @@ def _point(run: Run, trial: int, distance: float) -> FailurePoint:
         if assumed.sigma > 0
     }
     scores = {
-        name: normal_score(deviations[name], run.assumed[name]) for name in sigmas_off
+        name: normal_score(deviations[name], run.assumed[name].quantiles)
+        for name in sigmas_off
     }
     farther = {name: float(ndtr(-abs(score))) for name, score in scores.items()}
     value = float(run.column(run.aim)[trial])
     return FailurePoint(trial, value, distance, deviations, sigmas_off, scores, farther)
 
 
-def normal_score(deviation: float, assumed: Assumed) -> float:
-    """Return how unlikely it is that a part lies as far out, as a normal score."""
-    quantiles = np.array(assumed.at_scores)
+def normal_score(deviation: float, at_scores: Sequence[float]) -> float:
+    """Return how unlikely it is that a part lies as far out, as a normal score.
+
+    Of its distribution the quantiles at `SCORES`.
+    """
+    quantiles = np.array(at_scores)
     first, behind = (
         int(np.searchsorted(quantiles, deviation, s)) for s in ("left", "right")
     )

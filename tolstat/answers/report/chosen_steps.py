@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from tolstat.answers.halved_entries import common_tolerance, halved_entries
+from tolstat.answers.halved_entries import common_tolerance, halved_entries, to_narrow
 from tolstat.answers.next_steps import (
     to_allocate,
     to_extend,
@@ -88,7 +88,7 @@ def halving_of(run: Run, response: ResponseSummary, limited: Limited) -> Halving
     if main is None or limited.yields.verdict == MET:
         return None
     entries = halved_entries(run, main.members)
-    common = common_tolerance(entries) if len(entries) <= MOST_NAMED else ""
+    common = common_tolerance(run, entries) if len(entries) <= MOST_NAMED else ""
     before = limited.yields.fraction_out_of_limit
     return Halving(
         main.words, main.members, entries, common,
@@ -278,7 +278,7 @@ def _allocated(run: Run, responses: Responses, limits: Limits) -> Step | None:
         elif halving.still_missed or halving.after.value >= halving.before.value:
             parts |= dict.fromkeys(n for cause in limit.causes for n in cause)
     # a phase and measured parts have no tolerance
-    priced = [name for name in parts if halved_entries(run, [name])]
+    priced = [name for name in parts if to_narrow(run, [name])]
     if not (commands := tuple(to_allocate(run, priced))):
         return None
     return Step(

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from itertools import chain
 from typing import Any
 
-from tolstat.answers.halved_entries import halved_entries
+from tolstat.answers.halved_entries import to_narrow
 from tolstat.answers.report.report_answer import NoCause
 from tolstat.answers.report.response_summary import (
     Cause,
@@ -14,7 +14,6 @@ from tolstat.answers.report.response_summary import (
     SobolIndices,
 )
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.execution.diagnostics.influence import effects_of
 from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import Estimate, without_interval
 from tolstat.statistics.intervals.as_sampled import HEAVY
@@ -31,6 +30,7 @@ from tolstat.statistics.sensitivity.named_causes import (
 )
 from tolstat.statistics.sensitivity.pairs import BOTH_FAR, DIFFERENCE, SUM, Together
 from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
+from tolstat.store.assumed import effects_of
 from tolstat.store.run_records import Halved
 from tolstat.store.stored_run import Run
 
@@ -105,7 +105,7 @@ def _causes(
         meets.sort(key=lambda cause: (len(cause.members), cause.halved.value))
         named = [*meets, *(cause for cause in named if cause not in meets)]
     # a phase over a full turn, or measured parts, have no tolerance to change
-    named.sort(key=lambda cause: not halved_entries(run, cause.members))
+    named.sort(key=lambda cause: not to_narrow(run, cause.members))
     reason, needed = "", 0
     if count == 0:
         reason = NoCause.NONE_OUT

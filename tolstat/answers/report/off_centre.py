@@ -12,15 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from tolstat.answers.halved_entries import editor_of, fixed_points, nominal_shift
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array
-from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import general
 from tolstat.model.description import Contributor
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, yield_of
 from tolstat.statistics.summary import HIGH, LOW, Performance, Summary
+from tolstat.store.assumed import is_turn
 from tolstat.store.stored_run import Run
 
 BENT = 0.25  # of sigma: a mean farther from that by slopes is not linear
@@ -91,12 +90,13 @@ def off_centre(drawn: Drawn, name: str, summary: Summary) -> OffCentre | None:
     limit, (lower, upper) = limited.limit, limited.limit.permitted
     by = limited.percentiles if limited.percentiles.ppk.sure else limited.moments
     run, slopes = drawn.run, drawn.run.diagnostics.slopes.get(name, {})
-    moved, sigma = _nominal_shifts(run), summary.sigma.value
+    shifts = {n: part.nominal_shift for n, part in run.assumed.items()}
+    sigma = summary.sigma.value
     nominal, linear = run.nominal_values[name], math.nan
-    least, most = _narrowest(run, nominal, slopes, moved)
+    least, most = _narrowest(run, nominal, slopes)
     if slopes:
         linear = nominal + sum(s * run.assumed[n].mean for n, s in slopes.items())
-    nominal += sum(s * moved.get(n, 0.0) for n, s in slopes.items())
+    nominal += sum(s * shifts[n] for n, s in slopes.items())
     # the best of both ways to narrow, about a fixed point and by grades: what is said
     # to be impossible holds for either, ever narrower and half of the way
     middle, rest = lower / 2 + upper / 2, linear / 2 + (value - linear) / 4
@@ -123,7 +123,7 @@ def off_centre(drawn: Drawn, name: str, summary: Summary) -> OffCentre | None:
     outside = side * (nominal - end) > limit_rounding(limit, value)
     reason = MeanShift.NONE
     if what and tolerances is Narrowing.NEVER and outside:
-        if not moved:
+        if not any(shifts.values()):  # no nominal trial has them
             what, value = Outside.NOMINAL, nominal
     elif what and linear == linear:
         by_slopes = abs(linear - nominal) >= abs(value - nominal) / 2
@@ -144,18 +144,20 @@ def off_centre(drawn: Drawn, name: str, summary: Summary) -> OffCentre | None:
 
 
 def _narrowest(
-    run: Run, nominal: float, slopes: Mapping[str, float], moved: Mapping[str, float]
+    run: Run, nominal: float, slopes: Mapping[str, float]
 ) -> tuple[float, float]:
     """Return the least and the largest response, by slopes, without any spread.
 
     A zone that is narrowed ever more ends where `tolstat.deviations.spread.fixed_point`
     says, or at its end nearest to the nominal value, as grades do: H7, H6.
     """
-    fixed, least, most = fixed_points(run), nominal, nominal
+    least = most = nominal
     for name, slope in slopes.items():
-        zone = Tolerance(*run.assumed[name].tolerance)
-        nearest = min(max(moved.get(name, 0.0), zone.lower), zone.upper)
-        effects = slope * nearest, slope * fixed.get(name, zone.middle)
+        part = run.assumed[name]
+        nearest = min(
+            max(part.nominal_shift, part.tolerance.lower), part.tolerance.upper
+        )
+        effects = slope * nearest, slope * part.centre
         least, most = least + min(effects), most + max(effects)
     return least, most
 
@@ -163,17 +165,6 @@ def _narrowest(
 def limit_rounding(limit: Limit, size: float) -> float:
     """Return the distance, SI, from an end of a limit that rounding may cause."""
     return LIMIT_ROUNDING * max(0.0, *map(abs, (*limit.asked, size)))  # NaN is none
-
-
-def _nominal_shifts(run: Run) -> dict[str, float]:
-    """Return the `nominal_shift` of contributors, SI: no nominal trial has it."""
-    parts = {part.name: part for part in run.contributors}
-    return {
-        name: shift
-        for entry in editor_of(run).entries()
-        for name in entry.members
-        if (shift := nominal_shift(entry.keys, parts[name]))
-    }
 
 
 def _half_reach(limit: Limit, done: Array, mean: float, sigma: float) -> float:
@@ -206,17 +197,18 @@ def _shifts(run: Run, slopes: Mapping[str, float], shift: float) -> tuple[Shift,
     `shift`: of the response.
     """
     families, options = dict[str, list[Contributor]](), list[Shift]()
-    halves = {name: Tolerance(*run.assumed[name].tolerance).half for name in slopes}
+    zones = {name: run.assumed[name].tolerance for name in slopes}
     for part in run.contributors:
-        turns = part.unit == "rad" and halves.get(part.name, 0.0) > 3.14  # a phase
-        if part.name in slopes and part.gear is None and not turns:
+        if part.name not in zones or part.gear is not None:
+            continue
+        if not is_turn(part.unit, zones[part.name]):  # a phase
             families.setdefault(general(part.name), []).append(part)
     for family in families.values():
         steepest = max(family, key=lambda part: abs(slopes[part.name]))
         slope = sum(slopes[part.name] for part in family)
         if abs(slope) < abs(slopes[steepest.name]):  # they act against each other
             family, slope = [steepest], slopes[steepest.name]
-        half = max(halves[part.name] for part in family)
+        half = max(zones[part.name].half for part in family)
         factor = run.scales[steepest.name].factor
         digits = -math.floor(math.log10(SHIFT_STEP * half * factor))
         size = round(shift / (slope or math.nan) * factor, digits) / factor

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tolstat.answers.cells import summary_cells
 from tolstat.answers.report.report_warnings import NumbersWarning, ReportWarning
@@ -71,7 +71,7 @@ class Halving(NamedTuple):
 
     words: str  # the cause
     parts: tuple[str, ...]  # contributors
-    entries: Mapping[str, Any]  # of [deviations], as what-if takes them
+    entries: Mapping[str, str]  # of [deviations], as what-if takes them
     # half the tolerance where it is the same for all, and all that changes; else empty
     tolerance: str
     before: Estimate  # fraction out of limit
@@ -103,7 +103,7 @@ class Step(NamedTuple):
     responses: tuple[str, ...] = ()
     causes_of: tuple[str, ...] = ()  # responses whose causes more trials would tell
     parts: tuple[str, ...] = ()  # contributors to change
-    entries: Mapping[str, Any] = {}  # of [deviations], as what-if takes them
+    entries: Mapping[str, str] = {}  # of [deviations], as what-if takes them
     shift: float = math.nan  # of the nominal values of the parts, SI
     settings: Mapping[str, str] = {}  # as a study has them
     trials: int = 0  # in all; 0 as they are

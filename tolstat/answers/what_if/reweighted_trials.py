@@ -29,9 +29,8 @@ from tolstat.errors import (
     Remedy,
     RunFileError,
 )
-from tolstat.execution.compatibility import study_of, trials_sampled_differently
-from tolstat.execution.planning import planned_run
-from tolstat.execution.stages import drawn_again
+from tolstat.execution.compatibility import study_of
+from tolstat.execution.planning import assumed_of
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.intervals.weighted_estimates import unmet
@@ -105,7 +104,7 @@ def what_if(
             "each other"
         )
     study = study_of(run, model=model)
-    _check_drawn(run, study)
+    _check_assumed(run, study)
     problems = problems_of(run)
     scenario = read_scenario(deviations, study, run, problems)
     if not deviations:
@@ -164,10 +163,13 @@ def _out_of_limit(trials: Drawn, response: str) -> int | None:
     return effective_number(sample.weights.values[sample.ran & ~good])
 
 
-def _check_drawn(run: Run, study: Study) -> None:
+def _check_assumed(run: Run, study: Study) -> None:
     """Refuse a run whose study samples other deviations now."""
-    plan = planned_run(study, drawn_again(run, study).trials, run.path)
-    if len(trials_sampled_differently(run, plan)):
+    sampled, again = (
+        {name: part.distribution for name, part in assumed.items()}
+        for assumed in (run.assumed, assumed_of(study.deviating))
+    )
+    if sampled != again:
         raise RunFileError(
             f"{run.path}: its study samples other deviations now: its data or its "
             "model have changed",

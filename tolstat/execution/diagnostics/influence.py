@@ -1,7 +1,7 @@
 """Influence of contributors: slopes, halved tolerances, and who changes nothing."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,27 +10,27 @@ from tolstat.arrays import Array, Integers, Truths
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.distributions import Constant, Tolerance
 from tolstat.deviations.samplers import OWN
-from tolstat.deviations.spread import halved, spread_of, zone_of
+from tolstat.deviations.spread import halved, spread_of
 from tolstat.errors import DistributionError
 from tolstat.execution.planning import assumed_of
 from tolstat.execution.stages import Trials
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
-from tolstat.model.description import Contributor, kinds_of_part
+from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.weighted_estimates import weighted_share
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import within
-from tolstat.statistics.sensitivity.named_causes import Effect, named_causes
+from tolstat.statistics.sensitivity.named_causes import named_causes
 from tolstat.status import Status
-from tolstat.store.run_records import Assumed, Halved, Members
+from tolstat.store.assumed import effects_of, is_turn
+from tolstat.store.run_records import Halved, Members
 from tolstat.study.study import Study
 
 STEP = 0.1  # of a usual deviation, to either side
 ROUNDING = 1e-12  # of the largest value of a response: no change
 FEWEST_TRIALS, MOST_TRIALS = 8, 64  # trials in which a contributor is moved
 OTHERS = 4  # of these, whose deviation it takes, beside both ends of its tolerance
-TURN = 2 * math.pi * (1 - 1e-9)
 
 
 def slopes(
@@ -155,29 +155,6 @@ def _chosen(trials: Trials, done: Integers, suspects: int) -> Integers:
     return np.unique(np.concatenate([first, outermost[: len(first)]]))
 
 
-def effects_of(
-    limited: Iterable[str],
-    assumed: Mapping[str, Assumed],
-    slopes: Mapping[str, Mapping[str, float]],
-    contributors: Iterable[Contributor],
-) -> dict[str, dict[str, Effect]]:
-    """Return the effect of each contributor, by limited response."""
-    kinds = kinds_of_part(list(assumed), contributors)
-    kind_of = {name: kind for kind, members in kinds.items() for name in members}
-    return {
-        response: {
-            name: Effect(
-                assumption.words,
-                slopes.get(response, {}).get(name, math.nan)
-                * (assumption.tolerance[1] - assumption.tolerance[0]),
-                kind_of.get(name, ""),
-            )
-            for name, assumption in assumed.items()
-        }
-        for response in limited
-    }
-
-
 def halved_shares(
     study: Study, trials: Trials, slopes: Mapping[str, Mapping[str, float]]
 ) -> dict[str, dict[Members, Halved]]:
@@ -207,15 +184,16 @@ def halved_shares(
     }
     if not deviations or not out_of_limit:
         return {}
+    assumed = assumed_of(deviating)
     ratio = DensityRatio(deviations, distributions, deviating.dependence)
     # a deviation over a full turn, the phase of a run-out, has no tolerance to halve
     turning = {
         contributor.name
         for contributor in contributors
         if contributor.name in deviations
-        and is_turn(contributor.unit, zone_of(distributions[contributor.name]))
+        and is_turn(contributor.unit, assumed[contributor.name].tolerance)
     }
-    effects = effects_of(out_of_limit, assumed_of(deviating), slopes, contributors)
+    effects = effects_of(out_of_limit, assumed, slopes, contributors)
     causes = named_causes(deviations, out_of_limit, effects).values()
     groups = [
         *((name,) for name in deviations),
@@ -245,8 +223,3 @@ def halved_shares(
             share = weighted_share(out_of_limit[name], weights)
             of_response[members] = Halved(share, weights.number)
     return shares
-
-
-def is_turn(unit: str, zone: Tolerance | None) -> bool:
-    """Return whether a deviation covers a full turn."""
-    return unit == "rad" and zone is not None and zone.upper - zone.lower >= TURN
