@@ -1,0 +1,214 @@
+"""Motion along a jump: where both sides lead back to it, their mix that stays there.
+
+The side of such a quantity is 0. Its rates are then a share of those of both sides, so
+that the quantity does not change (A. F. Filippov). Friction -F sign(v) sticks so, and
+slips where the load exceeds it: the share would leave 0 to 1. That is a crossing, too.
+Two quantities that move each other are solved together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from tolstat.errors import ModelError
+from tolstat.lanes.graph import Node, Value, in_order, rebuilt, same
+from tolstat.lanes.recording import NEGATED
+from tolstat.lanes.slope import slope
+
+Rates = Mapping[str, Value]
+Mixes = Mapping[Node, Value]  # by quantity: from -1 to 1, where its side is 0
+
+
+def mixes_of(
+    rates: Rates, outputs: Sequence[Value], kinks: Mapping[Node, str]
+) -> tuple[Mixes, list[Value]]:
+    """Return the mixes of quantities that may slide, and where each stops sliding.
+
+    Parameters
+    ----------
+    rates : dict of str to value
+        Of each state.
+    outputs : sequence of values
+        What else depends on sides.
+    kinks : dict of node to str
+        File and line of each quantity.
+
+    Raises
+    ------
+    ModelError
+        If more than two quantities move each other by their jumps.
+    """
+    quantities = [
+        node.args[0]
+        for node in in_order([*rates.values(), *outputs], into_sides=True)
+        if node.op == "side" and "y" in node.kinds
+    ]
+    speeds = {q: slope(q, rates) for q in quantities}
+    jumping = {q: _jumps_in(speed) for q, speed in speeds.items()}
+    sliding = [q for q in quantities if q in jumping[q]]
+    mixes = dict[Node, Value]()
+    releases: list[Value] = []
+    for q in sliding:
+        others = [
+            r
+            for r in sliding
+            # parallel ones are never at zero together
+            if not same(_core(speeds[r]), _core(speeds[q]))
+            and (r in jumping[q] or q in jumping[r])
+        ]
+        if len(others) > 1:
+            lines = "; ".join(kinks[x] for x in (q, *others))
+            raise ModelError(
+                f"{lines}: more than two jumps move each other, such as friction of "
+                "three parts on each other; put a spring between two of them, or give "
+                "one a smooth friction, such as np.tanh(v / 0.001)"
+            )
+        mixes[q], release = (
+            _of_two(q, others[0], rates) if others else _of_one(q, rates)
+        )
+        releases.append(release)
+    return mixes, releases
+
+
+def _jumps_in(quantity: Value) -> set[Node]:
+    """Return the quantities whose sides make this one jump; those of bends do not."""
+    reached, waiting = set[Node](), [quantity]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, Node) and node not in reached:
+            reached.add(node)
+            if node.op != "side":
+                waiting += node.args[1:] if node.op == "bend" else node.args
+    return {node.args[0] for node in reached if node.op == "side"}
+
+
+def _core(speed: Value) -> Value:
+    """Return a speed without constant factors."""
+    while isinstance(speed, Node) and speed.op in ("-", "*", "/"):
+        if len(moving := [x for x in speed.nodes if x.moves]) != 1:
+            break
+        factor = {
+            "-": same(speed.args[0], 0.0),
+            "*": True,
+            "/": same(speed.args[0], moving[0]),
+        }
+        if not factor[speed.op]:
+            break
+        speed = moving[0]
+    return speed
+
+
+def _on_sides(rates: Rates, sides: Mapping[Node, float]) -> Rates:
+    """Return the rates on given sides of some quantities."""
+
+    def replace(node: Node, args: list[Value]) -> Value | None:
+        return sides.get(node.args[0]) if node.op == "side" else None
+
+    return dict(zip(rates, rebuilt([*rates.values()], replace), strict=True))
+
+
+def _speed(q: Node, rates: Rates, sides: Mapping[Node, float]) -> Value:
+    return slope(q, _on_sides(rates, sides))
+
+
+def _of_one(q: Node, rates: Rates) -> tuple[Value, Value]:
+    """Return the mix of both sides, from -1 to 1, and where it leaves them."""
+    above, below = (_speed(q, rates, {q: side}) for side in (1.0, -1.0))
+    constant, factor = 0.5 * (above + below), 0.5 * (above - below)
+    return _clipped(q, constant, factor), 0.0 - above * below
+
+
+def _clipped(q: Node, constant: Value, factor: Value) -> Value:
+    """Return s of constant + factor s = 0, from -1 to 1; 0 if nothing leads back."""
+    new = q.graph.node
+    share = new("minimum", new("maximum", new("/", 0.0 - constant, factor), -1.0), 1.0)
+    return new("where", new("<", factor, 0.0), share, 0.0)
+
+
+def _of_two(q: Node, r: Node, rates: Rates) -> tuple[Value, Value]:
+    """Return the same for a quantity whose speed another one's jump changes."""
+    terms = {}
+    for x in (q, r):
+        both = _speed(x, rates, {q: 1.0, r: 1.0})
+        by_q = 0.5 * (both - _speed(x, rates, {q: -1.0, r: 1.0}))
+        by_r = 0.5 * (both - _speed(x, rates, {q: 1.0, r: -1.0}))
+        terms[x] = both - by_q - by_r, by_q, by_r
+    (a, aq, ar), (b, bq, br) = terms[q], terms[r]
+    new = q.graph.node
+    side_r = new("side", r)
+    # both slide: solved together, then within -1 to 1 one after the other
+    both_q = new("/", b * ar - a * br, aq * br - ar * bq)
+    mix_q = new("minimum", new("maximum", both_q, -1.0), 1.0)
+    for _ in range(2):
+        mix_r = _clipped(r, b + bq * mix_q, br)
+        mix_q = _clipped(q, a + ar * mix_r, aq)
+    other = new("where", new("==", side_r, 0.0), mix_r, side_r)
+    alone = _clipped(q, a + ar * side_r, aq)
+    mix = new("where", new("==", side_r, 0.0), mix_q, alone)
+    load = a + ar * other
+    return mix, (aq - load) * (aq + load)
+
+
+def mixed(outputs: Sequence[Value], mixes: Mixes) -> list[Value]:
+    """Return outputs whose jumps are mixed where the side is 0.
+
+    What is not linear in a jump is mixed as a whole: of its values on both sides.
+    """
+    jumps: dict[Node, frozenset[Node]] = {}  # by new node: in which quantities
+
+    def jumps_of(x: Value) -> frozenset[Node]:
+        return jumps.get(x, frozenset()) if isinstance(x, Node) else frozenset()
+
+    def replace(node: Node, args: list[Value]) -> Value | None:
+        if node.op == "side":
+            if node.args[0] not in mixes:
+                return node
+            value = _mix(node, mixes, -1.0, 1.0, node)
+            jumps[value] = frozenset({node.args[0]})
+            return value
+        if node.op in NEGATED and isinstance(side := node.args[0], Node):
+            return node if side.op == "side" else None  # masks keep their side
+        value = node if not node.nodes else node.graph.node(node.op, *args)
+        if not isinstance(value, Node):
+            return value
+        inner = args[1:] if node.op in ("where", "bend") else args
+        each = [jumps_of(x) for x in inner]
+        every = frozenset[Node]().union(*each)
+        whole = frozenset[Node]()
+        quantity = _quantity_of(node)
+        if quantity is not None and quantity in mixes:
+            whole = frozenset({quantity})
+        elif node.op in ("where", "bend", "+", "-"):
+            pass
+        elif node.op == "*":
+            whole = each[0] & each[1]
+        else:
+            whole = each[1] if node.op == "/" else every
+        for q in whole:
+            upper, lower = (_on(value, {q: side}) for side in (1.0, -1.0))
+            value = _mix(node.graph.node("side", q), mixes, lower, upper, value)
+        if isinstance(value, Node):
+            jumps[value] = every | whole
+        return value
+
+    return rebuilt(outputs, replace)
+
+
+def _quantity_of(node: Node) -> Node | None:
+    """Return the quantity by whose side a node chooses; None for any other."""
+    mask = node.args[0] if node.op == "where" else None
+    side = mask.args[0] if isinstance(mask, Node) else None
+    return side.args[0] if isinstance(side, Node) and side.op == "side" else None
+
+
+def _on(value: Value, sides: Mapping[Node, float]) -> Value:
+    """Return a value on given sides of some quantities."""
+    return _on_sides({"": value}, sides)[""]
+
+
+def _mix(side: Node, mixes: Mixes, lower: Value, upper: Value, value: Value) -> Value:
+    """Return a value, of both sides the mix where the side is 0."""
+    new = side.graph.node
+    share = 0.5 * (1.0 + mixes[side.args[0]])
+    middle = new("+", lower, share * new("-", upper, lower))
+    return new("where", new("==", side, 0.0), middle, value)
