@@ -8,7 +8,7 @@ from tolstat.moving import Motion, Part, Response, State, contact
 class Cylinder(Motion):
     """A cylinder with a valve drives a mass into its end cushion."""
 
-    lasts = 1.0
+    lasts = 0.45
     x = State("m")
     v = State("m/s")
     q = State("Pa", start=1e5, sentence="pressure")

@@ -302,7 +302,7 @@ def cylinder(m, A, stroke, Q):
         "left": [(gap, -1, "free")],
     }
     _, high, _, changes = by_modes(
-        {name: rates(F) for name, F in force.items()}, exits, "free", [0, 0, 1e5], 1.0,
+        {name: rates(F) for name, F in force.items()}, exits, "free", [0, 0, 1e5], 0.45,
         watch=force, scale=[1.0, 1.0, 1e5],
     )  # fmt: skip
     return high, changes[0]

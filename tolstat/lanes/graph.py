@@ -18,7 +18,8 @@ from tolstat.errors import ModelError
 
 PACKAGE = Path(__file__).parents[1]
 HIDDEN = tuple(str(PACKAGE / room) for room in ("lanes", "moving"))
-NUMPY = str(Path(np.__file__).parent)
+# code that is not the author's: this room's, NumPy's, Python's
+FOREIGN = (*HIDDEN, str(Path(np.__file__).parent), "<__", "<frozen", "<string>")
 
 INFIX: Mapping[str, Callable[..., Any]] = {
     "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": np.power,
@@ -51,6 +52,8 @@ class Node(np.lib.mixins.NDArrayOperatorsMixin):
             kinds = kinds & {"y"} or (kinds and frozenset({"phase"}))
         own = {"t": "t", "y": "y", "moment": "y", "instant": "phase"}.get(op)
         self.kinds: frozenset[str] = kinds | {own} if own else kinds
+        # an object to be multiplied, divided, raised and compared; None if not known
+        self.dimension = dimension_of(graph, op, args)
 
     __hash__ = object.__hash__
 
@@ -99,7 +102,9 @@ class Graph:
     def __init__(self) -> None:
         """Begin without any node."""
         self.nodes: dict[Any, Node] = {}
-        self.kinks: dict[Node, str] = {}  # quantity -> file, line and function
+        self.kinks: dict[Node, str] = {}  # quantity -> file and line
+        self.dimensions: dict[str, Any] = {}  # of states, parts and "t" by name
+        self.unit_of: Callable[[Any], str] = str  # the word for a dimension
 
     def call(self, name: str, *args: Any, **options: Any) -> Value:
         """Return what a function of NumPy returns."""
@@ -120,7 +125,7 @@ class Graph:
     def line(self) -> str:
         """Return file and line of the author's code that runs."""
         frame = sys._getframe(1)
-        while frame and frame.f_code.co_filename.startswith((*HIDDEN, NUMPY, "<__")):
+        while frame and frame.f_code.co_filename.startswith(FOREIGN):
             frame = frame.f_back  # type: ignore[assignment]
         if not frame:
             return "equations"
@@ -135,6 +140,37 @@ def function_of(op: str) -> Callable[..., Any]:
     """Return the NumPy function of an operation."""
     function: Callable[..., Any] = INFIX.get(op) or CALLED.get(op) or getattr(np, op)
     return function
+
+
+def dimension_of(graph: Graph, op: str, args: tuple[Value, ...]) -> Any:
+    """Return the dimension of an operation; refuse a sum of two kinds.
+
+    Numbers may have any, so nothing is known of their products.
+    """
+    if op in LEAVES:
+        return graph.dimensions.get(args[0]) if args else None
+    known: list[Any] = [getattr(arg, "dimension", None) for arg in args]
+    plain = graph.dimensions.get("1")
+    if op in ("+", "-", "where", "bend", "maximum", "minimum"):
+        summed = [d for d in known[-2:] if d is not None]
+        if len(summed) == 2 and summed[0] != summed[1]:
+            units = " and ".join(map(graph.unit_of, summed))
+            raise graph.fault(f"{units} are added or compared; units must be the same")
+        return summed[0] if summed else None
+    if op in ("*", "/") and None not in known:
+        return known[0] * known[1] if op == "*" else known[0] / known[1]
+    if op in ("sin", "cos", "exp", "log", "arctan"):
+        if known[0] not in (None, plain, graph.dimensions.get("t")):  # exp(-t) is usual
+            unit = graph.unit_of(known[0])
+            raise graph.fault(
+                f"np.{op} of {unit}; an angle or a plain number is needed"
+            )
+        return plain
+    if op == "sqrt" and known[0] is not None:
+        return known[0] ** 0.5
+    if op == "**" and known[0] is not None and not isinstance(args[1], Node):
+        return known[0] ** args[1]
+    return plain if op == "side" else known[0] if op in ("rint", "floor") else None
 
 
 def _simplified(op: str, args: tuple[Value, ...]) -> Value | None:

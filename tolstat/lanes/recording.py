@@ -98,8 +98,8 @@ class Recording(Graph):
         op = NAMES.get(name, name)
         if op in ("&", "|", "logical_not", "invert", "where"):
             if op == "where":
-                return self.select(self._truth(args[0]), *map(self.number, args[1:]))
-            masks = [self._truth(arg) for arg in args]
+                return self.select(self.truth(args[0]), *map(self.number, args[1:]))
+            masks = [self.truth(arg) for arg in args]
             return self.node(op, *masks) if len(masks) > 1 else self.inverted(*masks)
         numbers = [self.number(arg) for arg in args]
         nodes = [arg for arg in numbers if isinstance(arg, Node)]
@@ -134,7 +134,8 @@ class Recording(Graph):
         except (TypeError, ValueError):
             raise self.fault(f"{x!r} is not a number") from None
 
-    def _truth(self, x: Any) -> Value:
+    def truth(self, x: Any) -> Value:
+        """Return a condition as a mask or a truth."""
         if isinstance(x, Node) and x.is_mask:
             return x
         if isinstance(x, bool | np.bool_):
@@ -255,7 +256,7 @@ class Recording(Graph):
     def _chosen(self, masks: Any, values: Any, default: Any = 0.0) -> Value:
         chosen: Value = self.number(default)
         for mask, value in zip(masks[::-1], values[::-1], strict=True):
-            chosen = self.select(self._truth(mask), self.number(value), chosen)
+            chosen = self.select(self.truth(mask), self.number(value), chosen)
         return chosen
 
     def _table(self, x: Value, places: Any, heights: Any) -> Value:

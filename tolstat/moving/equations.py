@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.errors import ModelError, allowed_names, told
+from tolstat.errors import ModelError, UnitError, allowed_names, told
 from tolstat.integrator.problem import SIDES, System
 from tolstat.lanes.graph import (
-    HIDDEN,
-    NUMPY,
+    FOREIGN,
     Node,
     Value,
     evaluated,
@@ -27,9 +26,11 @@ from tolstat.lanes.recording import ALLOWED
 from tolstat.lanes.straight_line import compiled_text, constants_of, text_of
 from tolstat.moving.declarations import Letters, Response, State
 from tolstat.moving.events import Sampled, Tracing, tracing
-from tolstat.moving.sliding import mixed, mixes_of
+from tolstat.moving.sliding import Slides, mixed, slides_of
+from tolstat.units.conversion import check_si, dimension, si_unit
 
 AT_REST = 1e-9  # of its largest value: a quantity with a side is zero
+NEAR = 1e-6  # of the load, beyond that which lets a quantity slide: it just stops
 EXTREMES = "peak", "greatest", "least"
 Motion = Callable[[Any, Any, Any], Any]
 
@@ -49,10 +50,10 @@ class Equations:
         self,
         motion: Motion,
         states: Mapping[str, State],
-        parts: Sequence[str],
+        parts: Mapping[str, str],
         responses: Mapping[str, Response],
     ) -> None:
-        """Call `motion` once with recording numbers.
+        """Call `motion` once with recording numbers; `parts` have units by name.
 
         Raises
         ------
@@ -61,6 +62,11 @@ class Equations:
         """
         events = Tracing()
         self.graph, self.responses = events.graph, responses
+        units = {**parts, **{name: state.unit for name, state in states.items()}}
+        # a plain number may stand for anything, as a temperature
+        typed = {name: unit for name, unit in units.items() if unit != "1"}
+        self.graph.dimensions = _dimensions({**typed, "t": "s", "1": "1"})
+        self.graph.unit_of = _unit_of
         node = self.graph.node
         y = Letters("state", {name: node("y", name) for name in states})
         p = Letters("part", {name: node("p", name) for name in parts})
@@ -81,6 +87,9 @@ class Equations:
         self.quantities = {
             name: self.graph.number(returned[name]) for name in responses
         }
+        for name, value in {**rates, **self.quantities}.items():
+            if isinstance(value, Node) and name in returned:
+                self._check_unit(name, value, states)
         self._arrange(rates, events)
 
     def _rate(self, name: str, value: Any, events: Tracing) -> Value:
@@ -88,6 +97,19 @@ class Equations:
             events.held[name] = value
             return 0.0
         return self.graph.number(value)
+
+    def _check_unit(self, name: str, value: Node, states: Mapping[str, State]) -> None:
+        """Refuse a returned quantity with another unit than its declaration has."""
+        kind = "" if name in states else self.responses[name].kind
+        unit = states[name].unit if name in states else self.responses[name].unit
+        needed = _dimensions({name: unit})[name]
+        if kind == "above" or unit == "1":
+            return
+        if kind in ("", "integral"):
+            needed = needed / self.graph.dimensions["t"]
+        if value.dimension is not None and value.dimension != needed:
+            words = f"in {_unit_of(value.dimension)}; {_unit_of(needed)} is needed"
+            raise ModelError(f"motion returns '{name}' {words}")
 
     def _arrange(self, rates: Mapping[str, Value], events: Tracing) -> None:
         """Put the outputs of the compiled functions in order."""
@@ -98,22 +120,28 @@ class Equations:
         watched = [self.quantities[name] for name in self.watched]
         decisions = [truth for pair in events.memories.values() for truth in pair]
         used = [*integrals, *watched, *decisions, *events.ends]
-        mixes, releases = mixes_of(rates, used, self.graph.kinks)
+        slides = slides_of(rates, used, self.graph.kinks)
+        releases = {
+            q: slide.release
+            for q, slide in slides.items()
+            if isinstance(slide.release, Node) and slide.release.moves
+        }
         # a quantity that is held at zero is not above it
         above = [self.responses[name].kind == "above" for name in self.integrals]
-        filled = mixed([*rates.values(), *integrals, *watched], mixes)
+        filled = mixed([*rates.values(), *integrals, *watched], slides)
         for i, (raw, holds) in enumerate(zip(integrals, above, strict=True)):
             if holds:
                 filled[len(rates) + i] = raw
         self.quantities = dict(
-            zip(self.quantities, mixed([*self.quantities.values()], mixes), strict=True)
+            zip(
+                self.quantities, mixed([*self.quantities.values()], slides), strict=True
+            )
         )
-        moving = [x for x in releases if isinstance(x, Node) and x.moves]
-        sides, more = list[Node](), [*moving, *events.ends]
-        values = mixed(more, mixes)
+        sides, more = list[Node](), [*releases.values(), *mixed(events.ends, slides)]
+        values = more
         while len(new := _sides_of([*filled, *used, *values])) > len(sides):
             sides = new
-            values = mixed([*sides, *more], mixes)
+            values = [*mixed(sides, slides), *more]
         self.sides = {side: SIDES + i for i, side in enumerate(sides)}
         self.counts = len(integrals), len(watched), len(values)
         first = len(watched)
@@ -123,8 +151,9 @@ class Equations:
         self.functions = {"rates": [*filled, *values]}
         if watched or values:
             self.functions["watch"] = [*filled[len(rates) + len(integrals) :], *values]
-        if events.held or events.memories:
-            self.functions["jump"] = self._jump(events)
+        if events.held or events.memories or releases:
+            rows = {q: len(sides) + i for i, q in enumerate(releases)}
+            self.functions["jump"] = self._jump(events, slides, rows)
         outputs = [x for output in self.functions.values() for x in output]
         self.constants = constants_of(outputs)
         self.text = text_of(
@@ -146,8 +175,13 @@ class Equations:
             return quantity
         return graph.number(graph.compared(">", quantity))
 
-    def _jump(self, events: Tracing) -> list[Value]:
-        """Return the states and the sides behind a mark or a crossing."""
+    def _jump(
+        self, events: Tracing, slides: Slides, rows: Mapping[Node, int]
+    ) -> list[Value]:
+        """Return the states and the sides behind a mark or a crossing.
+
+        `rows` are those of the releases, by the quantity that slides.
+        """
         graph = self.graph
         node = graph.node
         new = {name: node("y", name) for name in self.states}
@@ -185,6 +219,16 @@ class Equations:
                         changed = node("|", changed, node("!=", jumping[x.args[0]], x))
                 sign = node("where", node(">", after, 0.0), 1.0, -1.0)
                 sides[i] = node("where", changed, sign, sides[i])
+        for q, row in rows.items():  # what just stops to slide has a side at once
+            i = self.sides[q] - SIDES
+            load, factor = slides[q].load, slides[q].factor
+            most = node("*", -1.0 - NEAR, factor)
+            leaves = node("<", node("moment", SIDES + row), 0.0)
+            near = node("<=", node("maximum", load, node("-", 0.0, load)), most)
+            leaves = node("&", leaves, near)
+            way = node("where", node(">", load, 0.0), 1.0, -1.0)
+            rests = node("==", node("moment", SIDES + i), 0.0)
+            sides[i] = node("where", node("&", rests, leaves), way, sides[i])
         return [*new.values(), *sides]
 
     def _sign_of(self, side: Node) -> Value:
@@ -257,6 +301,27 @@ class Equations:
         )
 
 
+def _dimensions(units: Mapping[str, str]) -> dict[str, Any]:
+    """Return dimensions by name, angles as plain numbers; refuse what is no SI unit."""
+    dimensions = {}
+    for name, unit in units.items():
+        try:
+            check_si(unit)
+        except UnitError as error:
+            raise ModelError(f"{name}: {error}") from None
+        full = dimension(unit)
+        dimensions[name] = full / dimension("rad") ** full.get("[angle]", 0)
+    return dimensions
+
+
+def _unit_of(kind: Any) -> str:
+    """Return the unit of a dimension in words."""
+    try:
+        return si_unit(kind)
+    except UnitError:
+        return str(kind)
+
+
 def _sides_of(outputs: Sequence[Value]) -> list[Node]:
     """Return the quantities of the sides of states that outputs need."""
     nodes = in_order(outputs, into_sides=True)
@@ -280,7 +345,7 @@ def _check_names(returned: Any, names: Sequence[str]) -> None:
 def _fault(error: Exception) -> ModelError:
     """Return an error of the author's code with its line."""
     frames = traceback.extract_tb(error.__traceback__)
-    own = [f for f in frames if not f.filename.startswith((*HIDDEN, NUMPY, "<__"))]
+    own = [f for f in frames if not f.filename.startswith(FOREIGN)]
     problem = told(error)
     if isinstance(error, TypeError | AttributeError):
         problem += f"; {ALLOWED} work in equations of motion"

@@ -65,6 +65,7 @@ def held(value: Any, *, every: Any) -> Any:
     """
     current = _current()
     state = current.state(0.0)
+    state.dimension = getattr(value, "dimension", None)
     current.held[state.args[0]] = sampled(value, every=every)
     return state
 
@@ -80,8 +81,8 @@ def memory(on: Any, off: Any, *, start: bool = False) -> Any:
         Its truth at the start, where neither holds.
     """
     current = _current()
-    state = current.state(float(start))
-    current.memories[state.args[0]] = on, off
+    state, truth = current.state(float(start)), current.graph.truth
+    current.memories[state.args[0]] = truth(on), truth(off)
     return current.graph.node(">", state, 0.5)
 
 

@@ -74,11 +74,15 @@ class Motion(Model):
         cls.title = vars(cls).get("title", (cls.__doc__ or cls.name).split("\n")[0])
         fields = {k: v for k, v in declared.items() if isinstance(v, dataclasses.Field)}
         cls.settings = _settings(cls, fields)
-        numbers = [name for name in fields if isinstance(fields[name].default, float)]
+        units = {
+            name: getattr(field.metadata["kind"], "unit", "") or "1"
+            for name, field in fields.items()
+            if isinstance(field.default, float)
+        }
         try:
             _check(cls)
-            names = [*cls.parts, *numbers]
-            cls.equations = Equations(cls().motion, cls.states, names, cls.responses)
+            units |= {name: part.unit for name, part in cls.parts.items()}
+            cls.equations = Equations(cls().motion, cls.states, units, cls.responses)
         except ModelError as error:
             raise ModelError(f"{cls.__name__}: {error}") from error
 
@@ -194,7 +198,7 @@ class Motion(Model):
         end = np.where(np.isnan(ended), marks[:, -1:], ended)
         at_end = self._quantities(end, states, values)
         taken = {
-            "peak": solution.peak,
+            "peak": solution.peak + 0.0,  # never -0
             "greatest": solution.greatest,
             "least": solution.least,
         }

@@ -9,20 +9,31 @@ Two quantities that move each other are solved together.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from tolstat.errors import ModelError
 from tolstat.lanes.graph import Node, Value, in_order, rebuilt, same
 from tolstat.lanes.recording import NEGATED
 from tolstat.lanes.slope import slope
 
+
+class Slide(NamedTuple):
+    """How a quantity slides at zero."""
+
+    mix: Value  # from -1 to 1, of the rates on both sides
+    release: Value  # below zero it leaves
+    load: Value  # its speed without the jump; it leaves to the side of its sign
+    factor: Value  # what the jump adds to it, times the side: below zero
+
+
 Rates = Mapping[str, Value]
-Mixes = Mapping[Node, Value]  # by quantity: from -1 to 1, where its side is 0
+Slides = Mapping[Node, Slide]  # by quantity
 
 
-def mixes_of(
+def slides_of(
     rates: Rates, outputs: Sequence[Value], kinks: Mapping[Node, str]
-) -> tuple[Mixes, list[Value]]:
-    """Return the mixes of quantities that may slide, and where each stops sliding.
+) -> Slides:
+    """Return the quantities that may slide.
 
     Parameters
     ----------
@@ -46,8 +57,7 @@ def mixes_of(
     speeds = {q: slope(q, rates) for q in quantities}
     jumping = {q: _jumps_in(speed) for q, speed in speeds.items()}
     sliding = [q for q in quantities if q in jumping[q]]
-    mixes = dict[Node, Value]()
-    releases: list[Value] = []
+    slides = dict[Node, Slide]()
     for q in sliding:
         others = [
             r
@@ -63,11 +73,8 @@ def mixes_of(
                 "three parts on each other; put a spring between two of them, or give "
                 "one a smooth friction, such as np.tanh(v / 0.001)"
             )
-        mixes[q], release = (
-            _of_two(q, others[0], rates) if others else _of_one(q, rates)
-        )
-        releases.append(release)
-    return mixes, releases
+        slides[q] = _of_two(q, others[0], rates) if others else _of_one(q, rates)
+    return slides
 
 
 def _jumps_in(quantity: Value) -> set[Node]:
@@ -111,11 +118,11 @@ def _speed(q: Node, rates: Rates, sides: Mapping[Node, float]) -> Value:
     return slope(q, _on_sides(rates, sides))
 
 
-def _of_one(q: Node, rates: Rates) -> tuple[Value, Value]:
-    """Return the mix of both sides, from -1 to 1, and where it leaves them."""
+def _of_one(q: Node, rates: Rates) -> Slide:
+    """Return how a quantity slides that no other one's jump changes."""
     above, below = (_speed(q, rates, {q: side}) for side in (1.0, -1.0))
     constant, factor = 0.5 * (above + below), 0.5 * (above - below)
-    return _clipped(q, constant, factor), 0.0 - above * below
+    return Slide(_clipped(q, constant, factor), 0.0 - above * below, constant, factor)
 
 
 def _clipped(q: Node, constant: Value, factor: Value) -> Value:
@@ -125,8 +132,8 @@ def _clipped(q: Node, constant: Value, factor: Value) -> Value:
     return new("where", new("<", factor, 0.0), share, 0.0)
 
 
-def _of_two(q: Node, r: Node, rates: Rates) -> tuple[Value, Value]:
-    """Return the same for a quantity whose speed another one's jump changes."""
+def _of_two(q: Node, r: Node, rates: Rates) -> Slide:
+    """Return how a quantity slides whose speed another one's jump changes."""
     terms = {}
     for x in (q, r):
         both = _speed(x, rates, {q: 1.0, r: 1.0})
@@ -146,10 +153,10 @@ def _of_two(q: Node, r: Node, rates: Rates) -> tuple[Value, Value]:
     alone = _clipped(q, a + ar * side_r, aq)
     mix = new("where", new("==", side_r, 0.0), mix_q, alone)
     load = a + ar * other
-    return mix, (aq - load) * (aq + load)
+    return Slide(mix, (aq - load) * (aq + load), load, aq)
 
 
-def mixed(outputs: Sequence[Value], mixes: Mixes) -> list[Value]:
+def mixed(outputs: Sequence[Value], slides: Slides) -> list[Value]:
     """Return outputs whose jumps are mixed where the side is 0.
 
     What is not linear in a jump is mixed as a whole: of its values on both sides.
@@ -161,9 +168,9 @@ def mixed(outputs: Sequence[Value], mixes: Mixes) -> list[Value]:
 
     def replace(node: Node, args: list[Value]) -> Value | None:
         if node.op == "side":
-            if node.args[0] not in mixes:
+            if node.args[0] not in slides:
                 return node
-            value = _mix(node, mixes, -1.0, 1.0, node)
+            value = _mix(node, slides, -1.0, 1.0, node)
             jumps[value] = frozenset({node.args[0]})
             return value
         if node.op in NEGATED and isinstance(side := node.args[0], Node):
@@ -176,7 +183,7 @@ def mixed(outputs: Sequence[Value], mixes: Mixes) -> list[Value]:
         every = frozenset[Node]().union(*each)
         whole = frozenset[Node]()
         quantity = _quantity_of(node)
-        if quantity is not None and quantity in mixes:
+        if quantity is not None and quantity in slides:
             whole = frozenset({quantity})
         elif node.op in ("where", "bend", "+", "-"):
             pass
@@ -186,7 +193,7 @@ def mixed(outputs: Sequence[Value], mixes: Mixes) -> list[Value]:
             whole = each[1] if node.op == "/" else every
         for q in whole:
             upper, lower = (_on(value, {q: side}) for side in (1.0, -1.0))
-            value = _mix(node.graph.node("side", q), mixes, lower, upper, value)
+            value = _mix(node.graph.node("side", q), slides, lower, upper, value)
         if isinstance(value, Node):
             jumps[value] = every | whole
         return value
@@ -206,9 +213,9 @@ def _on(value: Value, sides: Mapping[Node, float]) -> Value:
     return _on_sides({"": value}, sides)[""]
 
 
-def _mix(side: Node, mixes: Mixes, lower: Value, upper: Value, value: Value) -> Value:
+def _mix(side: Node, slides: Slides, lower: Value, upper: Value, value: Value) -> Value:
     """Return a value, of both sides the mix where the side is 0."""
     new = side.graph.node
-    share = 0.5 * (1.0 + mixes[side.args[0]])
+    share = 0.5 * (1.0 + slides[side.args[0]].mix)
     middle = new("+", lower, share * new("-", upper, lower))
     return new("where", new("==", side, 0.0), middle, value)
