@@ -275,3 +275,11 @@ def test_memory_begins_as_given():
 
     assert values(Relay)["end"][0] == pytest.approx(1.0 - 0.5)
     assert values(Other)["end"][0] == pytest.approx(0.5)
+
+
+def test_a_history_has_states_and_quantities_and_the_same_outcome():
+    moved = tolstat.trajectory(model_of("belt"), {"F": 0.2}, step=1e-3)
+    assert moved.attrs["units"] == {"time": "s", "x": "m", "v": "m/s", "pull": "N"}
+    responses = moved.attrs["responses"]
+    assert moved["pull"].max() == pytest.approx(responses["pull"], rel=1e-5)
+    np.testing.assert_allclose(moved["pull"], 50.0 * moved["x"])

@@ -131,7 +131,7 @@ class Motion(Model):
         ]
         for name, x in self.responses.items():
             if x.kind not in ("integral", "above"):
-                curve = np.broadcast_to(by_name[name], times.shape)
+                curve = np.broadcast_to(by_name[name], (1, len(times)))[0]
                 curves.append(
                     Curve(name, x.unit, name, x.sentence, curve, shown=x.shown)
                 )
