@@ -219,6 +219,18 @@ def in_order(outputs: Iterable[Value], into_sides: bool = False) -> list[Node]:
     return sorted(reached, key=lambda node: node.number)
 
 
+def jumps_in(*outputs: Value) -> dict[Node, None]:
+    """Return the quantities whose sides make outputs jump; those of bends do not."""
+    reached, waiting = dict[Node, None](), [*outputs]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, Node) and node not in reached:
+            reached[node] = None
+            if node.op != "side":
+                waiting += node.args[1:] if node.op == "bend" else node.args
+    return {node.args[0]: None for node in reached if node.op == "side"}
+
+
 def evaluated(
     outputs: Sequence[Value],
     leaf: Callable[[Node], Any],

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from tolstat.errors import ModelError
-from tolstat.lanes.graph import Node, Value, in_order, rebuilt, same
+from tolstat.lanes.graph import Node, Value, in_order, jumps_in, rebuilt, same
 from tolstat.lanes.recording import NEGATED
 from tolstat.lanes.slope import slope
 
@@ -55,7 +55,7 @@ def slides_of(
         if node.op == "side" and "y" in node.kinds
     ]
     speeds = {q: slope(q, rates) for q in quantities}
-    jumping = {q: _jumps_in(speed) for q, speed in speeds.items()}
+    jumping = {q: jumps_in(speed) for q, speed in speeds.items()}
     sliding = [q for q in quantities if q in jumping[q]]
     slides = dict[Node, Slide]()
     for q in sliding:
@@ -75,18 +75,6 @@ def slides_of(
             )
         slides[q] = _of_two(q, others[0], rates) if others else _of_one(q, rates)
     return slides
-
-
-def _jumps_in(quantity: Value) -> set[Node]:
-    """Return the quantities whose sides make this one jump; those of bends do not."""
-    reached, waiting = set[Node](), [quantity]
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, Node) and node not in reached:
-            reached.add(node)
-            if node.op != "side":
-                waiting += node.args[1:] if node.op == "bend" else node.args
-    return {node.args[0] for node in reached if node.op == "side"}
 
 
 def _core(speed: Value) -> Value:
