@@ -53,10 +53,10 @@ def _uncompiled(function: Any, done: dict[int, Callable[..., Any]]) -> Any:
     if id(function) not in done:
         names: dict[str, Any] = {}
         cells = tuple(CellType() for _ in plain.__closure__ or ())
-        made = FunctionType(
+        python_function = FunctionType(
             plain.__code__, names, plain.__name__, plain.__defaults__, cells
         )
-        done[id(function)] = made
+        done[id(function)] = python_function
         names |= {k: _uncompiled(v, done) for k, v in plain.__globals__.items()}
         for cell, before in zip(cells, plain.__closure__ or (), strict=True):
             cell.cell_contents = _uncompiled(before.cell_contents, done)

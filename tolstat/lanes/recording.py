@@ -90,8 +90,8 @@ class Recording(Graph):
             x = x if low is None else self.call("maximum", x, low)
             return x if high is None else self.call("minimum", x, high)
         if any(isinstance(arg, np.ndarray | list | tuple) for arg in args):
-            one = np.frompyfunc(lambda *x: self.call(name, *x), len(args), 1)
-            return one(*map(_boxed, args))
+            elementwise = np.frompyfunc(lambda *x: self.call(name, *x), len(args), 1)
+            return elementwise(*map(_boxed, args))
         return self._of_numbers(name, *args)
 
     def _of_numbers(self, name: str, *args: Any) -> Value:
@@ -154,9 +154,9 @@ class Recording(Graph):
             return self.chosen_truth(mask, a, b)
         if q.op == "-":
             a, b = q.args
-            for one, sign in ((a, 1), (b, -1)):  # a difference of what may be flat
-                if isinstance(one, Node) and one.op in ("where", "bend"):
-                    mask, *ends = one.args
+            for part, sign in ((a, 1), (b, -1)):  # a difference of what may be flat
+                if isinstance(part, Node) and part.op in ("where", "bend"):
+                    mask, *ends = part.args
                     pairs = [(e, b) if sign > 0 else (a, e) for e in ends]
                     truths = [self.compared(op, self.node("-", *p)) for p in pairs]
                     return self.chosen_truth(mask, *truths)

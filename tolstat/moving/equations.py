@@ -345,12 +345,12 @@ def _check_names(returned: Any, names: Sequence[str]) -> None:
 def _fault(error: Exception) -> ModelError:
     """Return an error of the author's code with its line."""
     frames = traceback.extract_tb(error.__traceback__)
-    own = [f for f in frames if not f.filename.startswith(FOREIGN)]
+    lines = [f for f in frames if not f.filename.startswith(FOREIGN)]
     problem = told(error)
     if isinstance(error, TypeError | AttributeError):
         problem += f"; {ALLOWED} work in equations of motion"
-    if not own:
+    if not lines:
         return ModelError(problem)
     return ModelError(
-        f"{Path(own[-1].filename).name}, line {own[-1].lineno}: {problem}"
+        f"{Path(lines[-1].filename).name}, line {lines[-1].lineno}: {problem}"
     )

@@ -80,7 +80,7 @@ def _switches(node: Node, marks: Array, parts: Mapping[str, Array]) -> Array:
     inner = [x for x in in_order([quantity]) if x.op in ("side", "floor")]
     fixed = dict(zip(inner, phase_values(inner, parts, marks), strict=True))
 
-    def at(
+    def value_at(
         times: Array, trial: Integers | None = None, phase: Integers | None = None
     ) -> Array:
         def leaf(node: Node) -> Array | None:
@@ -103,7 +103,7 @@ def _switches(node: Node, marks: Array, parts: Mapping[str, Array]) -> Array:
     count = max(LEAST, POINTS // (marks.shape[1] - 1))
     share = np.linspace(0.0, 1.0, count)
     times = marks[:, :-1, None] + np.diff(marks)[..., None] * share
-    values = at(times)
+    values = value_at(times)
     times = np.broadcast_to(times, values.shape)
     level = np.floor(values) if node.op == "floor" else (values > 0.0) * 1.0
     change = np.nan_to_num(np.diff(level))
@@ -120,12 +120,12 @@ def _switches(node: Node, marks: Array, parts: Mapping[str, Array]) -> Array:
     low, high = times[trial, phase, point], times[trial, phase, point + 1]
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        past = (at(middle, trial, phase) - target > 0.0) == rises
+        past = (value_at(middle, trial, phase) - target > 0.0) == rises
         low, high = np.where(past, low, middle), np.where(past, middle, high)
-    found = np.full((len(values), 1 + len(trial)), np.inf)
+    switches = np.full((len(values), 1 + len(trial)), np.inf)
     number = np.arange(len(trial)) - np.searchsorted(trial, trial)
-    found[trial, number] = high
-    return found[:, : 1 + int(number.max(initial=-1))]
+    switches[trial, number] = high
+    return switches[:, : 1 + int(number.max(initial=-1))]
 
 
 def _merged(marks: Array, more: Array) -> Array:

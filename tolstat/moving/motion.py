@@ -63,10 +63,10 @@ class Motion(Model):
         super().__init_subclass__(**options)
         declared = {k: v for kind in cls.__mro__[::-1] for k, v in vars(kind).items()}
 
-        def of(kind: type) -> dict[str, Any]:
+        def declared_as(kind: type) -> dict[str, Any]:
             return {k: v for k, v in declared.items() if isinstance(v, kind)}
 
-        cls.states, cls.parts, cls.responses = of(State), of(Part), of(Response)
+        cls.states, cls.parts, cls.responses = map(declared_as, (State, Part, Response))
         if cls.motion is Motion.motion:
             return
         words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
@@ -165,8 +165,8 @@ class Motion(Model):
     def _block(self, values: Mapping[str, Array], trials: int) -> tuple[Array, ...]:
         """Return starts, parameters and marks of trials, as `integrate` takes them."""
         equations = self.equations
-        every = [x for output in equations.functions.values() for x in output]
-        marks = marks_of(every, values, self._duration(values), equations.samplings)
+        outputs = [x for output in equations.functions.values() for x in output]
+        marks = marks_of(outputs, values, self._duration(values), equations.samplings)
         constants = phase_values(equations.constants, values, marks)
         shape = trials, marks.shape[1] - 1
         rows = [np.broadcast_to(np.atleast_2d(x), shape) for x in constants]
@@ -230,15 +230,15 @@ def _system(cls: type[Motion], settings: Any) -> System:
     start, parameters, marks = model._block(values, 1)
     declared = [x.size for x in cls.states.values()]
     declared += [1.0] * (start.shape[1] - len(declared))
-    known = np.array([x is not None for x in declared])
+    typed = np.array([x is not None for x in declared])
     scale = np.array(
         [x or abs(s) or 1.0 for x, s in zip(declared, start[0], strict=True)]
     )
-    if not known.all():
+    if not typed.all():
         for _ in range(2):  # the second time with the sizes of the first
             system = equations.system(scale, [])
             proposed = proposed_scale(system, start, parameters, marks, SIZING)
-            scale = np.where(known, scale, proposed)
+            scale = np.where(typed, scale, proposed)
     sizes = equations.sizes(start[0], scale, values)
     return equations.system(scale, sizes)
 

@@ -167,8 +167,8 @@ def mixed(outputs: Sequence[Value], slides: Slides) -> list[Value]:
         if not isinstance(value, Node):
             return value
         inner = args[1:] if node.op in ("where", "bend") else args
-        each = [jumps_of(x) for x in inner]
-        every = frozenset[Node]().union(*each)
+        jumps_by_arg = [jumps_of(x) for x in inner]
+        together = frozenset[Node]().union(*jumps_by_arg)
         whole = frozenset[Node]()
         quantity = _quantity_of(node)
         if quantity is not None and quantity in slides:
@@ -176,14 +176,14 @@ def mixed(outputs: Sequence[Value], slides: Slides) -> list[Value]:
         elif node.op in ("where", "bend", "+", "-"):
             pass
         elif node.op == "*":
-            whole = each[0] & each[1]
+            whole = jumps_by_arg[0] & jumps_by_arg[1]
         else:
-            whole = each[1] if node.op == "/" else every
+            whole = jumps_by_arg[1] if node.op == "/" else together
         for q in whole:
             upper, lower = (_on(value, {q: side}) for side in (1.0, -1.0))
             value = _mix(node.graph.node("side", q), slides, lower, upper, value)
         if isinstance(value, Node):
-            jumps[value] = every | whole
+            jumps[value] = together | whole
         return value
 
     return rebuilt(outputs, replace)
