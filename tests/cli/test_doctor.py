@@ -91,13 +91,18 @@ def test_where_an_integration_ends(call, tmp_path):
     assert "ended at 0.5 s by the error of state 2 of 2" in found
 
 
-def test_of_a_new_model_and_a_study(call):
+def test_of_a_new_model_and_a_study(call, tmp_path):
     call("new", "--model", "crank.py")
     found = call("doctor", "crank.py:Crank")
-    assert "3 done" in found and "The longest step decides" in found
+    assert "3 done" in found and "Accuracy decides" in found
+    assert "a branch" not in found
     assert re.search(r"largest error, in units of rtol: \w+ [\d.e-]+, \w+ ", found)
     call("new", "crank", "--machine", "crank.py:Crank", "-o", "crank.toml")
-    assert "3 done" in call("doctor", "crank.toml", "--machine", "crank.py:Crank")
+    study = tmp_path / "crank.toml"
+    short = re.sub('max_step = "[^"]*"', 'max_step = "1 ms"', study.read_text())
+    study.write_text(short)
+    found = call("doctor", "crank.toml", "--machine", "crank.py:Crank")
+    assert "3 done" in found and "The longest step decides" in found
     assert "no model is called 'crunk'" in call("doctor", "crunk", code=2)
 
 

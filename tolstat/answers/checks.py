@@ -27,6 +27,7 @@ from tolstat.execution.compatibility import why_sampled_differently
 from tolstat.execution.diagnostics.audit import finer, phased
 from tolstat.execution.run_loop import other_answers
 from tolstat.execution.verification import Check, Verification
+from tolstat.integrator.branches import unnamed_branches
 from tolstat.integrator.examination import (
     MOST_STEPS,
     PERMITTED,
@@ -57,6 +58,10 @@ SMALL = 1e-6  # SI: deviations, where no study gives tolerances
 DEPENDENT = (
     "An answer depends on the other trials of its block: compute each row of "
     "deviations by itself."
+)
+BRANCH = (
+    "a branch that steps may jump over. Make its quantity a crossing, or let a phase "
+    "begin there; a `Motion` finds both by itself."
 )
 OTHER = 100.0  # times its largest value, or a part of it: a scale to think about
 
@@ -182,6 +187,8 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
         failures = (f"A trial {i.failure}" for i in seen if i.failure)
         facts |= _facts(examination)
         advice += _advice(examination, rtol, next(failures, ""))
+        branches = unnamed_branches(longest.system, longest.block.parameters.shape[2])
+        advice += [f"{line}: {BRANCH}" for line in branches]
         healthy &= not examination.failed.any() and examination.accurate
         states = _states(examination)
     else:

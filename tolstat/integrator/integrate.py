@@ -78,8 +78,8 @@ def integrate(
         The equations.
     start : float64[trial, state]
         The states at the first mark.
-    parameters : float64[trial, parameter]
-        Argument `p` of the equations.
+    parameters : float64[trial, parameter] or float64[trial, phase, parameter]
+        Argument `p` of the equations; it may change at each mark.
     marks : float64[trial, mark]
         Ascending times, s: the start, times at which the rates may jump or states are
         stored, the end. The step lands on each and restarts there.
@@ -110,11 +110,14 @@ def integrate(
     rtol, max_step, max_steps = accuracy
     block = Block(
         start=_writeable(start),
-        parameters=_writeable(parameters),
+        parameters=_by_phase(parameters),
         marks=_writeable(marks),
         samples=_writeable([] if samples is None else samples),
         watch_from=int(watch_from),
         accuracy=Accuracy(float(rtol), float(max_step), int(max_steps)),
+        jumps_at_marks=int(system.jumps_at_marks),
+        ends=np.array(system.ends, np.int64),
+        sizes=_writeable(system.sizes),
     )
     check_block(system, block)
     check_equations(system, block)
@@ -138,6 +141,12 @@ def integrate(
 def _writeable(numbers: ArrayLike) -> Array:
     """Return an array for compiled code: it takes no read-only one, as deviations."""
     return np.require(numbers, float, ["C", "W"])
+
+
+def _by_phase(parameters: ArrayLike) -> Array:
+    """Return parameters as float64[trial, phase, parameter]."""
+    numbers = _writeable(parameters)
+    return numbers[:, None, :] if numbers.ndim == 2 else numbers
 
 
 def _unsolved(system: System, block: Block) -> tuple[Results, Solution]:
@@ -183,7 +192,7 @@ def _idle_lanes(system: System, block: Block) -> Lanes:
     all_rows[[PHASE, TRIAL]] = -1.0
     return Lanes(
         **{name: all_rows[end[name] - n : end[name]] for name, n in counts.items()},
-        p=_lanes(block.parameters.shape[1]),
+        p=_lanes(block.parameters.shape[2]),
         all_rows=all_rows,
         arrived=all_rows[end["clock"] : end["quadratures"]],
         watched=all_rows[end["quadratures"] : end["above"]],

@@ -12,6 +12,7 @@ import numpy as np
 
 from tolstat.integrator import problem
 from tolstat.integrator.crossing import (
+    AT_ZERO,
     aim_at_crossing,
     change_sides,
     choose_sides,
@@ -49,8 +50,9 @@ def _begin(lane, trial, lanes, block):
         lanes.all_rows[i, lane] = 0.0
     for i in range(len(lanes.y)):
         lanes.y[i, lane] = block.start[trial, i]
-    for i in range(len(lanes.p)):
-        lanes.p[i, lane] = block.parameters[trial, i]
+    for i in range(len(block.sizes)):
+        lanes.size[i, lane] = block.sizes[i]
+        lanes.side[i, lane], lanes.returned[i, lane] = 1.0, AT_ZERO
     clock, begin, end = lanes.clock, block.marks[trial, 0], block.marks[trial, -1]
     clock[problem.TRIAL, lane] = trial
     clock[problem.TIME, lane] = clock[problem.TARGET, lane] = begin
@@ -83,12 +85,27 @@ def _pass_marks(lane, lanes, block, results):
         if mark < last:
             clock[problem.TARGET, lane] = block.marks[trial, mark + 1]
     clock[problem.PHASE, lane] = mark
+    phase = min(mark, block.parameters.shape[1] - 1)
+    for i in range(len(lanes.p)):
+        lanes.p[i, lane] = block.parameters[trial, phase, i]
+    if block.jumps_at_marks > 0:
+        clock[problem.JUMP, lane] = 1.0
     length = clock[problem.TARGET, lane] - clock[problem.TIME, lane]
     first = FIRST_STEP * min(block.accuracy.max_step, length)
     clock[problem.STEP, lane] = max(first, 2.0 * clock[problem.SMALLEST, lane])
     clock[problem.ROOT, lane] = 1.0
     clock[problem.AFTER, lane] = 0.0
     return mark >= last
+
+
+@compiled()
+def _stay(lane, lanes, block, results):
+    """Store the state of a trial that has ended at all later marks."""
+    clock, trial = lanes.clock, int(lanes.clock[problem.TRIAL, lane])
+    for mark in range(int(clock[problem.PHASE, lane]) + 1, block.marks.shape[1]):
+        for i in range(len(lanes.arrived)):
+            results.arrived[trial, mark, i] = lanes.arrived[i, lane]
+    results.ended[trial, problem.TIME_ENDED] = clock[problem.TIME, lane]
 
 
 @compiled()
@@ -124,6 +141,9 @@ def _status(lane, lanes, block, results):
     if event == problem.MARK_REACHED:
         ended = _pass_marks(lane, lanes, block, results)
         return Status.DONE if ended else Status.NOT_RUN
+    if event == problem.ENDED:
+        _stay(lane, lanes, block, results)
+        return Status.DONE
     if event != problem.FAILED:
         return Status.NOT_RUN
     if not np.isfinite(clock[problem.ERROR, lane]):
@@ -303,6 +323,10 @@ def march(rates, watch, jump, per_scale, lanes, step, block, results):
             clock[problem.ERROR] = error
             event = np.where(changed, problem.CROSSED, problem.NOTHING)
             event = np.where(failed, problem.FAILED, event)
-            clock[problem.EVENT] = np.where(reached, problem.MARK_REACHED, event)
+            event = np.where(reached, problem.MARK_REACHED, event)
+            for i in block.ends:
+                below = running & changed & (lanes.side[i] < 0.0)
+                event = np.where(below, problem.ENDED, event)
+            clock[problem.EVENT] = event
             n_begun, n_busy = sort_out(n_begun, lanes, block, results)
             _renew_rates(rates, watch, jump, lanes, step)

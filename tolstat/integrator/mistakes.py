@@ -15,6 +15,7 @@ from tolstat.integrator.problem import MOMENT_ROWS, PHASE, TIME, Block, System
 UNWRITTEN = -8.765e300  # no equation returns this
 SPARE = 64  # rows after the declared ones
 SAME = 1e-9  # relative difference of `watch` from the rates, by rounding
+MOST_PHASES = 64  # that are tried
 
 
 def check_block(system: System, block: Block) -> None:
@@ -26,8 +27,8 @@ def check_block(system: System, block: Block) -> None:
         With the name of the argument, what it is, and what is expected.
     """
     trials = len(block.start)
-    for name in ("start", "parameters", "marks"):
-        if len(shape := getattr(block, name).shape) != 2:
+    for name, axes in (("start", 2), ("parameters", 3), ("marks", 2)):
+        if len(shape := getattr(block, name).shape) != axes:
             words = "a row for each trial is expected"
             raise ModelError(f"integrate: {name} has shape {shape}: {words}")
     phases = block.marks.shape[1] - 1
@@ -42,6 +43,9 @@ def check_block(system: System, block: Block) -> None:
         rows = f"a row for each of {trials} trials is expected"
         expect(len(table) == trials, function, f"{name} has {len(table)} rows", rows)
     check_times(function, block.marks, block.samples)
+    parts = block.parameters.shape[1]
+    words = f"{phases}, one for each phase, or 1 is expected"
+    expect(parts in (1, phases), function, f"parameters of {parts} phases", words)
     above = "a number above zero is expected"
     expect(0 < rtol < np.inf, function, f"rtol {rtol}", above)
     expect(longest > 0, function, f"max_step {longest}", above)
@@ -131,17 +135,17 @@ def _filled(
     trials = np.arange(WIDTH) % len(block.start)
     moments = [
         (phase, side)
-        for phase in range(block.marks.shape[1] - 1)
+        for phase in _some(block.marks.shape[1] - 1)
         for side in ((1.0, 0.0, -1.0) if system.crossings else (1.0,))
     ]
-    start, parameters = block.start[trials].T, block.parameters[trials].T
+    start, by_phase = block.start[trials].T, block.parameters[trials].T
     # not at the start itself, where quantities often are zero and equal
     nearby = np.linspace(0.1, 0.9, start.size).reshape(start.shape)
     start = start + nearby * system.scale[:, None]
     rows, filled = sum(declared.values()), []
     words = ", ".join(f"{n} {kind}" for kind, n in declared.items() if n)
     for phase, side in moments:
-        tables = []
+        tables, parameters = [], by_phase[:, min(phase, by_phase.shape[1] - 1)]
         for behind in (0.0, 1.0, np.nan):
             out = np.full((rows + SPARE, WIDTH), UNWRITTEN)
             spare = np.full((SPARE, WIDTH), behind)
@@ -177,3 +181,8 @@ def _filled(
             )
         filled.append(tables[0][:rows])
     return np.concatenate(filled, axis=1)
+
+
+def _some(phases: int) -> range:
+    """Return the numbers of all phases, or of every so many where there are many."""
+    return range(0, phases, 1 + phases // MOST_PHASES)

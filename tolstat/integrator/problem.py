@@ -38,6 +38,7 @@ NOTHING = 0.0
 MARK_REACHED = 1.0
 FAILED = 2.0
 CROSSED = 3.0
+ENDED = 4.0  # by a crossing
 
 TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
 SHORTER = 4.0  # steps of an audit, as the tolerance alone makes them: 1000^(1/5)
@@ -86,6 +87,14 @@ class System:
     jump : callable, optional
         Compiled as `rates`; fills `out` with the states and the sides behind a
         crossing, as after an impact. `moment` has the sides without it.
+    jumps_at_marks : bool
+        Whether the state also jumps at each mark, the start included.
+    ends : tuple of int
+        Crossings, counted in `crossings`, that end the trial where their quantity is
+        below zero. The states there are those at all later marks.
+    sizes : tuple of float
+        The least size of each crossing's quantity, to which zero is related. Without
+        them it is the largest value in the trial.
 
     Raises
     ------
@@ -105,6 +114,9 @@ class System:
     sloped: tuple[int, ...] = ()
     crossings: tuple[int, ...] = ()
     jump: Callable[..., None] | None = None
+    jumps_at_marks: bool = False
+    ends: tuple[int, ...] = ()
+    sizes: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse numbers outside the states or the watched quantities."""
@@ -112,6 +124,7 @@ class System:
             ("damped", self.damped, len(self.scale), "states"),
             ("sloped", self.sloped, self.n_quadratures, "quadratures"),
             ("crossings", self.crossings, self.n_watched, "watched quantities"),
+            ("ends", self.ends, len(self.crossings), "crossings"),
         ):
             numbers = declared if isinstance(declared, tuple) else ("",)
             if len(set(numbers) & set(range(n))) < len(numbers):
@@ -154,11 +167,14 @@ class Block(NamedTuple):
     """Trials to be integrated, with their starts, parameters and marks."""
 
     start: Array  # [trial, state]
-    parameters: Array  # [trial, parameter]
+    parameters: Array  # [trial, phase, parameter]; one phase where all have the same
     marks: Array  # [trial, mark], s, ascending: start, switching times, ..., end
     samples: Array  # [sample], s, ascending
     watch_from: int  # phase from which peaks and times above zero are taken
     accuracy: Accuracy
+    jumps_at_marks: int  # 1 or 0
+    ends: Integers  # of `System.ends`
+    sizes: Array  # [crossing], of `System.sizes`
 
 
 class Solution(NamedTuple):
@@ -173,7 +189,7 @@ class Solution(NamedTuple):
     status: Integers  # [trial], of `tolstat.status.Status`
     steps: Integers  # [trial]
     # [trial, 2], of a trial that failed: TIME_ENDED, s, and WORST_STATE, the number of
-    # the state with the largest error
+    # the state with the largest error; of one that a crossing ends its time alone
     ended: Array
 
     @property

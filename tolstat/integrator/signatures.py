@@ -29,7 +29,14 @@ rates_type = types.FunctionType(rates_signature)
 number, integer = types.float64, types.int64
 accuracy_type = tuple_type(Accuracy, rtol=number, max_step=number, max_steps=integer)
 block_type = tuple_type(
-    Block, samples=numbers, watch_from=integer, accuracy=accuracy_type
+    Block,
+    parameters=tables,
+    samples=numbers,
+    watch_from=integer,
+    accuracy=accuracy_type,
+    jumps_at_marks=integer,
+    ends=integers,
+    sizes=numbers,
 )
 results_type = tuple_type(
     Results, arrived=tables, history=tables, status=integers, steps=integers

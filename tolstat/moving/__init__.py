@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from tolstat.integrator.signatures import rates_signature
     from tolstat.lanes.compiled import compiled
     from tolstat.lanes.rows import named, rows, write
+    from tolstat.moving.declarations import Part, Response, State
+    from tolstat.moving.events import contact, ends, held, memory, sampled
+    from tolstat.moving.motion import Motion
 
 _NAMES = {
     "integrator.examination": ("proposed_scale",),
@@ -29,6 +32,9 @@ _NAMES = {
     "integrator.signatures": ("rates_signature",),
     "lanes.compiled": ("compiled",),
     "lanes.rows": ("named", "rows", "write"),
+    "moving.declarations": ("Part", "Response", "State"),
+    "moving.events": ("contact", "ends", "held", "memory", "sampled"),
+    "moving.motion": ("Motion",),
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 __all__ = [
@@ -36,15 +42,24 @@ __all__ = [
     "Accuracy",
     "LinearMotion",
     "Moment",
+    "Motion",
+    "Part",
+    "Response",
     "Solution",
+    "State",
     "System",
     "compiled",
+    "contact",
     "dry_friction",
+    "ends",
+    "held",
     "integrate",
+    "memory",
     "named",
     "proposed_scale",
     "rates_signature",
     "rows",
+    "sampled",
     "solve",
     "write",
 ]
