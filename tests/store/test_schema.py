@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from unittest import mock
 
 import h5py
@@ -179,6 +180,17 @@ def test_a_crafted_run_is_refused_in_one_sentence(change, crafted, tmp_path, goo
     with pytest.raises(RunFileError, match=words) as refused:
         tolstat.open(path, damaged=True)
     assert refused.value.exit_code == 2 and len(str(refused.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("value", [np.inf, np.nan, 1e308, -1e308])
+def test_a_response_no_model_may_have_is_refused(value, tmp_path):
+    """Figures and squares of such numbers end in NaN; checksums fit them."""
+    run = tolstat.run(tomllib.loads(TOY_STUDY), model=Toy())
+    columns = {**run.columns, "gap": np.full(run.trials, value)}
+    path = tmp_path / "a.h5"
+    tolstat.save(replace(run, columns=columns), path)
+    with pytest.raises(RunFileError, match="numbers"):
+        tolstat.open(path)
 
 
 def test_a_crafted_run_ends_a_command_with_one_sentence(crafted):
