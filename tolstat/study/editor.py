@@ -16,8 +16,6 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-import tomli_w
-
 from tolstat.deviations.names import expand, general
 from tolstat.errors import CostError, DependenceError
 from tolstat.model.description import Contributor
@@ -34,6 +32,7 @@ from tolstat.study.distribution_entry import (
 )
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.settings_section import NOMINAL, link_tables, with_link
+from tolstat.toml import toml_text
 
 Entries = Mapping[str, Entry]
 
@@ -77,7 +76,7 @@ class StudyEditor:
     @property
     def text(self) -> str:
         """The study as TOML."""
-        return tomli_w.dumps(self.table)
+        return toml_text(self.table)
 
     @property
     def links(self) -> dict[str, dict[str, Any]]:

@@ -12,12 +12,10 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
 from tolstat import files
 from tolstat.errors import DataError, StudyError
 from tolstat.study.problems import Problems
-from tolstat.toml import DEEP_KEY, DEEPEST, toml_table
+from tolstat.toml import DEEP_KEY, DEEPEST, toml_table, toml_text
 from tolstat.units.grammar import MOST_NUMBER
 
 LONGEST, LONGEST_KEY = 10_000, 200  # characters
@@ -164,7 +162,7 @@ def read_toml(source: Path | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """Return the text of a study and its keys; a study from Python becomes TOML."""
     if not isinstance(source, Path):
         try:
-            text = tomli_w.dumps(source)
+            text = toml_text(source)
         except (TypeError, ValueError, RecursionError) as error:
             why = TOO_DEEP if isinstance(error, RecursionError) else error
             raise StudyError(f"the study has a value that is not TOML: {why}") from None
