@@ -193,6 +193,21 @@ def test_a_response_no_model_may_have_is_refused(value, tmp_path):
         tolstat.open(path)
 
 
+def test_all_columns_share_the_scale_of_trials(good):
+    """Its list is written once: written for each column again, it is quadratic."""
+    with mock.patch.object(h5py.h5ds, "attach_scale") as attach:
+        run = tolstat.run(tomllib.loads(TOY_STUDY), model=Toy(), output=f"{good}.2")
+    scales = {h5py.h5i.get_name(call.args[1]) for call in attach.call_args_list}
+    assert b"/trial" not in scales
+    with h5py.File(run.path) as file:
+        names = [name for name in run.columns if name != "trial"]
+        for name in names:
+            assert h5py.h5ds.is_attached(file[name].id, file["trial"].id, 0)
+            assert file[name].dims[0][0].name == "/trial"
+        users = file["trial"].attrs["REFERENCE_LIST"]
+        assert {file[user].name[1:] for user, _ in users} == {*names}
+
+
 def test_a_crafted_run_ends_a_command_with_one_sentence(crafted):
     """In a process of its own: a virtual dataset of itself ended it by a signal."""
     path = crafted(virtual("."))

@@ -71,7 +71,7 @@ def stop_on_interrupt(words: str = NOTHING_WRITTEN) -> Iterator[Event]:
     What does not look at the event is left after `PATIENCE`, with the words: files are
     whole at any moment, as `kill -9` needs it.
     """
-    stop, over = Event(), Event()
+    stop, ended = Event(), Event()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         if stop.is_set():
@@ -80,7 +80,7 @@ def stop_on_interrupt(words: str = NOTHING_WRITTEN) -> Iterator[Event]:
 
     def watch() -> None:
         stop.wait()
-        if not over.wait(PATIENCE):
+        if not ended.wait(PATIENCE):
             _leave_saying(words)
 
     before = on_interrupt(interrupt)
@@ -89,7 +89,7 @@ def stop_on_interrupt(words: str = NOTHING_WRITTEN) -> Iterator[Event]:
     try:
         yield stop
     finally:
-        over.set()
+        ended.set()
         stop.set()  # ends the thread
         for number, handler in before.items():
             signal.signal(number, handler)

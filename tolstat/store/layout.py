@@ -17,7 +17,7 @@ temporary name and renamed.
 
 import io
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -232,12 +232,13 @@ def _lay_out(file: h5py.File, run: Run) -> None:
     index.make_scale(TRIAL)
     nominal = file.create_group(NOMINAL)
     nominal.attrs["long_name"] = "the nominal trial: no deviations, not of the sample"
+    columns = []
     for name, values in run.columns.items():
         dtype = encoded(values).dtype
-        column = allocate(file, name, (trials,), dtype)
-        h5py.h5ds.attach_scale(column.id, index.id, 0)
+        columns.append(allocate(file, name, (trials,), dtype))
         if name in (STATUS, STEPS):
             allocate(nominal, name, (), dtype)
+    _attach(index, columns)
     for response in run.responses:
         write_record(allocate(nominal, response.name, (), np.float64), response)
     for described in run.described:
@@ -250,6 +251,22 @@ def _lay_out(file: h5py.File, run: Run) -> None:
     status["flag_values"] = np.array(list(run.words), np.uint8)
     words = [word.replace(" ", "_") for word in run.words.values()]
     status["flag_meanings"] = " ".join(words)
+
+
+def _attach(index: h5py.Dataset, columns: Sequence[h5py.Dataset]) -> None:
+    """Make the index the dimension scale of all columns, as the HDF5 library does.
+
+    Its own function copies the list of columns again for each of them.
+    """
+    scales = np.empty(1, object)
+    scales[0] = np.array([index.ref], h5py.ref_dtype)
+    for column in columns:
+        kind = h5py.vlen_dtype(h5py.ref_dtype)
+        column.attrs.create("DIMENSION_LIST", scales, dtype=kind)
+    fields = [("dataset", h5py.ref_dtype), ("dimension", np.uint32)]
+    users = np.zeros(len(columns), np.dtype(fields, align=True))
+    users["dataset"] = [column.ref for column in columns]
+    index.attrs.create("REFERENCE_LIST", users)
 
 
 def _describe(audited: h5py.Group, run: Run) -> None:
