@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tolstat.errors import Advice, BrokenError, Remedy, RunFileError
-from tolstat.files import content as content_of
 from tolstat.literal import csv_cell
+from tolstat.regular_files import content as content_of
 from tolstat.store.files_beside import create_aside
 from tolstat.store.integrity import is_run
 from tolstat.store.stored_run import Run

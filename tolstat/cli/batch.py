@@ -26,7 +26,7 @@ from tolstat.errors import RunFileError, StoppedError, TolstatError
 from tolstat.execution.execute import complete, run_of
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.workers.block_scheduler import Workers
-from tolstat.files import opened
+from tolstat.regular_files import opened
 from tolstat.render.screen import Screen, as_rich, show_table
 from tolstat.store.files_beside import identity
 from tolstat.store.open_run import open as open_run

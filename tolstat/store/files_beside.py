@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import IO, Any, BinaryIO
 
 from tolstat.errors import Advice, BrokenError, Remedy, RunFileError, TolstatError
-from tolstat.files import created, opened, opened_for_writing
 from tolstat.operating_system import (
     is_mine,
     largest_file,
     lock,
     process_exists,
 )
+from tolstat.regular_files import created, opened, opened_for_writing
 from tolstat.store.integrity import is_run
 from tolstat.store.open_run import open as open_run
 from tolstat.store.provenance import now

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.errors import DamagedError, FormatError, RunFileError
-from tolstat.files import opened, read_exactly
 from tolstat.operating_system import local_time
+from tolstat.regular_files import opened, read_exactly
 
 FORMAT = 8
 MARK = b"tolstat seal, format "

@@ -25,7 +25,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.files import read_exactly
+from tolstat.regular_files import read_exactly
 from tolstat.store.codec import write_record
 from tolstat.store.integrity import Hole, around, block_for, write_all, write_seal
 from tolstat.store.run_records import STATUS, STEPS, Reason

@@ -28,9 +28,9 @@ from tolstat.errors import (
     StoppedError,
     TolstatError,
 )
-from tolstat.files import opened_for_writing
 from tolstat.model.contract import Answers
 from tolstat.operating_system import give_second_name
+from tolstat.regular_files import opened_for_writing
 from tolstat.store import files_beside, layout
 from tolstat.store.files_beside import Lock, is_still
 from tolstat.store.integrity import clock_of, fingerprints, times_of

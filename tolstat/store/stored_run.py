@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Integers, Truths
 from tolstat.errors import RunFileError
-from tolstat.files import content
 from tolstat.model.contract import Answers
 from tolstat.model.description import StudyNumber
 from tolstat.model.view import typed_unit
+from tolstat.regular_files import content
 from tolstat.statistics.limits.limit import (
     WORST,
     Limit,

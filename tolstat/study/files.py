@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from tolstat import files
+from tolstat import regular_files
 from tolstat.errors import DataError, StudyError
 from tolstat.study.problems import Problems
 from tolstat.toml import DEEP_KEY, DEEPEST, toml_table, toml_text
@@ -109,7 +109,7 @@ def beside(folder: Path | None, name: str) -> Path:
 def content(path: Path, megabytes: int) -> bytes:
     """Return the content of a file; refuse a larger one."""
     try:
-        return files.content(path, megabytes)
+        return regular_files.content(path, megabytes)
     except FileNotFoundError:
         names = [file.name for file in sorted(path.parent.glob(f"*{path.suffix}"))]
         hint = (
