@@ -31,6 +31,7 @@ from tolstat.answers.rare.rare_answer import normal_score, rare_summary
 from tolstat.answers.rare.rare_document import STAGES
 from tolstat.answers.report.report_answer import StepKind
 from tolstat.answers.run_entries import RunIndex, entry_of
+from tolstat.answers.runs_document import progress_table
 from tolstat.cli.main import main
 from tolstat.errors import QuestionError, RunFileError, StudyError
 from tolstat.execution.execute import execute
@@ -471,7 +472,7 @@ def test_failed_trials_are_out_of_limit(toy, tmp_path):
     followed = command("show", run.path, "--follow")
     found_index = RunIndex("", tmp_path, (entry_of(run),))
     index = found_index.html() + found_index.csv()
-    (row,) = rows_of(found_index.progress())
+    (row,) = rows_of(progress_table(found_index))
     assert said in " ".join(text.split()) and "5000 of 5000 trials have run" in text
     assert as_text(row["trials"].main) == "5000" and "failed" not in row
     assert entry_of(run).failed is None

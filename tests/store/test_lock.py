@@ -8,13 +8,12 @@ import os
 
 import h5py
 import pytest
-from tolstat.store.stoppable import TO_THE_END
 
 import tolstat
 from tolstat.errors import BrokenError
 from tolstat.store import files_beside
 from tolstat.store.files_beside import Lock
-from tolstat.store.run_writer import RunWriter
+from tolstat.store.run_writer import TO_THE_END, RunWriter
 
 
 class Unreadable(io.FileIO):

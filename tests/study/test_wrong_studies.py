@@ -410,10 +410,10 @@ WRONG = {
     # grades
     "grade of an angle": (
         HEAD + '[deviations]\ncrank_angle = "IT7"\n',
-        ["crank_angle", "IT7 is a grade of lengths", "rad"],
+        ["crank_angle", "IT7 is of lengths", "rad"],
     ),
     "grade of a share": (
-        HEAD + '[deviations]\nfriction = "IT7"\n', ["friction", "grade of lengths"],
+        HEAD + '[deviations]\nfriction = "IT7"\n', ["friction", "is of lengths"],
     ),
     "grade without a size": (
         HEAD + '[deviations]\ntooth_position = "IT7"\n',

@@ -13,6 +13,7 @@ from tolstat import catalogue
 from tolstat.arrays import Array
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.distributions import Tolerance
+from tolstat.deviations.measured import Fitted, Measured
 from tolstat.deviations.spread import (
     Spread,
     fixed_point,
@@ -203,6 +204,7 @@ def assumed_of(deviating: Deviations) -> dict[str, Assumed]:
         *zone, mean, sigma = spread_of(distribution)
         tolerance, batch = Tolerance(*zone), deviating.dependence.batches.get(name)
         quantiles = distribution.deviations(ndtr(SCORES))
+        measured = isinstance(distribution, Fitted | Measured)
         assumed[name] = Assumed(
             words=deviating.words[name],
             entry=deviating.entries[name],
@@ -215,7 +217,9 @@ def assumed_of(deviating: Deviations) -> dict[str, Assumed]:
             has_places=has_places(distribution),
             mean=mean,
             sigma=sigma,
-            parts=getattr(distribution, "parts", 0),
+            parts=distribution.parts
+            if isinstance(distribution, Fitted | Measured)
+            else 0,
             # rounding may make them descend
             quantiles=tuple(np.maximum.accumulate(quantiles).tolist()),
         )

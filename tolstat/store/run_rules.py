@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tolstat.deviations.draw import SAMPLERS
+from tolstat.deviations.names import general
 from tolstat.deviations.samplers import DISTANCE, SPREAD, STAGE, WEIGHT
 from tolstat.status import Status, words_of
 from tolstat.store.assumed import SCORES
@@ -148,9 +149,9 @@ def _stopped(run: Run) -> bool:
 
 
 def _grid(run: Run) -> bool:
-    return within(run.grid, run.input_names) and within(
-        [c.name for c in run.swept], run.grid
-    )
+    # parts of one name are one axis
+    names = {*run.input_names, *map(general, run.input_names)}
+    return within(run.grid, names) and within([c.name for c in run.swept], run.grid)
 
 
 def _audits(run: Run) -> bool:

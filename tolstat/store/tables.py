@@ -14,7 +14,7 @@ import numpy as np
 
 from tolstat.store.stored_fields import BETWEEN, TEXT, fields_of
 
-VALUE, PRESENT = "value", "present"  # names of arrays
+VALUE, PRESENT, PLACE = "value", "present", "place"  # names of arrays
 EMPTY = {float: np.nan, int: 0, bool: False, str: ""}  # of a key that is missing
 
 
@@ -63,8 +63,14 @@ def _write(
         array = np.full(shape, EMPTY[plain], TEXT if plain is str else plain)
         array[tuple(np.array(cells.places).T)] = np.array(cells.values, array.dtype)
         dataset = group.create_dataset(name or VALUE, data=array)
-        for dimension, axis in zip(dataset.dims, axes, strict=False):
-            dimension.attach_scale(group[axis])
+        scales = [group[axis] for axis, _ in zip(axes, cells.shape, strict=False)]
+        if len(shape) > len(cells.shape):  # xarray wants a scale of every dimension
+            places = f"{name or VALUE}_{PLACE}"
+            group[places] = np.arange(shape[-1])
+            group[places].make_scale(places)
+            scales.append(group[places])
+        for dimension, scale in zip(dataset.dims, scales, strict=True):
+            dimension.attach_scale(scale)
 
 
 def read_table(group: h5py.Group, kind: Any, axes: Sequence[str]) -> Any:

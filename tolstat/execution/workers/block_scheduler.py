@@ -15,6 +15,7 @@ from tolstat.operating_system import processors
 from tolstat.study.given_points import Case
 
 LOOK_AGAIN = 0.1  # s, between two checks whether to stop
+PATIENCE = 1.0  # s after a stop, in which planning and writing may end
 GRACE = 1.0  # s, for running blocks to end; a compilation takes longer
 AHEAD = 2  # blocks for each worker, so that none waits for the writer
 LASTING = 0.5  # s, of a block: long ones keep lanes busy, short ones show progress
@@ -55,6 +56,7 @@ class Workers(AbstractContextManager["Workers"]):
         block: int | None = None,
     ) -> None:
         self.stopping = stopping
+        self._stopped_at = 0.0  # 0 if nothing has looked since
         self._number, self._block = number, block
         self._pool: Threads | Processes = (
             Processes(executor) if executor else Threads(number or processors())
@@ -154,17 +156,24 @@ class Workers(AbstractContextManager["Workers"]):
         thread = Threads(1)
         future = thread.call(function, *arguments)
         try:
-            while not future.done():
-                wait([future], LOOK_AGAIN)
-                if self.stopping():
-                    raise Interrupted
+            with chdir("."):  # a model may leave it
+                while not future.done():
+                    wait([future], LOOK_AGAIN)
+                    if not future.done():
+                        self.check()
         finally:
             thread.close(wait=False)
         return future.result()
 
     def check(self) -> None:
-        """Raise `Interrupted` if the workers stop."""
-        if self.stopping():
+        """Raise `Interrupted` if the workers stop, and have for `PATIENCE`.
+
+        So a small run is planned and written all the same, and can be resumed.
+        """
+        if not self.stopping():
+            return
+        self._stopped_at = self._stopped_at or time.monotonic()
+        if time.monotonic() - self._stopped_at > PATIENCE:
             raise Interrupted
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
