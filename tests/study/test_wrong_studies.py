@@ -431,7 +431,7 @@ WRONG = {
         HEAD + '[deviations]\nrod_length = "IT19"\n', ["rod_length", "IT1 to IT18"],
     ),
     "position that is not known": (
-        HEAD + '[deviations]\nrod_length = "g6"\n', ["rod_length", "as their limits"],
+        HEAD + '[deviations]\nrod_length = "i6"\n', ["rod_length", "without i, l, o, q and w"],
     ),
     "size without a grade": (
         HEAD + '[deviations]\nrod_length = { tolerance = "+-1 mm", size = "1 m" }\n',

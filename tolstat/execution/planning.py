@@ -204,7 +204,7 @@ def assumed_of(deviating: Deviations) -> dict[str, Assumed]:
         *zone, mean, sigma = spread_of(distribution)
         tolerance, batch = Tolerance(*zone), deviating.dependence.batches.get(name)
         quantiles = distribution.deviations(ndtr(SCORES))
-        measured = isinstance(distribution, Fitted | Measured)
+        measured = isinstance(distribution, Fitted | Measured) and distribution
         assumed[name] = Assumed(
             words=deviating.words[name],
             entry=deviating.entries[name],
@@ -217,9 +217,7 @@ def assumed_of(deviating: Deviations) -> dict[str, Assumed]:
             has_places=has_places(distribution),
             mean=mean,
             sigma=sigma,
-            parts=distribution.parts
-            if isinstance(distribution, Fitted | Measured)
-            else 0,
+            parts=measured.parts if measured else 0,
             # rounding may make them descend
             quantiles=tuple(np.maximum.accumulate(quantiles).tolist()),
         )

@@ -65,10 +65,10 @@ def _write(
         dataset = group.create_dataset(name or VALUE, data=array)
         scales = [group[axis] for axis, _ in zip(axes, cells.shape, strict=False)]
         if len(shape) > len(cells.shape):  # xarray wants a scale of every dimension
-            places = f"{name or VALUE}_{PLACE}"
-            group[places] = np.arange(shape[-1])
-            group[places].make_scale(places)
-            scales.append(group[places])
+            numbers = f"{name or VALUE}_{PLACE}"
+            group[numbers] = np.arange(shape[-1])
+            group[numbers].make_scale(numbers)
+            scales.append(group[numbers])
         for dimension, scale in zip(dataset.dims, scales, strict=True):
             dimension.attach_scale(scale)
 
