@@ -12,6 +12,7 @@ import tolstat
 from tolstat.errors import StoppedError
 from tolstat.execution import execute as execution
 from tolstat.execution import run_loop
+from tolstat.execution.workers import block_scheduler
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.store import layout
 from tolstat.study.study import load
@@ -73,6 +74,7 @@ def test_the_last_file_is_not_awaited(monkeypatch, tmp_path):
         return first(run, place)
 
     monkeypatch.setattr(layout, "draft_of", draft_of)
+    monkeypatch.setattr(block_scheduler, "PATIENCE", -1.0)
     with Workers(1, stop.is_set) as crew:
         run = execution.execute(load(STUDY), path, crew)
     assert len(drafts) == 2 and not run.complete and run.ended == 400
@@ -100,9 +102,17 @@ def test_a_large_file_is_not_written_to_its_end(monkeypatch, tmp_path):
         write(rows, name, values, first)
 
     monkeypatch.setattr(layout.Rows, "write", stopping)
+    monkeypatch.setattr(block_scheduler, "PATIENCE", -1.0)
     with Workers(1, stop.is_set) as crew, pytest.raises(StoppedError):
         execution.execute(load(STUDY), tmp_path / "run.h5", crew)
     assert len(columns) == 1 and not [*tmp_path.iterdir()]
+
+
+def test_a_small_file_is_written_all_the_same(tmp_path):
+    """It takes less than the patience, and can be resumed."""
+    with Workers(1, lambda: True) as crew:
+        run = execution.execute(load(STUDY), tmp_path / "run.h5", crew)
+    assert run.ended == 0 and tolstat.resume(run.path).complete
 
 
 def test_worst_cases_are_searched_in_parts(monkeypatch):
