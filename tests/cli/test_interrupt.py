@@ -244,6 +244,26 @@ def test_signals_end_what_does_not_look_at_them(
     assert tolstat.open(path).complete
 
 
+LOOKING = """\
+import os, signal, time
+from tolstat.cli.entry import stop_on_interrupt
+with stop_on_interrupt() as stop:
+    os.kill(os.getpid(), signal.SIGINT)
+    while not stop.is_set():
+        time.sleep(0.01)
+    time.sleep(2.5)
+    print("the index is written")
+"""
+
+
+def test_work_that_has_looked_comes_to_its_end():
+    """A busy machine needs longer than the patience to write what was stored."""
+    ended = subprocess.run(
+        [sys.executable, "-c", LOOKING], capture_output=True, text=True, timeout=60
+    )
+    assert ended.returncode == 0 and ended.stdout == "the index is written\n"
+
+
 @pytest.mark.long
 def test_sigkill_loses_at_most_the_running_blocks(small_study):
     """Kill -9 at 40 random moments: the file opens, status never runs ahead of data."""

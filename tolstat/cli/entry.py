@@ -13,6 +13,7 @@ from tolstat.operating_system import STOP_SIGNALS
 
 INTERRUPTED = 130
 PATIENCE = 1.5  # s, from a first Ctrl-C on; Ctrl-C ends within two seconds
+ENDING = 8.0  # s, more for work that has looked and comes to its end: a busy machine
 NOTHING_WRITTEN = "stopped: nothing is written"
 LIMITS_NOT_MET, LIMITS_UNDECIDED = 3, 4
 
@@ -64,14 +65,25 @@ def on_interrupt(handler: Handler) -> dict[signal.Signals, Any]:
     return before
 
 
+class Stop(Event):
+    """Set by a first Ctrl-C; it knows whether the work has looked since."""
+
+    seen = False
+
+    def is_set(self) -> bool:
+        """Return whether it is set."""
+        self.seen |= super().is_set()
+        return super().is_set()
+
+
 @contextmanager
-def stop_on_interrupt(words: str = NOTHING_WRITTEN) -> Iterator[Event]:
+def stop_on_interrupt(words: str = NOTHING_WRITTEN) -> Iterator[Stop]:
     """Let the first Ctrl-C set the event; a second one ends the process at once.
 
-    What does not look at the event is left after `PATIENCE`, with the words: files are
-    whole at any moment, as `kill -9` needs it.
+    Work that does not look at the event is left after `PATIENCE`, with the words: files
+    are whole at any moment, as `kill -9` needs it.
     """
-    stop, ended = Event(), Event()
+    stop, ended = Stop(), Event()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         if stop.is_set():
@@ -80,7 +92,7 @@ def stop_on_interrupt(words: str = NOTHING_WRITTEN) -> Iterator[Event]:
 
     def watch() -> None:
         stop.wait()
-        if not ended.wait(PATIENCE):
+        if not (ended.wait(PATIENCE) or (stop.seen and ended.wait(ENDING))):
             _leave_saying(words)
 
     before = on_interrupt(interrupt)
