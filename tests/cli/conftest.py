@@ -5,8 +5,10 @@ from __future__ import annotations
 import pytest
 
 from tests.cli.command_line import chain
+from tolstat.answers.report.report_answer import Report
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.render.page import mark_of
 from tolstat.study.study import load
 
 PAGE = '<head>\n<meta name="generator" content="tolstat">\na page'
@@ -15,8 +17,11 @@ PAGE = '<head>\n<meta name="generator" content="tolstat">\na page'
 @pytest.fixture
 def no_pages(monkeypatch):
     """Reports are tested elsewhere, and take a second each."""
-    report = "tolstat.answers.report.report_answer.Report.html"
-    monkeypatch.setattr(report, lambda self: PAGE)
+
+    def html(self, run=""):
+        return f"{mark_of(run)}\n{PAGE}" if run else PAGE
+
+    monkeypatch.setattr(Report, "html", html)
 
 
 @pytest.fixture

@@ -79,11 +79,11 @@ class Answer(ABC):
 
         return rows_as_csv(self.rows())
 
-    def html(self) -> str:
-        """Return it as a self-contained page."""
+    def html(self, run: str = "") -> str:
+        """Return it as a self-contained page; `run` in its head identifies a file."""
         from tolstat.render.page import page
 
-        return page(self.document())
+        return page(self.document(), run)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write it to a file: .html, .csv or .json, by its ending.

@@ -27,6 +27,7 @@ from tolstat.execution.execute import complete, run_of
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.regular_files import opened
+from tolstat.render.page import GENERATOR, mark_of
 from tolstat.render.screen import Screen, as_rich, show_table
 from tolstat.store.files_beside import identity
 from tolstat.store.open_run import open as open_run
@@ -36,7 +37,6 @@ WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
 TITLE = "tolstat batch"
 CONTINUES = "stopped; the same command continues"
 HEAD = 10_000  # bytes of a page or a table, in which its mark stands
-GENERATOR = '<meta name="generator" content="tolstat">'  # in each page of an answer
 HEADS = ",".join(Entry._fields[:5])  # how the table of an index begins
 
 
@@ -153,13 +153,12 @@ class Queue:
 def _report(run: Run) -> Path:
     """Return the report of a run, written unless the page is of this very run."""
     page = run.path.with_suffix(".html")
-    of_this_run = f'<meta name="run" content="{identity(run.path)}">'
-    if _begins_with(page, of_this_run):
+    name = identity(run.path)
+    if _begins_with(page, mark_of(name)):
         return page
     if os.path.lexists(page) and not _begins_with(page, GENERATOR):
         raise RunFileError(f"{page} is not a report of tolstat and is not replaced")
-    marked = report(run).html().replace("<head>", f"<head>\n{of_this_run}", 1)
-    return replace(page, marked.encode())
+    return replace(page, report(run).html(name).encode())
 
 
 def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:

@@ -26,14 +26,16 @@ from tolstat.literal import visible
 
 # five digits or more before a point, in groups of three with thin spaces
 LONG, THIN = re.compile(r"(?<![\d.])\d{5,}(?!\d*e)"), "\u202f"
+GENERATOR = '<meta name="generator" content="tolstat">'  # in each page
 MOST_DECADES = 5  # along the axis of intervals
 BELOW = 0.07  # of that axis, linear from 0 to its first power of ten
 
 
-def page(document: Document) -> str:
+def page(document: Document, run: str = "") -> str:
     """Return the page of a document: HTML with its style and pictures.
 
-    Each number has its full value beside it, SI, for programs (`data-value`).
+    Each number has its full value beside it, SI, for programs (`data-value`). `run`
+    identifies the run file of which it is the report; see `mark_of`.
     """
     style = files("tolstat.render").joinpath("templates/page.css").read_text("utf-8")
     contents = [
@@ -42,9 +44,15 @@ def page(document: Document) -> str:
     foot = _css_string(" · ".join(filter(None, document.foot)))
     template = environment().get_template("document.html")
     html: str = template.render(
-        document=document, style=Markup(style), foot=foot, contents=contents
-    )
+        document=document, style=Markup(style), foot=foot, contents=contents,
+        marks=[Markup(mark) for mark in (run and mark_of(run), GENERATOR) if mark],
+    )  # fmt: skip
     return html
+
+
+def mark_of(run: str) -> str:
+    """Return what names a run file in the head of its page, by `identity`."""
+    return f'<meta name="run" content="{run}">'
 
 
 @cache  # templates are compiled once
