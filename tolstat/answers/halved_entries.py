@@ -37,11 +37,8 @@ def halved_entries(run: Run, parts: Collection[str]) -> dict[str, str]:
             if name in names
         }
         batch = any(part.common for part in members.values())
-        complete, tolerances = (
-            batch or halved.keys() == members.keys(),
-            {*halved.values()},
-        )
-        together = complete and len(tolerances) == 1
+        complete, tolerances = halved.keys() == members.keys(), {*halved.values()}
+        together = (batch or complete) and len(tolerances) == 1
         entries |= {entry: tolerances.pop()} if together else halved
     return entries
 

@@ -110,5 +110,5 @@ def _halved(run: Run, model: Model | None) -> Any:
         columns = [run.column(part.name) for part in run.contributors]
         trials = Trials.planned(study.description, np.stack(columns, axis=1))
         trials.take_stored(run, np.ones(run.trials, np.bool_))
-        return halved_shares(study, trials, run.diagnostics.slopes)
+        return halved_shares(study, trials, run.assumed, run.diagnostics.slopes)
     return {}

@@ -201,14 +201,16 @@ def _with_diagnostics(
         tell(Progress(number, trials.failed, number, "audit"))
         audited = workers.call(audit, study, trials, workers)
         tell(Progress(number, trials.failed, number, "diagnostics"))
-        diagnostics = workers.call(_diagnostics, study, trials, workers)
+        diagnostics = workers.call(_diagnostics, run, study, trials, workers)
     except ModelError as error:  # keep the trials although diagnostics fail
         diagnostics = Diagnostics(missing=str(error))
     ended = run.first(number)
     return replace(ended, audited=audited, diagnostics=diagnostics, complete=True)
 
 
-def _diagnostics(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
+def _diagnostics(
+    run: Run, study: Study, trials: Trials, workers: Workers
+) -> Diagnostics:
     """Return the diagnostics of a run; none if no deviations were sampled."""
     if study.sampler is None:
         return Diagnostics(missing="no deviations were drawn")
@@ -219,7 +221,7 @@ def _diagnostics(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
     return Diagnostics(
         by_name,
         worst_cases(study, trials, ends, table, workers),
-        halved_shares(study, trials, by_name),
+        halved_shares(study, trials, run.assumed, by_name),
         idle_contributors(study, trials, ends, table, workers),
     )
 

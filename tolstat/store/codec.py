@@ -74,7 +74,7 @@ def _read(owner: h5py.HLObject, name: str, field: Field) -> Any:
     kind, prefix, (_, before, axes, _) = field.kind, f"{name}_", field.stored
     if before is not None:
         inner = _inner(kind)
-        columns = read_attribute(owner, name) if has_attribute(owner, name) else ()
+        columns = read_attribute(owner, name, ())
         values = [
             inner(**read_fields(column_of(owner, column), inner, before))
             for column in columns

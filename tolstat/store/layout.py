@@ -31,7 +31,6 @@ from tolstat.store.integrity import Hole, around, block_for, write_all, write_se
 from tolstat.store.run_records import STATUS, STEPS, Reason
 from tolstat.store.stored_fields import (
     column_of,
-    has_attribute,
     read_attribute,
     write_attribute,
 )
@@ -153,9 +152,8 @@ def columns_of(file: h5py.File) -> list[str]:
 
 def nominal_columns_of(file: h5py.File) -> list[str]:
     """Return the names of the columns about the nominal trial."""
-    stored = has_attribute(file, "responses")
-    responses = read_attribute(file, "responses") if stored else ()
-    names = (*sorted(responses), STATUS, STEPS)
+    responses = sorted(read_attribute(file, "responses", ()))
+    names = (*responses, STATUS, STEPS)
     return [f"{NOMINAL}/{name}" for name in names if name in file]
 
 

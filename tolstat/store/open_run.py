@@ -19,7 +19,7 @@ from tolstat.store.integrity import Damage, check_seal, fingerprints, is_whole, 
 from tolstat.store.run_records import STATUS, STEPS
 from tolstat.store.run_rules import broken_rules
 from tolstat.store.schema import check_schema
-from tolstat.store.stored_fields import has_attribute, read_attribute
+from tolstat.store.stored_fields import read_attribute
 from tolstat.store.stored_run import IN_MEMORY, NO_FILE, Run
 
 RunSource = Run | str | os.PathLike[str]  # a run file, or the run that was read from it
@@ -98,8 +98,7 @@ def _read(path: Path, file: h5py.File) -> Run:
         raise ValueError("its columns have different numbers of rows, or none")
     clock = file[layout.CLOCK][...]
     fields = read_fields(file, Run)
-    stored = has_attribute(file, "study_file")
-    study = read_attribute(file, "study_file") if stored else None
+    study = read_attribute(file, "study_file", None)
     return Run(
         path=path,
         nominal_answers=_nominal(file[layout.NOMINAL], fields["responses"]),

@@ -14,6 +14,7 @@ import numpy as np
 NAMES = {"unit": "units", "sentence": "long_name", "range": "valid_range"}  # as in CF
 ELSEWHERE = "elsewhere"  # annotation of a field that `codec` does not write
 BETWEEN = ", "  # parts of a key
+NEEDED = object()  # no value of an attribute
 TEXT = h5py.string_dtype()
 PLAIN = h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM
 EMPTY = h5py.h5s.NULL
@@ -77,11 +78,14 @@ def has_attribute(owner: h5py.HLObject, name: str) -> bool:
     return exists
 
 
-def read_attribute(owner: h5py.HLObject, name: str) -> Any:
+def read_attribute(owner: h5py.HLObject, name: str, missing: Any = NEEDED) -> Any:
     """Return an attribute as Python's own types, several as a list.
 
-    KeyError if there is none, ValueError if it is of a kind that is never written.
+    `missing` if there is none, or without it KeyError. ValueError if it is of a kind
+    that is never written.
     """
+    if missing is not NEEDED and not has_attribute(owner, name):
+        return missing
     attribute = h5py.h5a.open(owner.id, name.encode())
     kind, space = attribute.get_type(), attribute.get_space()
     plain = kind.get_class() in PLAIN and space.get_simple_extent_type() != EMPTY

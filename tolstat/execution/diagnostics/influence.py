@@ -12,7 +12,6 @@ from tolstat.deviations.distributions import Constant, Tolerance
 from tolstat.deviations.samplers import OWN
 from tolstat.deviations.spread import halved, spread_of
 from tolstat.errors import DistributionError
-from tolstat.execution.planning import assumed_of
 from tolstat.execution.stages import Trials
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
@@ -23,7 +22,7 @@ from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import within
 from tolstat.statistics.sensitivity.named_causes import named_causes
 from tolstat.status import Status
-from tolstat.store.assumed import effects_of, is_turn
+from tolstat.store.assumed import Assumed, effects_of, is_turn
 from tolstat.store.run_records import Halved, Members
 from tolstat.study.study import Study
 
@@ -156,7 +155,10 @@ def _chosen(trials: Trials, done: Integers, suspects: int) -> Integers:
 
 
 def halved_shares(
-    study: Study, trials: Trials, slopes: Mapping[str, Mapping[str, float]]
+    study: Study,
+    trials: Trials,
+    assumed: Mapping[str, Assumed],
+    slopes: Mapping[str, Mapping[str, float]],
 ) -> dict[str, dict[Members, Halved]]:
     """Return the fraction out of limit with halved tolerances, by weighting trials.
 
@@ -184,7 +186,6 @@ def halved_shares(
     }
     if not deviations or not out_of_limit:
         return {}
-    assumed = assumed_of(deviating)
     ratio = DensityRatio(deviations, distributions, deviating.dependence)
     # a deviation over a full turn, the phase of a run-out, has no tolerance to halve
     turning = {
