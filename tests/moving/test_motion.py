@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import tolstat
-from tests.moving.test_gallery import errors, model_of
+from tests.moving.gallery import errors, model_of
 from tolstat import setting
 from tolstat.errors import ModelError
 from tolstat.moving import Motion, Part, Response, State, ends, held, memory, sampled
@@ -229,6 +229,32 @@ def test_a_table_over_an_angle_repeats():
     frame = values(Wheel)
     assert frame["end"][0] == pytest.approx(known.y[1, -1], rel=1e-5)
     assert frame["turns"][0] == known.y[0, -1] // 2.0
+
+
+class Wrapped(Motion):
+    """An angle that grows, and is wrapped."""
+
+    lasts = 10.0
+    x = State("1", start=0.1, size=1.0)
+    w = Part(1.0, "1")
+    area = Response.integral("s")
+    greatest = Response.greatest("1")
+
+    def motion(self, t, y, p):
+        angle = np.arctan2(np.sin(y.x), np.cos(y.x))
+        return {"x": p.w, "area": angle, "greatest": angle}
+
+
+def test_the_angle_of_arctan2_jumps_by_a_turn():
+    w = 1.0 + np.array([0.0, 0.5, -0.3])
+    frame = values(Wrapped, {"w": w - 1.0}, max_step=10.0)
+
+    def area(x):  # periodic
+        return 0.5 * ((x + np.pi) % (2 * np.pi) - np.pi) ** 2
+
+    exact = (area(0.1 + 10.0 * w) - area(0.1)) / w
+    np.testing.assert_allclose(frame["area"], exact, rtol=1e-5)
+    np.testing.assert_allclose(frame["greatest"], np.pi, rtol=1e-6)
 
 
 def test_lanes_never_mix_and_sizes_do_not_depend_on_trials():

@@ -46,7 +46,6 @@ EXPANDED: Mapping[str, Callable[..., Value]] = {
     "degrees": lambda x: x * (180.0 / math.pi),
     "arcsin": lambda x: np.arctan(x / np.sqrt(1.0 - x * x)),
     "arccos": lambda x: 0.5 * math.pi - np.arctan(x / np.sqrt(1.0 - x * x)),
-    "arctan2": lambda a, b: 2.0 * np.arctan(a / (np.sqrt(a * a + b * b) + b)),
     "fmod": lambda x, m: np.copysign(np.abs(x) % np.abs(m), x),
     "round": lambda x: np.floor(x + 0.5),
     "rint": lambda x: np.floor(x + 0.5),
@@ -222,6 +221,15 @@ class Recording(Graph):
     def _copysign(self, size: Value, sign: Value) -> Value:
         size = self.call("absolute", size)
         return self.select(self.compared(">=", sign), size, 0.0 - size)
+
+    def _arctan2(self, a: Value, b: Value) -> Value:
+        """Return the angle of (b, a), which jumps by a turn where b is below zero."""
+        node, left = self.node, self.compared("<", b)
+        radius = self.call("sqrt", node("+", node("*", a, a), node("*", b, b)))
+        near = self.select(left, node("-", radius, b), node("+", radius, b))
+        half = node("*", 2.0, self.call("arctan", node("/", a, near)))
+        turn = self.select(self.compared("<", a), -math.pi, math.pi)
+        return self.select(left, node("-", turn, half), half)
 
     def _floor(self, x: Value) -> Value:
         self.kinks.setdefault(x, self.line())
