@@ -145,6 +145,13 @@ def test_a_run_begins_before_slow_scipy_modules_load():
     assert printed(code) == "[]"
 
 
+def test_no_test_file_imports_another():
+    """What two of them need has a file of its own."""
+    imports = re.compile(r"^ *(?:from|import) tests\.(?:\w+\.)*test_", re.MULTILINE)
+    files = Path("tests").rglob("*.py")
+    assert not [str(file) for file in files if imports.search(file.read_text())]
+
+
 MOST_LOADED = 130  # modules of a chain's run: 100 are the aim
 
 

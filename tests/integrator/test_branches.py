@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.integrator.test_crossing import BALL, SWITCH
+from tests.integrator.switching import BALL, SWITCH
 from tolstat.integrator.branches import unnamed_branches
 from tolstat.integrator.problem import System
 from tolstat.integrator.signatures import rates_signature

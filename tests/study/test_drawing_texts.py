@@ -9,8 +9,7 @@ import pytest
 from scipy.stats import norm
 
 import tolstat
-from tests.study.test_every_problem import CHAIN, problems_of
-from tests.study.test_nominal_size import zone
+from tests.study.chains import CHAIN, problems_of, zone
 from tolstat.answers.allocate.fresh_runs import FreshRuns
 from tolstat.deviations.spread import spread_of
 from tolstat.errors import TolstatError

@@ -2,19 +2,11 @@
 
 import pytest
 
-from tolstat.errors import StudyError
+from tests.study.chains import CHAIN, problems_of
 from tolstat.study.settings_section import link_tables, separated
-from tolstat.study.study import load
 
-CHAIN = {"model": "dimension_chain", "trials": 8, "seed": 1}
 ONE = {"model": "dimension_chain", "links": {"A": "1 mm"}}
 STAND = {"model": "stand", "trials": 8, "seed": 1}
-
-
-def problems_of(study):
-    with pytest.raises(StudyError) as refused:
-        load(study)
-    return str(refused.value)
 
 
 @pytest.mark.parametrize(

@@ -13,23 +13,10 @@ import tomli_w
 from scipy.stats import norm
 
 import tolstat
+from tests.study.chains import chain, zone
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.errors import ModelError, StudyError
 from tolstat.study.study import load
-
-
-def chain(gap, links, **more):
-    return {
-        "model": "dimension_chain", "trials": 2000, "seed": 1,
-        "settings": {"gap": gap}, "links": links, **more,
-    }  # fmt: skip
-
-
-def zone(nominal, tolerance, **keys):
-    """Return the zone that is read, SI, and the warnings about it."""
-    link = {"nominal": nominal, "tolerance": tolerance, **keys}
-    study = load(chain("a", {"a": link}))
-    return study.deviating.distributions["a"], study.reading_warnings
 
 
 # what is typed, and what it means, mm
