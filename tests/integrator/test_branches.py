@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.integrator.switching import BALL, SWITCH
+from tests.integrator.switching import BALL, SWITCH, bouncing
 from tolstat.integrator.branches import unnamed_branches
 from tolstat.integrator.problem import System
 from tolstat.integrator.signatures import rates_signature
@@ -39,7 +39,7 @@ NESTED = System(nested, np.ones(2), n_above=1, crossings=(0,))
 def test_a_branch_without_a_crossing_is_named_with_its_line():
     assert unnamed_branches(BALL, 2) == ()
     (line,) = unnamed_branches(replace(BALL, crossings=()), 2)
-    assert line.startswith("test_crossing.py, line ")
+    assert line == f"switching.py, line {bouncing.py_func.__code__.co_firstlineno + 5}"
 
 
 def test_branches_in_called_functions_and_bends():
