@@ -20,7 +20,13 @@ MISSING = {
     "trials": "missing; give the number of trials, such as trials = 4096",
     "seed": "missing; give a whole number, such as seed = 75; it makes runs repeatable",
 }
-DECISIVE = ("model", "settings", "links")  # for the names of all other sections
+TABLES = ("gaps",)  # sections that are settings of the model, each a table by name
+DECISIVE = (
+    "model",
+    "settings",
+    "links",
+    *TABLES,
+)  # for the names of all other sections
 UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
 AXIS = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
@@ -62,6 +68,9 @@ class Document(Entry):
         'a link such as { nominal = "60 mm", tolerance = "+-0.015 mm" }, or "2 mm" for '
         "one that does not deviate",
         {},
+    )
+    gaps: dict[str, str] = key(
+        'a formula of links, in quotes, such as play = "housing - shaft"', {}
     )
     deviations: dict[str, str | dict[str, Any]] = key(
         'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", cp = 1.33 }', {}
