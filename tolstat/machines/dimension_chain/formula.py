@@ -22,6 +22,7 @@ LONGEST, SHOWN = 1000, 80  # characters
 DEEPEST = 500  # nodes below each other
 LARGEST = 10.0  # exponent
 CONSTANTS = {"pi": math.pi}
+FIT = "{0}_hole {0}_shaft"  # the links of a fit
 Algebra = Values | Dimensions  # evaluates a formula
 # each with the number of its arguments, at least and at most
 FUNCTIONS = {
@@ -218,6 +219,8 @@ class Formula:
     def _unknown(self, node: ast.expr, name: str) -> ModelError:
         if name in FUNCTIONS:
             return self._refused(node, f"{name} is a function; write {name}(...)")
+        if fit := [link for link in self.names if link in FIT.format(name).split()]:
+            return self._refused(node, f"{name} is a fit; write {' or '.join(fit)}")
         allowed = allowed_names(name, [*self.names, *self.gaps, *CONSTANTS])
         return self._refused(node, f"[links] has no {name}; {allowed}")
 
