@@ -2,6 +2,7 @@
 # The README's pictures of pages; needs Chromium (Debian: chromium-headless-shell).
 #
 # tolstat run runs/stack-up.toml && tolstat report runs/stack-up.h5
+# tolstat run runs/gaps.toml && tolstat report runs/gaps.h5
 # tolstat run runs/khpt75.toml && tolstat report runs/khpt75.h5
 # tolstat run runs/khpt75-equalized.toml && tolstat report runs/khpt75-equalized.h5
 # tolstat compare runs/khpt75.h5 runs/khpt75-equalized.h5 -o runs/comparison.html
@@ -15,6 +16,7 @@ shoot() { # page, picture, height
 }
 
 shoot stack-up.html stack-up.png 765
+shoot gaps.html gaps.png 900
 shoot khpt75.html report.png 1230
 shoot khpt75-equalized.html report-equalized.png 1080
 shoot comparison.html comparison.png 945
