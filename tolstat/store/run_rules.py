@@ -182,6 +182,7 @@ def _diagnostics(run: Run) -> bool:
     responses = [response.name for response in run.responses]
     stored = run.diagnostics
     estimates = [e.beyond for row in stored.halved.values() for e in row.values()]
+    halved = {members for row in stored.halved.values() for members in row}
     cases = [case for sides in stored.worst_cases.values() for case in sides.values()]
     return (
         within(stored.slopes, responses)
@@ -194,7 +195,7 @@ def _diagnostics(run: Run) -> bool:
         and all(within(case.deviations, parts) for case in cases)
         and all(number_or_none(case.value) for case in cases)
         and all(finite(*case.deviations.values()) for case in cases)
-        and all(within(m, parts) for row in stored.halved.values() for m in row)
+        and all(within(members, parts) for members in halved)
         and all(ascending(e.lower, e.value, e.upper) for e in estimates)
     )
 
