@@ -62,7 +62,7 @@ def verdict_cell(judged: Yield, *, weighted: bool = False) -> Cell:
     """
     word = Word(judged.verdict, judged.verdict)
     if judged.reason:
-        return Cell((word,), text(f"({judged.reason})"))
+        return Cell((word,), text(f"({judged.reason_words})"))
     if judged.needed:
         return Cell((word,), text("about ", counted(judged.needed, "trial"), " decide"))
     if judged.verdict == UNDECIDED and not weighted:

@@ -111,7 +111,7 @@ def what_if(
         problems.add("[deviations]", None, "no entry is given; name a contributor")
     problems.raise_if_any()
     overlaps, expected, weights = reweighted(scenario, study, trials, problems)
-    weighted = trials._replace(sample=trials.sample._replace(weights=weights))
+    weighted = replace(trials, sample=trials.sample._replace(weights=weights))
     before, after = summaries_of(trials), summaries_of(weighted)
     yields, new_yields = all_limits(trials), all_limits(weighted)
     # numbers of the tolerances are those of the baseline

@@ -14,6 +14,7 @@ from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.intervals.moments import Ends
 from tolstat.statistics.intervals.weighted_estimates import unmet
 from tolstat.statistics.limits.limit import DEMANDED, within
+from tolstat.statistics.measured.doubt import PartsDoubt
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sample_size import trials_needed
 
@@ -33,9 +34,16 @@ class Caveat(StrEnum):
     INTEGRATION_ERROR = "integration error"
     JUMP = "the response jumps as an angle does"
     MISSED_KIND = "if no kind of failure was missed"
+    FEW_PARTS = "few parts measured"
+    NORMAL_PARTS = "if the parts are normal"
+    LOGNORMAL_PARTS = "if the parts are lognormal"
+    FITTED_PARTS = "if the parts are as fitted"
 
 
 MET, NOT_MET, UNDECIDED = Verdict
+OF_FITS = {
+    "normal": Caveat.NORMAL_PARTS, "lognormal": Caveat.LOGNORMAL_PARTS,
+}  # fmt: skip
 INTEGRATION_ERROR, JUMP = Caveat.INTEGRATION_ERROR, Caveat.JUMP
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 
@@ -55,11 +63,21 @@ class Yield(NamedTuple):
     # 1e9, and if integration errors leave it undecided
     needed: int
     reason: Caveat = Caveat.NONE  # why it is undecided although trials would tell
+    # how far the measured parts leave it in doubt; None without any
+    measured: PartsDoubt | None = None
+
+    @property
+    def reason_words(self) -> str:
+        """Its reason, with the number of measured parts."""
+        if self.measured and self.reason == Caveat.FEW_PARTS:
+            fewest = self.measured.fewest
+            return f"only {fewest} part{'s' * (fewest > 1)} measured"
+        return self.reason
 
     @property
     def words(self) -> str:
         """The verdict, and its reason where it has one."""
-        return worded(self.verdict, self.reason)
+        return worded(self.verdict, self.reason_words)
 
     @property
     def jumping(self) -> Yield:
@@ -74,31 +92,61 @@ def yield_of(
     demanded: float = DEMANDED,
     ends: Array | None = None,
     audited: AuditedResponse | None = None,
+    measured: PartsDoubt | None = None,
 ) -> Yield:
     """Estimate the yield of a limit.
 
     `ends` are responses that integration errors allow, as of `response_ends`; `audited`
-    is what the audit shows, None without one.
+    is what the audit shows, None without one. `measured` is how uncertain it is by
+    measured parts.
 
     For independent trials intervals are anytime-valid: adding trials until there is a
     verdict does not raise the error. Otherwise intervals come from replicates or
     weighted counts.
     """
     good = within(values, limit) & sample.done
-    least = _most(good, sample)
+
+    def share(units: Truths) -> Estimate:
+        within_limit = _most(units, sample)
+        if measured is None:
+            return within_limit
+        return measured.widened(within_limit.complement).complement
+
     judged, reason = judged_with(
-        (ends, audited), limit, demanded, sample.done, good,
-        lambda units: _most(units, sample),
-    )  # fmt: skip
+        (ends, audited), limit, demanded, sample.done, good, share
+    )
     out_of_limit = sample.share(~good, sample.ran)
+    if measured:
+        of_trials, out_of_limit = out_of_limit, measured.widened(out_of_limit)
+        if not reason:
+            reason = _caveat_of(measured, judged, (of_trials, out_of_limit), demanded)
     if (weights := sample.weights) and weights.searched and judged == MET:
         missed = unmet(weights.values) + weights.cut
         if out_of_limit.upper + missed > 1 - demanded:
             reason = Caveat.MISSED_KIND
     undecided = judged == UNDECIDED and not reason
     needed = trials_needed(good, sample, demanded) if undecided else 0
-    most = _most(good | ~sample.done, sample)
-    return Yield(out_of_limit, least, most, judged, needed, reason)
+    most = share(good | ~sample.done)
+    return Yield(out_of_limit, share(good), most, judged, needed, reason, measured)
+
+
+def _caveat_of(
+    measured: PartsDoubt,
+    judged: Verdict,
+    shares: tuple[Estimate, Estimate],
+    demanded: float,
+) -> Caveat:
+    """Return on which condition of the measured parts a verdict holds.
+
+    `shares` are out of limit: of the trials alone, and with both errors.
+    """
+    of_trials, both = shares
+    if judged == UNDECIDED:
+        return Caveat.FEW_PARTS if measured.dominates(both) else Caveat.NONE
+    any_parts = measured.for_any_parts(of_trials).complement
+    if measured.assumed and verdict(any_parts, demanded) != judged:
+        return OF_FITS.get(measured.assumed, Caveat.FITTED_PARTS)
+    return Caveat.NONE
 
 
 def judged_with(
@@ -131,11 +179,15 @@ def judged_with(
 
 
 def joint_yield(
-    responses: Mapping[str, Array], sample: Sample, limits: Mapping[str, Ends]
+    responses: Mapping[str, Array],
+    sample: Sample,
+    limits: Mapping[str, Ends],
+    measured: PartsDoubt | None = None,
 ) -> Estimate:
     """Estimate the yield, all limits, of at least one limit by response, SI."""
     inside = [within(responses[name], limit) for name, limit in limits.items()]
-    return _most(np.all(inside, axis=0) & sample.done, sample)
+    share = _most(np.all(inside, axis=0) & sample.done, sample)
+    return measured.widened(share.complement).complement if measured else share
 
 
 def worded(verdict: str, reason: str) -> str:
