@@ -12,14 +12,9 @@ from tolstat.errors import Advice, QuestionError, Remedy
 from tolstat.statistics.integration_error import AuditedResponse, response_ends
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import NO_LIMIT, within
-from tolstat.statistics.measured.doubt import (
-    MeasuredTrials,
-    PartsDoubt,
-    ResponseDoubt,
-    doubts_of,
-)
+from tolstat.statistics.limits.yields import PartsDoubt
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.summary import QUANTILES
+from tolstat.statistics.summary import QUANTILES, ResponseDoubt
 from tolstat.status import Status
 from tolstat.store.run_records import Sampled
 from tolstat.store.stored_run import Run
@@ -85,6 +80,11 @@ class Drawn:
         run, done = self.run, self.sample.done
         if not run.measured or run.aim or np.count_nonzero(done) < LEAST_DONE:
             return {}
+        from tolstat.statistics.measured.doubt import (  # seldom used
+            MeasuredTrials,
+            doubts_of,
+        )
+
         deviations = self.deviating(done)
         if not any(n in deviations for part in run.measured for n in part.contributors):
             return {}

@@ -5,6 +5,7 @@ performance (Pp, Ppk), not of capability (Cp, Cpk).
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,8 +22,7 @@ from tolstat.statistics.estimate import (
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.intervals.moments import Ends, Reach
 from tolstat.statistics.limits.limit import Limit, ppk_of
-from tolstat.statistics.limits.yields import Yield, yield_of
-from tolstat.statistics.measured.doubt import MovedNumbers, ResponseDoubt
+from tolstat.statistics.limits.yields import PartsDoubt, Yield, yield_of
 from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
 LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
@@ -211,6 +211,35 @@ class Summary:
     def weighted(self) -> bool:
         """Whether trials are weighted: without extremes, or a number that decides."""
         return math.isnan(self.least) and math.isfinite(self.quantiles[0.5].value)
+
+
+ENDS = (0.025, 0.975)  # of draws
+
+
+class MovedNumbers(NamedTuple):
+    """What the numbers of a response gain, by draw: float64[draw]."""
+
+    mean: Array
+    sigma: Array
+    quantiles: Mapping[float, Array]
+
+    def widened(self, estimate: Estimate, gains: Array) -> Estimate:
+        """Return an estimate with both errors, combined by squares."""
+        if not estimate.sure or not np.isfinite(gains).all():
+            return estimate
+        (value, lower, upper, _), (down, up) = estimate, np.quantile(gains, ENDS)
+        return Estimate(
+            value,
+            value - math.hypot(value - lower, min(down, 0.0)),
+            value + math.hypot(upper - value, max(up, 0.0)),
+        )
+
+
+class ResponseDoubt(NamedTuple):
+    """How uncertain a response is by the measured parts."""
+
+    share: PartsDoubt | None  # None without a limit
+    numbers: MovedNumbers | None  # None where the parts are too few
 
 
 def summarize(

@@ -15,8 +15,7 @@ from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
-from tolstat.statistics.limits.yields import joint_yield
-from tolstat.statistics.measured.doubt import JOINT
+from tolstat.statistics.limits.yields import JOINT, joint_yield
 from tolstat.statistics.summary import Summary, summarize
 from tolstat.store.stored_run import Run
 

@@ -14,7 +14,6 @@ from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.intervals.moments import Ends
 from tolstat.statistics.intervals.weighted_estimates import unmet
 from tolstat.statistics.limits.limit import DEMANDED, within
-from tolstat.statistics.measured.doubt import PartsDoubt
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sample_size import trials_needed
 
@@ -39,6 +38,11 @@ class Caveat(StrEnum):
     LOGNORMAL_PARTS = "if the parts are lognormal"
     FITTED_PARTS = "if the parts are as fitted"
 
+    @classmethod
+    def of_parts(cls) -> tuple[Caveat, ...]:
+        """Return the conditions on measured parts."""
+        return cls.NORMAL_PARTS, cls.LOGNORMAL_PARTS, cls.FITTED_PARTS
+
 
 MET, NOT_MET, UNDECIDED = Verdict
 OF_FITS = {
@@ -46,6 +50,68 @@ OF_FITS = {
 }  # fmt: skip
 INTEGRATION_ERROR, JUMP = Caveat.INTEGRATION_ERROR, Caveat.JUMP
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
+
+
+JOINT = ""  # in place of a response: all limits
+DOMINATE = 0.8  # of the width of an interval: then more trials tell little
+
+
+class PartsDoubt(NamedTuple):
+    """A fraction out of limit as uncertain as the measured parts.
+
+    Attributes
+    ----------
+    entries : dict of str to int
+        Measured parts by entry of the study.
+    assumed : str
+        The family that the interval assumes, "normal"; empty: it holds whatever the
+        parts are.
+    if_fitted, for_any : Estimate
+        The fraction if the parts come from the fitted family, and whatever they are.
+    of_parts : tuple of float
+        Ends of the deciding interval without the error of the trials.
+    needed : int
+        Measured parts that would decide; 0 if it is decided, or a thousand would not.
+    """
+
+    entries: Mapping[str, int]
+    assumed: str
+    if_fitted: Estimate
+    for_any: Estimate
+    of_parts: tuple[float, float]
+    needed: int = 0
+
+    @property
+    def interval(self) -> Estimate:
+        """The interval that decides."""
+        return self.if_fitted if self.assumed else self.for_any
+
+    @property
+    def fewest(self) -> int:
+        """Measured parts of the entry that has the fewest."""
+        return min(self.entries.values())
+
+    def widened(self, share: Estimate) -> Estimate:
+        """Return a fraction out of limit of the trials with both errors."""
+        return _enclosed(share, self.interval)
+
+    def for_any_parts(self, share: Estimate) -> Estimate:
+        """Return the same, whatever the parts are."""
+        return _enclosed(share, self.for_any)
+
+    def dominates(self, share: Estimate) -> bool:
+        """Whether more trials would leave a widened interval as wide."""
+        lower, upper = self.of_parts
+        return not share.sure or upper - lower >= DOMINATE * (share.upper - share.lower)
+
+
+def _enclosed(share: Estimate, interval: Estimate) -> Estimate:
+    if not interval.sure:
+        return Estimate(share.value, reason=interval.reason)
+    if not share.sure:
+        return share
+    ends = min(share.lower, interval.lower), max(share.upper, interval.upper)
+    return Estimate(share.value, *ends)
 
 
 class Yield(NamedTuple):

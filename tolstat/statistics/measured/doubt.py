@@ -16,6 +16,7 @@ from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.limit import Limit, margins
+from tolstat.statistics.limits.yields import JOINT, PartsDoubt
 from tolstat.statistics.measured.populations import (
     LEAST_PARTS,
     MeasuredSample,
@@ -27,97 +28,11 @@ from tolstat.statistics.remedies.surface import (
     UNEXPLAINED,
     fitted_surface,
 )
+from tolstat.statistics.summary import ENDS, MovedNumbers, ResponseDoubt
 
 DRAWS, DRAWS_OF_MORE = 400, 100
 MOST_TRIALS, TRIALS_OF_MORE, TRIALS_OF_NUMBERS = 100_000, 20_000, 4096
 MORE_PARTS = (10, 20, 30, 50, 100, 200, 300, 500, 1000)  # that might be measured
-DOMINATE = 0.8  # of the width of an interval: then more trials tell little
-ENDS = (0.025, 0.975)
-JOINT = ""  # in place of a response: all limits
-
-
-class PartsDoubt(NamedTuple):
-    """A fraction out of limit as uncertain as the measured parts.
-
-    Attributes
-    ----------
-    entries : dict of str to int
-        Measured parts by entry of the study.
-    assumed : str
-        The family that the interval assumes, "normal"; empty: it holds whatever the
-        parts are.
-    if_fitted, for_any : Estimate
-        The fraction if the parts come from the fitted family, and whatever they are.
-    of_parts : tuple of float
-        Ends of the deciding interval without the error of the trials.
-    needed : int
-        Measured parts that would decide; 0 if it is decided, or a thousand would not.
-    """
-
-    entries: Mapping[str, int]
-    assumed: str
-    if_fitted: Estimate
-    for_any: Estimate
-    of_parts: tuple[float, float]
-    needed: int = 0
-
-    @property
-    def interval(self) -> Estimate:
-        """The interval that decides."""
-        return self.if_fitted if self.assumed else self.for_any
-
-    @property
-    def fewest(self) -> int:
-        """Measured parts of the entry that has the fewest."""
-        return min(self.entries.values())
-
-    def widened(self, share: Estimate) -> Estimate:
-        """Return a fraction out of limit of the trials with both errors."""
-        return _enclosed(share, self.interval)
-
-    def for_any_parts(self, share: Estimate) -> Estimate:
-        """Return the same, whatever the parts are."""
-        return _enclosed(share, self.for_any)
-
-    def dominates(self, share: Estimate) -> bool:
-        """Whether more trials would leave a widened interval as wide."""
-        lower, upper = self.of_parts
-        return not share.sure or upper - lower >= DOMINATE * (share.upper - share.lower)
-
-
-def _enclosed(share: Estimate, interval: Estimate) -> Estimate:
-    if not interval.sure:
-        return Estimate(share.value, reason=interval.reason)
-    if not share.sure:
-        return share
-    ends = min(share.lower, interval.lower), max(share.upper, interval.upper)
-    return Estimate(share.value, *ends)
-
-
-class MovedNumbers(NamedTuple):
-    """What the numbers of a response gain, by draw: float64[draw]."""
-
-    mean: Array
-    sigma: Array
-    quantiles: Mapping[float, Array]
-
-    def widened(self, estimate: Estimate, gains: Array) -> Estimate:
-        """Return an estimate with both errors, combined by squares."""
-        if not estimate.sure or not np.isfinite(gains).all():
-            return estimate
-        (value, lower, upper, _), (down, up) = estimate, np.quantile(gains, ENDS)
-        return Estimate(
-            value,
-            value - math.hypot(value - lower, min(down, 0.0)),
-            value + math.hypot(upper - value, max(up, 0.0)),
-        )
-
-
-class ResponseDoubt(NamedTuple):
-    """How uncertain a response is by the measured parts."""
-
-    share: PartsDoubt | None  # None without a limit
-    numbers: MovedNumbers | None  # None where the parts are too few
 
 
 class MeasuredTrials(NamedTuple):
@@ -255,7 +170,7 @@ class _Doubts:
                 sample if sample.parts >= parts else sample.enlarged(parts)
                 for sample in trials.samples
             ]
-            if all(sample.parts > parts for sample in samples):
+            if all(sample.parts >= parts for sample in trials.samples):
                 continue
             drawn = self._drawn(movable, DRAWS_OF_MORE, samples, numbers=False)
             open_limits = [name for name in names if name not in needed]
@@ -376,6 +291,7 @@ class _Drawn:
         generator, (lower, upper) = np.random.default_rng(2), ENDS
         counts = self.number * self.out[name].T
         least, most = generator.beta(counts + 0.5, self.number - counts + 0.5)
+        least[counts[0] <= 0], most[counts[1] >= self.number] = 0.0, 1.0
         ends = float(np.quantile(least, lower)), float(np.quantile(most, upper))
         return Estimate(self.stored.get(name, math.nan), *ends)
 
