@@ -1,5 +1,7 @@
 """What few measured parts leave undecided, in words."""
 
+from collections.abc import Mapping
+
 from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
 from tolstat.statistics.limits.yields import Caveat, PartsDoubt, Yield
 from tolstat.statistics.measured.populations import LEAST_PARTS
@@ -77,7 +79,7 @@ def few_parts(response: str, share: PartsDoubt) -> Parts:
     )  # fmt: skip
 
 
-def measured_alone(entries: dict[str, int]) -> Parts:
+def measured_alone(entries: Mapping[str, int]) -> Parts:
     """Say that numbers take measured parts as the population."""
     parts = listed(
         [say("{} of {}", counted(n, "part"), Name(name)) for name, n in entries.items()]

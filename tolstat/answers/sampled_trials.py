@@ -97,7 +97,7 @@ class Drawn:
             deviations,
             {name: self.done(name) for name in names},
             run.limits,
-            weights and weights.values[done],
+            None if weights is None else weights.values[done],
             float(weights.values[failed].sum()) if weights else float(failed.sum()),
         )
         return doubts_of(trials, QUANTILES)

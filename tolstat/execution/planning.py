@@ -1,5 +1,6 @@
 """The run of a study before any trial has run: what it is asked to do."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -219,12 +220,10 @@ def _measured_samples(deviating: Deviations) -> Iterator[MeasuredSample]:
         entry = deviating.entries[names_of[0]]
         name = names_of[0] if entry in names else entry
         names.add(name)
-        fit = (
-            {"fit": first.kind, "p_value": first.p_value}
-            if isinstance(first, Fitted)
-            else {}
-        )
-        yield MeasuredSample(name, tuple(names_of), first.values, **fit)
+        fit = ("", math.nan)
+        if isinstance(first, Fitted):
+            fit = first.kind, first.p_value
+        yield MeasuredSample(name, tuple(names_of), first.values, *fit)
 
 
 def assumed_of(deviating: Deviations) -> dict[str, Assumed]:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.limit import Limit, margins
@@ -251,23 +251,22 @@ class _Drawn:
         numbers = [_numbers(movable.responses[few], shares)]
         for populations in draws:
             moved, error = movable.moved(populations)
-            ends = {
+            out_of_limit = {
                 name: _out(moved[:, j], error[..., j], trials.limits[name])
                 for name, j in columns.items()
             }
             if columns:
-                ends[JOINT] = [
-                    np.any(x, axis=0) for x in zip(*ends.values(), strict=True)
-                ]
-            for name, flags in ends.items():
-                out[name].append((counted.share(flags[0]), counted.share(flags[1])))
+                out_of_limit[JOINT] = np.any([*out_of_limit.values()], axis=0)
+            for name, (least, most) in out_of_limit.items():
+                out[name].append((counted.share(least), counted.share(most)))
             if shares and not weighted:
                 numbers.append(_numbers(moved[few], shares))
-        flags = {
-            name: _out(movable.responses[:, j], np.zeros(()), trials.limits[name])[0]
+        stored = {
+            name: counted.share(
+                _out(movable.responses[:, j], np.zeros(()), trials.limits[name])[0]
+            )
             for name, j in columns.items()
         }
-        stored = {name: counted.share(x) for name, x in flags.items()}
         gains = np.array(numbers[1:]) - numbers[0] if numbers[1:] else None
         moved_numbers = {} if gains is None else {
             name: MovedNumbers(
@@ -308,15 +307,15 @@ class _Counted:
         if trials.weights is not None:
             self.number = float(effective_number(weights))
 
-    def share(self, flags: Array) -> float:
+    def share(self, flags: Truths) -> float:
         """Return the share of flagged trials, failed ones among them."""
         return (float(self.weights[flags].sum()) + self.failed) / self.total
 
 
-def _out(values: Array, error: Array, limit: Limit) -> list[Array]:
-    """Return which trials are out of limit, at least and at most."""
+def _out(values: Array, error: Array, limit: Limit) -> Truths:
+    """Return which trials are out of limit, at least and at most: bool[2, trial]."""
     margin = margins(values, limit.permitted)
-    return [margin < -error, margin < error] if np.any(error) else [margin < 0] * 2
+    return np.array([margin < -error, margin < error])
 
 
 def _numbers(values: Array, shares: Sequence[float]) -> Array:
