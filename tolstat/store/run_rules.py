@@ -122,6 +122,20 @@ def _assumed(run: Run) -> bool:
     )
 
 
+def _measured(run: Run) -> bool:
+    return all(
+        sample.contributors
+        and within(sample.contributors, run.assumed)
+        and sample.parts > 0
+        and finite(*sample.values)
+        and ascending(*sample.values)
+        and sample.fit in ("", "normal", "lognormal")
+        and (sample.fit != "lognormal" or sample.values[0] > 0)
+        and (not sample.fit or np.ptp(sample.values) > 0)
+        for sample in run.measured
+    )
+
+
 def _sampled(run: Run) -> bool:
     if run.sampled is None:
         return run.sampling in LISTED
@@ -249,6 +263,7 @@ RULES: Mapping[str, Callable[[Run], bool]] = {
     "a nominal value or a range is wrong": _descriptions,
     "a limit is wrong": _limits,
     "an assumption on a deviation is wrong": _assumed,
+    "its measured parts are wrong": _measured,
     "a word or number of its sampling is wrong": _sampled,
     "its stopping rule is wrong": _stopped,
     "its grid is not of its columns": _grid,
