@@ -23,7 +23,9 @@ MOST = 1e150  # of a number, so that its square is one
 RARE = (STAGE, SPREAD, DISTANCE, WEIGHT)  # columns of the sampler
 LISTED = ("grid", "table")  # samplings of studies that list their trials
 LONGEST = 1e10  # s of a run
-SECTIONS = ("settings", "deviations", "limits", "links", "grid", "correlation")
+SECTIONS = (
+    "settings", "deviations", "limits", "links", "gaps", "cases", "grid", "correlation",
+)  # fmt: skip
 SIDES = {"least", "largest"}
 
 
