@@ -1,6 +1,7 @@
 """The run of a study before any trial has run: what it is asked to do."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -30,6 +31,7 @@ from tolstat.model.description import Contributor, Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import settings_of
 from tolstat.model.view import typed_unit
+from tolstat.statistics.measured.populations import MeasuredSample
 from tolstat.status import Status, words_of
 from tolstat.store import run_records as records
 from tolstat.store.assumed import SCORES, Assumed
@@ -105,6 +107,7 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
         | _cases(study),
         limits=study.limits,
         assumed=assumed,
+        measured=tuple(_measured_samples(study.deviating)),
         correlation=_ranks(study),
         independent=independent,
         words=words_of(model.failures),
@@ -206,6 +209,32 @@ def _ranks(study: Study) -> dict[str, dict[str, float]]:
     for (first, second), rank in study.deviating.dependence.correlations.items():
         ranks.setdefault(first, {})[second] = rank
     return ranks
+
+
+def _measured_samples(deviating: Deviations) -> Iterator[MeasuredSample]:
+    """Yield the measured parts, once for all contributors that are sampled from them.
+
+    They have the name of the first entry that they stand in.
+    """
+    members = dict[tuple[str, bytes], list[str]]()
+    measured = {
+        name: distribution
+        for name, distribution in deviating.distributions.items()
+        if isinstance(distribution, Fitted | Measured)
+    }
+    for name, distribution in measured.items():
+        key = getattr(distribution, "kind", ""), distribution.values.tobytes()
+        members.setdefault(key, []).append(name)
+    names = set[str]()
+    for names_of in members.values():
+        first = measured[names_of[0]]
+        entry = deviating.entries[names_of[0]]
+        name = names_of[0] if entry in names else entry
+        names.add(name)
+        fit = ("", math.nan)
+        if isinstance(first, Fitted):
+            fit = first.kind, first.p_value
+        yield MeasuredSample(name, tuple(names_of), first.values, *fit)
 
 
 def assumed_of(deviating: Deviations) -> dict[str, Assumed]:
