@@ -21,9 +21,10 @@ def expand(name: str, allowed: Sequence[str]) -> list[str]:
     """
     if name in allowed:
         return [name]
-    stem, in_case, case = name.rpartition(IN_CASE)
-    last = re.escape(in_case + case) if in_case else f"(?:{IN_CASE}.+)?"
-    member = re.compile(re.escape(stem if in_case else name) + r"(?:_[0-9]+)?" + last)
+    stem, in_case, case = name.partition(IN_CASE)
+    member = re.compile(
+        rf"{re.escape(stem)}(?:_[0-9]+)?{re.escape(in_case + case)}(?:{IN_CASE}.+)?"
+    )
     members = [other for other in allowed if member.fullmatch(other)]
     if not members:
         raise ModelError(f"unknown; {allowed_names(name, known_or_general(allowed))}")

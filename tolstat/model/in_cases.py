@@ -16,7 +16,7 @@ from tolstat.arrays import Array, Truths
 from tolstat.deviations.names import IN_CASE
 from tolstat.lanes.digest import digest
 from tolstat.model.checked import complete, described, impossible
-from tolstat.model.contract import History, Model, Outcome, Spreads
+from tolstat.model.contract import Answers, History, Model, Outcome, Spreads
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer, View
 from tolstat.status import Status, words_of
@@ -79,10 +79,7 @@ class ModelInCases(Model):
 
     def evaluate(self, deviations: Array, settings: Any) -> Outcome:
         """Return the responses of all cases; a trial ends as it first fails."""
-        answers = []
-        for case in self._settings(settings):
-            outcome = self.base.evaluate(deviations, case)
-            answers.append(complete(self.base, outcome, len(deviations), case))
+        answers = [*self._answers(deviations, settings)]
         status = answers[0].status
         for answer in answers[1:]:
             status = np.where(status == Status.DONE, answer.status, status)
@@ -181,7 +178,7 @@ class ModelInCases(Model):
     @property
     def without_cases(self) -> Model:
         """The model that is evaluated in each case."""
-        return self.base
+        return self.base.without_cases
 
     @property
     def audits_steps(self) -> bool:
@@ -193,6 +190,11 @@ class ModelInCases(Model):
         """Whether it has histories."""
         return self.base.moves
 
+    def _answers(self, deviations: Array, settings: Any) -> Iterator[Answers]:
+        """Yield the answers of each case."""
+        for case in self._settings(settings):
+            yield answers_of(self.base, deviations, case)
+
     def _cases(self, settings: Any) -> Iterator[tuple[Condition, Any]]:
         """Yield each case with its settings."""
         for condition in self.conditions:
@@ -201,6 +203,12 @@ class ModelInCases(Model):
     def _settings(self, settings: Any) -> Iterator[Any]:
         """Yield the settings of each case."""
         return (case for _, case in self._cases(settings))
+
+
+def answers_of(model: Model, deviations: Array, settings: Any) -> Answers:
+    """Return the answers of trials that can be built; see `complete`."""
+    outcome = model.evaluate(deviations, settings)
+    return complete(model, outcome, len(deviations), settings)
 
 
 def _view(offer: Offer, condition: Condition, deviations: Array, settings: Any) -> View:

@@ -13,9 +13,9 @@ from tolstat.deviations.dependence import (
     pearson_of_rank,
     rank_of_pearson,
 )
-from tolstat.deviations.distributions import Constant, Distribution
+from tolstat.deviations.distributions import Constant, Distribution, Tolerance
 from tolstat.deviations.names import expand
-from tolstat.errors import DependenceError, ModelError
+from tolstat.errors import DependenceError, DistributionError, ModelError
 from tolstat.model.description import Contributor
 from tolstat.model.setting_kinds import as_typed
 from tolstat.study.cost_entry import Priced, read_costs
@@ -30,6 +30,7 @@ from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
 from tolstat.study.study_schema import CorrelationEntry, read_entry
 
+MEAN_WITHIN = "mean_within"  # key: the range of a mean that is not known
 MOST_NOTED = 6  # pairs; the page has all
 # by both names: of ranks, or { pearson = ... } or { spearman = ... }
 Correlations = Mapping[str, Mapping[str, float | Mapping[str, float]]]
@@ -55,6 +56,8 @@ class Deviations(NamedTuple):
     warnings: tuple[str, ...] = ()  # that stand before the verdicts
     # contributors with a nominal value: see `tolstat.deviations.spread.fixed_point`
     sized: frozenset[str] = frozenset()
+    # how far the mean of each may move, SI, where it lies anywhere within a range
+    means: Mapping[str, Tolerance] = {}
 
 
 NOTHING = Deviations({}, Dependence({}, {}), {}, {}, {}, ())
@@ -82,6 +85,7 @@ def read_deviations(
     warnings: dict[str, None] = {}
     priced: list[Priced] = []
     sized: set[str] = set()
+    means = dict[str, Tolerance]()
     for name, entry in entries.items():
         section = "links" if name in linked else "deviations"
         with problems.noting(f"[{section}] {name}", entry):
@@ -89,6 +93,7 @@ def read_deviations(
             members = expand(name, [*parts])
             cost = keys.pop("cost", None)
             batch = _batch(name, keys.pop("common", None), members)
+            within = keys.pop(MEAN_WITHIN, None)
             readers = {member: DeviationReader(parts[member]) for member in members}
             for member, reader in readers.items():
                 if member in distributions:
@@ -106,6 +111,9 @@ def read_deviations(
                 if reader.is_sized(keys):
                     sized.add(member)
                 words[member] = _in_words(keys, fit, batch)
+                if within is not None:
+                    means[member] = _range_of_mean(within, reader, distribution)
+                    words[member] += f", mean within {within}"
             if cost is not None:
                 priced += read_costs(name, cost, keys, readers, distributions)
             for reader in readers.values():
@@ -118,6 +126,7 @@ def read_deviations(
     return Deviations(
         distributions, Dependence(batches, ranks), words, written, units, tuple(notes),
         priced=tuple(priced), warnings=tuple(warnings), sized=frozenset(sized),
+        means=means,
     )  # fmt: skip
 
 
@@ -154,6 +163,25 @@ def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:
             else f"{100 * batch.share:g} % of the variance common to all"
         )
     return ", ".join(words)
+
+
+def _range_of_mean(
+    within: Any, reader: DeviationReader, distribution: Distribution
+) -> Tolerance:
+    """Read the key `mean_within`."""
+    if not isinstance(within, str):
+        raise DistributionError(
+            f'{MEAN_WITHIN}: a text such as "+-0.01 mm" is expected'
+        )
+    if isinstance(distribution, Constant):
+        raise DistributionError(f"a constant has no mean that moves; no {MEAN_WITHIN}")
+    zone = reader.zone(within)
+    if not zone.lower <= 0 <= zone.upper:
+        raise DistributionError(
+            f"{MEAN_WITHIN} = {within}: a range about the mean is expected, such as "
+            '"+-0.01 mm"'
+        )
+    return zone
 
 
 def _batch(name: str, common: Any, members: list[str]) -> Batch | None:

@@ -35,7 +35,15 @@ from tolstat.units.conversion import dimension, si_unit
 
 QUANTITIES = ("tolerance", "value", "mean", "sigma")  # in the unit of the part
 # what depends on names, sizes or files of the study
-DEPENDENT = ("size", "common", "cost", "nominal_shift", "iso1328", "module")
+DEPENDENT = (
+    "size",
+    "common",
+    "mean_within",
+    "cost",
+    "nominal_shift",
+    "iso1328",
+    "module",
+)
 
 
 def section_of(

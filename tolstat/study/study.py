@@ -61,6 +61,10 @@ SECTIONS = ("settings", "links", "deviations", "cases", "grid", "limits")
 UNAUDITED = (
     "integration errors are not audited: the model moves, but has no setting rtol"
 )
+AT_WORST_MEANS = (
+    "means lie within their ranges: a response at_least and at_largest has all means "
+    "where they make it so; the yield of all limits counts units that miss either"
+)
 Source = str | os.PathLike[str] | Mapping[str, Any]
 
 
@@ -157,6 +161,8 @@ class Study:
             notes.append(self.points.note)
         if self.model.moves and not self.model.integrates:
             notes.append(UNAUDITED)
+        if self.deviating.means:
+            notes.append(AT_WORST_MEANS)
         return (*notes, *self.deviating.notes)
 
     @property
@@ -267,6 +273,10 @@ def load(
         document.deviations, document.correlation, description.contributors, folder,
         problems, linked=document.links,
     )  # fmt: skip
+    evaluated = chosen
+    if deviating.means:
+        evaluated = _at_worst_means(chosen, settings, deviating)
+        description = described_with_sizes(evaluated, settings)
     points = None
     if sampling == "grid" and document.grid:
         points = read_grid(document, chosen, settings, description, problems)
@@ -293,14 +303,14 @@ def load(
     problems.raise_if_any()
     nominal, what = np.zeros((1, len(description.contributors))), "the nominal trial"
     problems.required(
-        "[settings]", None, lambda: check_possible(chosen, nominal, settings, what)
+        "[settings]", None, lambda: check_possible(evaluated, nominal, settings, what)
     )
     number = len(points.deviations) if points else cast(int, document.trials)
     study = Study(
         path=path,
         text=text,
         document=document,
-        model=chosen,
+        model=evaluated,
         settings=settings,
         description=description,
         trials=until.at_most if until else number,
@@ -350,6 +360,17 @@ def texts_in(value: Any) -> Iterator[str]:
     elif isinstance(value, Sequence):
         for item in value:
             yield from texts_in(item)
+
+
+def _at_worst_means(model: Model, settings: Any, deviating: Deviations) -> Model:
+    """Return a model at the worst means of its parts."""
+    from tolstat.model.worst_means import at_worst_means  # seldom needed
+
+    distributions = deviating.distributions.items()
+    middle = {
+        name: float(d.deviations(np.full(1, 0.5))[0]) for name, d in distributions
+    }
+    return at_worst_means(model, settings, deviating.means, middle)
 
 
 def _model(document: Document, model: Model | None, problems: Problems) -> Model:

@@ -10,9 +10,10 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
+from tolstat.deviations.names import IN_CASE
 from tolstat.document.inline import Number, Parts, Row
 from tolstat.errors import ModelError, RunFileError
-from tolstat.execution.compatibility import made_differently
+from tolstat.execution.compatibility import made_differently, study_of
 from tolstat.integrator.integrate import observed
 from tolstat.model.checked import simulate
 from tolstat.model.checked_views import history_of
@@ -26,12 +27,9 @@ from tolstat.status import Status, words_of
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
-from tolstat.study.cases_section import read_cases
 from tolstat.study.given_points import setting_name
-from tolstat.study.problems import Problems
 from tolstat.study.settings_section import settings_with_links
 from tolstat.study.study import Study, typed_units
-from tolstat.study.study_schema import CASES
 from tolstat.units.scale import Scale, scale_of
 
 
@@ -139,10 +137,11 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
     if index is not None and run.status[index] == Status.NOT_RUN:
         raise RunFileError(f"{run.path}: trial {index} has not run")
     loaded, scales = catalogue.find(model or run.model), run.scales
-    settings = read(loaded, settings_with_links(run.study.table, loaded))
-    problems, cases = Problems(str(run.path)), run.study.table.get(CASES, {})
-    loaded = read_cases(cases, loaded, settings, problems)
-    problems.raise_if_any()
+    if any(IN_CASE in response.name for response in run.responses):
+        study = study_of(run, model=model)  # in its cases
+        loaded, settings = study.model, study.settings
+    else:
+        settings = read(loaded, settings_with_links(run.study.table, loaded))
     swept, row = dict[str, Quantity](), {part.name: 0.0 for part in run.contributors}
     if index is not None:
         swept = {
