@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from tolstat.errors import ModelError, allowed_names
 
 IN_CASE = "_at_"  # between a response and its case
+LOT = "_lot"  # behind the name of parts: the mean of their lot
 
 
 def expand(name: str, allowed: Sequence[str]) -> list[str]:

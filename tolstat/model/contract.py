@@ -178,8 +178,8 @@ class Model(ABC):
         return ModelError(f"model '{self.name}': {problem}")
 
     @property
-    def without_cases(self) -> Model:
-        """The model itself, without the cases of a study."""
+    def unwrapped(self) -> Model:
+        """The model itself, without the cases and lots of a study."""
         return self
 
     @property

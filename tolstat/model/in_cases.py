@@ -7,22 +7,18 @@ Contributors are those of the model. Each response exists once in each case, as
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.names import IN_CASE
-from tolstat.lanes.digest import digest
 from tolstat.model.checked import complete, described, impossible
 from tolstat.model.contract import Answers, History, Model, Outcome, Spreads
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer, View
+from tolstat.model.wrapped import Wrapped
 from tolstat.status import Status, words_of
-
-# what it has in common with its model
-COMMON = "name", "title", "settings", "assumptions", "failures"
 
 
 class Condition(NamedTuple):
@@ -49,12 +45,12 @@ class Condition(NamedTuple):
         return replace(settings, **changes)
 
 
-class ModelInCases(Model):
+class ModelInCases(Wrapped):
     """A model whose trials are evaluated once in each case."""
 
     def __init__(self, base: Model, conditions: tuple[Condition, ...]) -> None:
-        self.base, self.conditions = base, conditions
-        vars(self).update({name: getattr(base, name) for name in COMMON})
+        super().__init__(base)
+        self.conditions = conditions
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return how it is made again in another process."""
@@ -99,10 +95,6 @@ class ModelInCases(Model):
             status = np.where(status == 0, other, status)
         codes = words_of(self.failures)
         return {codes[code]: status == code for code in np.unique(status[status > 0])}
-
-    def tightened(self, settings: Any) -> Any | None:
-        """Return settings that integrate more precisely, in each case."""
-        return self.base.tightened(settings)
 
     def numbers(
         self, settings: Any, spreads: Spreads, *, independent: bool = True
@@ -169,26 +161,6 @@ class ModelInCases(Model):
             for offer in self.base.views
             for condition in self.conditions
         )
-
-    @property
-    def source_digest(self) -> str:
-        """The digest of the code that decides the bits of its trials."""
-        return digest(Path(__file__), self.base.source_digest)
-
-    @property
-    def without_cases(self) -> Model:
-        """The model that is evaluated in each case."""
-        return self.base.without_cases
-
-    @property
-    def audits_steps(self) -> bool:
-        """Whether an audit shortens its longest step, or takes another method."""
-        return self.base.audits_steps
-
-    @property
-    def moves(self) -> bool:
-        """Whether it has histories."""
-        return self.base.moves
 
     def _answers(self, deviations: Array, settings: Any) -> Iterator[Answers]:
         """Yield the answers of each case."""

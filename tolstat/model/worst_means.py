@@ -5,13 +5,11 @@ it largest. Parts scatter about these means as the study says.
 """
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.lanes.digest import digest
 from tolstat.model.checked import described, impossible, simulate
 from tolstat.model.contract import Answers, History, Model, Spreads
 from tolstat.model.description import StudyNumber
@@ -92,11 +90,6 @@ class AtWorstMeans(ModelInCases):
     def views(self) -> tuple[Offer, ...]:  # type: ignore[override]
         """The views of its model, at the means of its study."""
         return tuple(self.base.views)
-
-    @property
-    def source_digest(self) -> str:
-        """The digest of the code that decides the bits of its trials."""
-        return digest(Path(__file__), self.base.source_digest)
 
     def _answers(self, deviations: Array, settings: Any) -> Iterator[Answers]:
         """Yield the answers of both sides; each response at means of its own."""

@@ -16,6 +16,7 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.arrays import Array
 from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
+from tolstat.deviations.names import LOT
 from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import StudyError, UnitError
 from tolstat.model.checked import check_possible
@@ -240,7 +241,7 @@ def load(
     the folder, by default that of the study. A StudyError lists every problem: key,
     value, what is allowed.
     """
-    model = model and model.without_cases
+    model = model and model.unwrapped
     path = None if isinstance(source, Mapping) else Path(source)
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
@@ -256,6 +257,10 @@ def load(
     try:
         chosen = _model(document, model, problems)
         settings, document = read_settings(document, chosen, problems)
+        if any(name.endswith(LOT) for name in document.deviations):
+            from tolstat.model.in_lots import in_lots  # seldom needed
+
+            chosen = in_lots(document.deviations, chosen, settings)
         if document.cases:
             from tolstat.study.cases_section import read_cases  # seldom needed
 

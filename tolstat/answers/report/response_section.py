@@ -13,6 +13,7 @@ from tolstat.answers.report.first_page import (
     no_cause,
     rests_on,
 )
+from tolstat.answers.report.lots import WITHIN_LOTS, within_lots
 from tolstat.answers.report.report_answer import Report
 from tolstat.answers.report.response_figures import figures_of
 from tolstat.answers.report.response_summary import (
@@ -177,6 +178,8 @@ class _ResponseSection:
             "by percentiles (ISO 22514-2)": map(ppk_cell, limited.percentiles),
             "by moments, as for normal responses": map(ppk_cell, limited.moments),
         }
+        if within := within_lots(limited.moments, self.response.contributions):
+            methods[WITHIN_LOTS] = map(ppk_cell, within)
         rows = ({head: n, "Pp": pp, "Ppk": ppk} for n, (pp, ppk) in methods.items())
         return self._table(rows), blocks.note(PERFORMANCE)
 

@@ -10,15 +10,14 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
-from tolstat.deviations.names import IN_CASE
 from tolstat.document.inline import Number, Parts, Row
 from tolstat.errors import ModelError, RunFileError
 from tolstat.execution.compatibility import made_differently, study_of
 from tolstat.integrator.integrate import observed
-from tolstat.model.checked import simulate
+from tolstat.model.checked import described, simulate
 from tolstat.model.checked_views import history_of
 from tolstat.model.contract import STEP, Model
-from tolstat.model.description import Response
+from tolstat.model.description import Description, Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import read, setting_of
 from tolstat.model.view import Chart, in_units, typed_unit
@@ -27,7 +26,7 @@ from tolstat.status import Status, words_of
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
-from tolstat.study.given_points import setting_name
+from tolstat.study.given_points import columns_of, setting_name
 from tolstat.study.settings_section import settings_with_links
 from tolstat.study.study import Study, typed_units
 from tolstat.units.scale import Scale, scale_of
@@ -137,11 +136,10 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
     if index is not None and run.status[index] == Status.NOT_RUN:
         raise RunFileError(f"{run.path}: trial {index} has not run")
     loaded, scales = catalogue.find(model or run.model), run.scales
-    if any(IN_CASE in response.name for response in run.responses):
-        study = study_of(run, model=model)  # in its cases
-        loaded, settings = study.model, study.settings
-    else:
-        settings = read(loaded, settings_with_links(run.study.table, loaded))
+    settings = read(loaded, settings_with_links(run.study.table, loaded))
+    stored = Description(run.contributors, run.responses)
+    if columns_of(described(loaded, settings)) != columns_of(stored):
+        loaded = study_of(run, model=model).model  # in cases or lots
     swept, row = dict[str, Quantity](), {part.name: 0.0 for part in run.contributors}
     if index is not None:
         swept = {

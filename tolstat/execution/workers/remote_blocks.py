@@ -105,7 +105,7 @@ class _Packer(pickle.Pickler):
     """Models go by name, file and digest of their source; cases by value."""
 
     def reducer_override(self, obj: Any) -> Any:
-        if isinstance(obj, Model) and obj.without_cases is obj:
+        if isinstance(obj, Model) and obj.unwrapped is obj:
             source = _source_of(obj)
             _loaded[source] = obj  # threads of this process have it already
             return _model_of, (obj.name, source, obj.source_digest)
