@@ -8,7 +8,6 @@ import numpy as np
 from tolstat.errors import ModelError, UnitError
 from tolstat.machines.dimension_chain.algebras import Dimensions, Kind, Values
 from tolstat.machines.dimension_chain.formula import Formula
-from tolstat.machines.dimension_chain.gaps import formulas_of
 from tolstat.model.settings import column, setting
 from tolstat.units.grammar import Measure
 
@@ -77,6 +76,8 @@ class Settings:
         texts = {name: row["formula"] for name, row in self.gaps.items()}
         if not texts:
             return {GAP: Formula(self.gap, tuple(self.links), GAP)}
+        from tolstat.machines.dimension_chain.gaps import formulas_of  # seldom needed
+
         return formulas_of(texts, tuple(self.links))
 
     @property
