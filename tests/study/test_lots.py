@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ import tolstat
 from tests.conftest import Toy
 from tests.study.chains import chain, problems_of
 from tolstat.answers.report.lots import within_lots
+from tolstat.execution.workers.local_blocks import Block, evaluate
+from tolstat.execution.workers.remote_blocks import carried_out, packed
 from tolstat.model.checked import simulate
 from tolstat.study.study import load
 
@@ -72,3 +75,20 @@ def test_lots_in_cases_at_worst_means():
     gap = run.frame()["gap_at_thin_at_least"]
     assert gap.mean() == pytest.approx(0.04e-3, abs=2e-6)
     assert gap.std() == pytest.approx(math.hypot(10, 40 / 3, 3) * 1e-6, rel=0.06)
+
+
+def test_other_processes_evaluate_cases_lots_and_worst_means():
+    links = {**LINKS, "b": {"nominal": "9.9 mm", "tolerance": "+-9 um",
+                            "mean_within": "+-0.01 mm"}}  # fmt: skip
+    cases = {"thin": {"a": "9.95 mm"}, "thick": {"a": "10 mm"}}
+    study = load(chain("a - b", links, deviations=LOT, cases=cases))
+    block = Block(study.model, study.deviations()[:64], study.settings)
+    here = evaluate(block).answers
+    there = carried_out(packed(partial(evaluate, block))).answers
+    assert np.array_equal(here.responses, there.responses)
+    assert study.model.unwrapped.name == "dimension_chain"
+    digests = {
+        load(chain("a - b", LINKS)).model.source_digest,
+        study.model.source_digest,
+    }
+    assert len(digests) == 2

@@ -31,7 +31,9 @@ EXAMPLES = {"m": "0.1 mm", "rad": "0.1 deg", "s": "1 ms", "N m": "1 N m"}
 LINK_TEXTS = """\
 # as drawings have them: "25 +0.1/-0.05 mm", "30 g6 mm"; with more keys
 # { nominal = "25 +-0.1 mm", cp = 1.33 }; a fit, pair = "30 H7/g6 mm", is two links,
-# pair_hole and pair_shaft"""
+# pair_hole and pair_shaft; [cases] has other conditions for the same parts, such as
+# hot = { d = "10.1 mm" }; [deviations] may have means of lots, d_lot = "+-0.02 mm"
+"""
 HEAD = """\
 # {title}
 # tolstat run STUDY.toml, then tolstat report STUDY.h5
@@ -107,7 +109,10 @@ def _links(model: Model) -> list[str] | None:
     rows = _as_toml(kind, table.default)
     if [*kind.columns] == [NOMINAL]:
         sizes = {n: row[NOMINAL].replace(" ", " +-0.1 ") for n, row in rows.items()}
-        return [LINK_TEXTS, *(f"{n} = {toml_of(size)}" for n, size in sizes.items())]
+        return [
+            LINK_TEXTS.rstrip(),
+            *(f"{n} = {toml_of(size)}" for n, size in sizes.items()),
+        ]
     links = {name: {**row, "tolerance": "+-0.1 mm"} for name, row in rows.items()}
     return [f"{name} = {toml_of(link)}" for name, link in links.items()]
 
