@@ -89,3 +89,12 @@ def test_a_link_that_no_gap_names_is_named(tmp_path):
         three_links({"p": "a - b"}, trials=16), output=tmp_path / "gaps.h5"
     )
     assert run.warnings[0].startswith("No formula of a gap names the link c: it chang")
+
+
+def test_a_fit_in_a_formula_is_one_of_its_two_links():
+    links = {"pin": "30 H7/g6 mm", "b": "30 mm"}
+    wrong = {"model": "dimension_chain", "trials": 8, "seed": 1, "links": links}
+    said = problems_of({**wrong, "gaps": {"play": "pin - b"}})
+    assert "'pin': pin is a fit; write pin_hole or pin_shaft" in said
+    said = problems_of({**wrong, "links": {"pin": "30 H7/g6 (+0.021/0) mm"}})
+    assert "limits are those of one part" in said

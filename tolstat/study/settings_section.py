@@ -34,8 +34,12 @@ _BOTH = re.compile(
     rf"(?P<zone>(?:\+-|\+/-|±)\s*{_NUMBER}"
     rf"|(?:[+-]\s*{_NUMBER}|0)\s*(?:/|\.\.)\s*(?:[+-]\s*{_NUMBER}|0))"
     rf"|(?P<one>[+-]\s*{_NUMBER}|0)\s+(?P<other>[+-]\s*{_NUMBER}|0)"
-    rf"|(?P<grade>{_GRADE}(?:\s*/\s*{_GRADE})?)"
     rf")\s*\)?\s*(?P<last>{_UNIT})?"
+)
+_BY_STANDARD = re.compile(
+    rf"[øØ⌀]?\s*(?P<size>{_NUMBER})\s*(?P<unit>(?!{_GRADE}|ISO){_UNIT})?\s*"
+    rf"(?P<grade>{_GRADE}(?:\s*/\s*{_GRADE})?|ISO\s*2768[-\w]*(?:\s+radius)?)"
+    rf"\s*(?P<limits>\([^()]*\))?\s*(?P<last>{_UNIT})?"
 )
 
 
@@ -162,17 +166,30 @@ def separated(text: str) -> tuple[str, str] | None:
     with suppress(UnitError):  # one quantity, or one range
         dimension(unit_of(text))
         return None
+    if parts := _BY_STANDARD.fullmatch(plain(text)):
+        return _by_standard(**parts.groupdict(default=""))
     parts = _BOTH.fullmatch(plain(text))
     if parts is None:
         return None
     last = parts["last"] or parts["unit"] or ""
     same = "" if last == "%" else last  # per cent is of the size
     size = f"{parts['size']} {parts['unit'] or same}".strip()
-    if grade := parts["grade"]:
-        fit = "".join(grade.split())
-        return (size, fit) if all(map(looks_like_grade, fit.split("/"))) else None
     zone = parts["zone"] or f"{parts['one']}/{parts['other']}"
     return size, f"{zone} {last}".strip()
+
+
+def _by_standard(
+    size: str, unit: str, grade: str, limits: str, last: str
+) -> tuple[str, str] | None:
+    """Return a size, and its tolerance by a standard; None if that is none."""
+    grades = "".join(grade.split()).split("/") if "2768" not in grade else [grade]
+    if not all(map(looks_like_grade, grades)):
+        return None
+    if len(grades) > 1 and limits:
+        raise ModelError(
+            "limits are those of one part; write the fit without them, or two links"
+        )
+    return f"{size} {unit or last}".strip(), f"{'/'.join(grades)} {limits}".strip()
 
 
 def link_tables(links: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

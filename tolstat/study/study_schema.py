@@ -24,12 +24,9 @@ TABLES = (
     "gaps",
     "loops",
 )  # sections that are settings of the model, each a table by name
-DECISIVE = (
-    "model",
-    "settings",
-    "links",
-    *TABLES,
-)  # for the names of all other sections
+CASES = "cases"  # a section
+# for the names of all other sections
+DECISIVE = ("model", "settings", "links", *TABLES, CASES)
 UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
 AXIS = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
@@ -88,6 +85,9 @@ class Document(Entry):
         "a table of rank correlations, such as { rod_length_2 = 0.6 }, or of "
         "Pearson's, such as { rod_length_2 = { pearson = 0.6 } }",
         {},
+    )
+    cases: dict[str, Any] = key(
+        'settings or sizes of links by case, such as cold = { dT = "-40 K" }', {}
     )
     grid: dict[str, Any] = key(
         "a table of contributors or settings and their values", {}

@@ -3,6 +3,7 @@
 import math
 
 from tolstat.answers.next_steps import command
+from tolstat.answers.report.case_results import cases_section
 from tolstat.answers.report.first_page import (
     ALL_LIMITS,
     INTERVAL,
@@ -55,6 +56,7 @@ def report_document(report: Report) -> blocks.Document:
         (*first, blocks.note(*reading(report).parts)),
         rest,
         assumptions_section(report),
+        cases_section(report),
         _summary(report),
         _numbers(report),
         *(response_section(report, name) for name in report.focus),

@@ -24,6 +24,7 @@ DEEPEST = 500  # nodes below each other
 LARGEST = 10.0  # exponent
 CONSTANTS = {"pi": math.pi}
 ANGLES = "deg", "rad"  # units of an angle typed in a formula
+FIT = "{0}_hole {0}_shaft"  # the links of a fit
 Algebra = Values | Dimensions  # evaluates a formula
 # each with the number of its arguments, at least and at most
 FUNCTIONS = {
@@ -283,6 +284,8 @@ class Formula:
     def _unknown(self, node: ast.expr, name: str) -> ModelError:
         if name in FUNCTIONS:
             return self._refused(node, f"{name} is a function; write {name}(...)")
+        if fit := [link for link in self.names if link in FIT.format(name).split()]:
+            return self._refused(node, f"{name} is a fit; write {' or '.join(fit)}")
         unknowns = self.loops.unknowns if self.loops else ()
         allowed = allowed_names(name, [*self.names, *unknowns, *self.gaps, *CONSTANTS])
         return self._refused(node, f"[links] has no {name}; {allowed}")
