@@ -76,6 +76,12 @@ def test_a_chain_has_loops():
     assert run.nominal["slide"] < 0  # the way of the start
 
 
+def test_a_chain_has_cases():
+    chain = ring().gap("play", "seat - ring*(1 + a*dT)").limit("play", ">= 0 mm")
+    chain = chain.link("a", "12e-6 1/K").link("dT", "0 K").case("hot", dT="60 K")
+    assert chain.run().nominal["play_at_hot"] == pytest.approx(0.1e-3 - 24.9e-3 * 72e-5)
+
+
 def test_a_wrong_chain_is_refused_as_a_study_is():
     with pytest.raises(StudyError, match=r"'rng'.*has no rng; did you mean 'ring'"):
         ring().gap("play", "seat - rng").run()
@@ -92,6 +98,8 @@ def test_a_function_gets_sizes_in_its_units():
         for name, nominal in (("seat", 0.025), ("ring", 0.0249))
     )
     np.testing.assert_allclose(run.column("ratio"), seat / outer, rtol=1e-14)
+    answer = run.what_if(ring="24.9 +-0.001 mm")
+    assert answer.responses
     assert fit(3, 2) == (1, 1.5)  # still the function
     answers = tolstat.evaluate(fit, {"seat": [0.0, 1e-3]})
     assert answers["play"].to_numpy() == pytest.approx([0.1e-3, 1.1e-3])

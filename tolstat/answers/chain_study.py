@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from tolstat.answers.reports import report
-from tolstat.answers.what_if.reweighted_trials import what_if
+from tolstat.answers.what_if.scenarios import what_if
 from tolstat.execution.execute import run as run_study
 from tolstat.model.contract import Model
+from tolstat.store.stored_fields import ELSEWHERE
 from tolstat.store.stored_run import Run
 from tolstat.study.editor import Entries
 from tolstat.toml import toml_text
@@ -29,13 +30,15 @@ DIMENSION_CHAIN = "dimension_chain"
 class ChainRun(Run):
     """The run of a `Chain`: a `Run` that answers by methods."""
 
+    custom: Annotated[Model | None, ELSEWHERE] = None  # a function as its model
+
     def report(self) -> Report | RareSummary | Extremes:
         """Return its report; see `tolstat.report`."""
         return report(self)
 
     def what_if(self, *, limits: Entries | None = None, **deviations: Any) -> WhatIf:
         """Return its results with other tolerances; see `tolstat.what_if`."""
-        return what_if(self, deviations, limits=limits)
+        return what_if(self, deviations, limits=limits, model=self.custom)
 
     def plot(self, response: str = "") -> Any:
         """Return the histogram of a response: a figure of Matplotlib.
@@ -110,6 +113,10 @@ class Chain:
         entry = {"limit": limit, **demand} if demand else limit
         return self._with("limits", name, entry)
 
+    def case(self, name: str, **changes: Any) -> Chain:
+        """Add a case: other sizes of links for the same units, `dT="-40 K"`."""
+        return self._with("cases", name, changes)
+
     def _with(self, section: str, name: str, entry: Any) -> Chain:
         study = dict(self.study or {})
         study[section] = {**study.get(section, {}), name: entry}
@@ -146,6 +153,5 @@ class Chain:
             self.to_dict(), trials=trials, seed=seed, workers=workers, output=output,
             force=force, model=self.model,
         )  # fmt: skip
-        return ChainRun(
-            **{field.name: getattr(run, field.name) for field in fields(Run)}
-        )
+        values = {field.name: getattr(run, field.name) for field in fields(Run)}
+        return ChainRun(**values, custom=self.model)

@@ -47,10 +47,10 @@ class FunctionModel(Model):
         outputs: Mapping[str, str],
     ) -> None:
         self.function = function
-        # of each function, not of the class
-        self.name = getattr(function, "__name__", "function")  # type: ignore[misc]
+        name = getattr(function, "__name__", "function")
         lines = (inspect.getdoc(function) or "").splitlines()
-        self.title = lines[0] if lines else ""  # type: ignore[misc]
+        # of each function, not of the class
+        vars(self).update(name=name, title=lines[0] if lines else "")
         self.inputs = {name: self._read(name, text) for name, text in inputs.items()}
         for name, unit in outputs.items():
             try:
