@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # `__getattr__` loads these names
     from tolstat.answers.allocate.allocate_tolerances import allocate
+    from tolstat.answers.chain_study import Chain
     from tolstat.answers.compare.compare_runs import compare
     from tolstat.answers.new_study import new_study
     from tolstat.answers.relimit import limited
@@ -25,6 +26,7 @@ if TYPE_CHECKING:  # `__getattr__` loads these names
         Response,
         StudyNumber,
     )
+    from tolstat.model.function_model import as_model
     from tolstat.model.settings import column, setting
     from tolstat.model.view import (
         Axis,
@@ -45,12 +47,12 @@ if TYPE_CHECKING:  # `__getattr__` loads these names
     from tolstat.units.grammar import Measure, Range
 
 __all__ = [
-    "Axis", "Band", "Chart", "Contributor", "Curve", "Description", "History",
+    "Axis", "Band", "Chain", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
-    "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "column",
-    "compare", "evaluate", "extend", "fresh_study", "limited", "models", "new_study",
-    "open", "replay", "report", "resume", "run", "save", "setting", "summary",
-    "trajectory", "verify", "view", "what_if",
+    "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "as_model",
+    "column", "compare", "evaluate", "extend", "fresh_study", "limited", "models",
+    "new_study", "open", "replay", "report", "resume", "run", "save", "setting",
+    "summary", "trajectory", "verify", "view", "what_if",
 ]  # fmt: skip
 
 

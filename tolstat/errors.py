@@ -67,9 +67,12 @@ class ModelError(TolstatError, ValueError):
     ----------
     link : str
         The link of a chain that does not fit its formula; empty for any other error.
+    section : str
+        The section of a study that is wrong; empty where its settings are.
     """
 
     link = ""
+    section = ""
 
 
 class DistributionError(TolstatError, ValueError):

@@ -79,8 +79,8 @@ def read_settings(
                 key, link = f"[links] {error.link}", typed_link(links[error.link])
                 problems.add(key, link, f"the size has no unit; {unit}")
             else:
-                key = "[gaps]" if document.gaps else "[settings]"
-                problems.add(key, None, str(error))
+                section = error.section or ("gaps" if document.gaps else "settings")
+                problems.add(f"[{section}]", None, str(error))
         raise problems.refusal from None
 
 

@@ -20,7 +20,10 @@ MISSING = {
     "trials": "missing; give the number of trials, such as trials = 4096",
     "seed": "missing; give a whole number, such as seed = 75; it makes runs repeatable",
 }
-TABLES = ("gaps",)  # sections that are settings of the model, each a table by name
+TABLES = (
+    "gaps",
+    "loops",
+)  # sections that are settings of the model, each a table by name
 CASES = "cases"  # a section
 # for the names of all other sections
 DECISIVE = ("model", "settings", "links", *TABLES, CASES)
@@ -68,6 +71,12 @@ class Document(Entry):
     )
     gaps: dict[str, str] = key(
         'a formula of links, in quotes, such as play = "housing - shaft"', {}
+    )
+    loops: dict[str, str] = key(
+        'a vector loop, in quotes, such as main = "crank @ phi + rod @ theta - slide @ '
+        '0 deg", or near which value an unknown is looked for, such as theta = '
+        '"-17 deg"',
+        {},
     )
     deviations: dict[str, str | dict[str, Any]] = key(
         'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", cp = 1.33 }', {}

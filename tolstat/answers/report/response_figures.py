@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from tolstat.answers.report.first_page import CENTRAL
+from tolstat.answers.report.gather import report_of
 from tolstat.answers.report.report_answer import Report
 from tolstat.answers.report.response_summary import ReportedResponse
 from tolstat.answers.sampled_trials import Drawn, drawn_trials
@@ -13,6 +14,7 @@ from tolstat.document import blocks, plot
 from tolstat.document.inline import text
 from tolstat.model.view import Curve, Level, Span
 from tolstat.statistics.summary import Summary
+from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
 BINS = 60
@@ -34,6 +36,14 @@ def figures_of(report: Report, name: str) -> tuple[blocks.Figure, ...]:
         _contributions(response), _scatter(drawn, name, response),
     )  # fmt: skip
     return tuple(figure for figure in figures if figure)
+
+
+def histogram_of(run: Run, name: str = "") -> blocks.Figure:
+    """Draw how often each value of a response occurs; without a name the first one."""
+    report = report_of(run, [name] if name else [])
+    drawn, chosen = drawn_trials(run), report.focus[0]
+    assert drawn is not None
+    return _histogram(drawn, chosen, report.responses[chosen])
 
 
 def _histogram(drawn: Drawn, name: str, response: ReportedResponse) -> blocks.Figure:

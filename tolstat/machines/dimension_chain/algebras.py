@@ -8,13 +8,13 @@ radius times speed of turning.
 import math
 import operator
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import reduce
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from tolstat.units.conversion import dimension, si_unit
+from tolstat.units.conversion import dimension, si_unit, to_si
 
 OPERATIONS = {
     "+": operator.add, "-": operator.sub, "*": operator.mul,
@@ -46,18 +46,40 @@ OUTSIDE = {
 }
 
 
+class Radians(float):
+    """An angle typed in a formula: "30 deg"."""
+
+    def __new__(cls, number: float, unit: str) -> Self:
+        """Return it from the number in that unit."""
+        angle = super().__new__(cls, to_si(number, unit, "rad"))
+        angle.text = f"{number:g} {unit}"
+        return angle
+
+    text: str
+
+    def __repr__(self) -> str:
+        """Return it as typed."""
+        return self.text
+
+
 @dataclass(frozen=True)
 class Values:
     """An algebra of float64[trial], or of one trial's numbers."""
 
     links: Mapping[str, Any]  # SI
     strict: bool = False  # refuses a step without a value; else it is NaN or infinite
+    # what names that are no links stand for, as the algebra has it: solved unknowns
+    solved: Mapping[str, Any] = field(default_factory=dict)
 
-    def constant(self, value: float) -> Any:
+    def constant(self, value: Any) -> Any:
         return np.float64(value)
 
     def link(self, name: str) -> Any:
-        return self.links[name]
+        return self.solved[name] if name in self.solved else self.links[name]
+
+    def implicit(self, value: Any, parts: Sequence["Part"]) -> Any:
+        """Return the solved unknown of equations, with its derivatives by these."""
+        return value
 
     def operation(self, sign: str, left: Any, right: Any) -> Any:
         with np.errstate(all="ignore"):
@@ -139,6 +161,10 @@ class Derived(Values):
             outer = derivatives(name, values, value)
             return self.carried(name, value, [*zip(outer, arguments, strict=True)])
 
+    def implicit(self, value: Any, parts: Sequence[Part]) -> Any:
+        """Return it by the implicit function theorem."""
+        return self.carried("", value, parts)
+
     def carried(
         self, name: str, value: Any, parts: Sequence[Part], divisor: Any = 1.0
     ) -> Any:
@@ -152,12 +178,15 @@ class Derived(Values):
 class Slopes(Derived):
     """An algebra of values and their slopes by every link."""
 
-    def constant(self, value: float) -> Slope:
+    def constant(self, value: Any) -> Slope:
         link = next(iter(self.links.values()))
         zero = np.zeros((len(self.links), *np.shape(link)))
         return Slope(super().constant(value), zero)
 
     def link(self, name: str) -> Slope:
+        if name in self.solved:
+            solved: Slope = self.solved[name]
+            return solved
         by_link = self.constant(0.0).by_link
         by_link[list(self.links).index(name)] = 1.0
         return Slope(self.links[name], by_link)
@@ -206,10 +235,13 @@ class Roundings(Derived):
     not small beside these terms proves nothing: tan(90 deg) is large, and not 0.
     """
 
-    def constant(self, value: float) -> Rounded:
+    def constant(self, value: Any) -> Rounded:
         return Rounded(super().constant(value), self._unit * abs(value), abs(value))
 
     def link(self, name: str) -> Rounded:
+        if name in self.solved:
+            solved: Rounded = self.solved[name]
+            return solved
         size = np.abs(self.links[name])
         return Rounded(self.links[name], self._unit * size, size)
 
@@ -256,7 +288,7 @@ ALIKE = ("abs", "hypot", "min", "max", "atan2", "mod", *COMPARISONS)
 BARE = (
     "{} of a plain number leaves open whether degrees or radians are meant; make it a "
     'link with its unit, "30 deg" or "30 rad"; a number of degrees in a formula is '
-    "written 30*pi/180, and a link of an angle needs no factor"
+    "written 30 deg, and a link of an angle needs no factor"
 )
 
 
@@ -285,7 +317,7 @@ class Dimensions:
     units: Mapping[str, str]  # SI, of each link
 
     def constant(self, value: float) -> Kind:
-        if value == math.pi:
+        if isinstance(value, Radians) or value == math.pi:
             return Kind(ANGLE)  # half a turn
         return Kind(PLAIN) if value else NOTHING  # 0 is nothing in any unit
 

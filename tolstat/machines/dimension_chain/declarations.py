@@ -1,7 +1,8 @@
 """Settings of a chain: its links, and its closing links as formulas."""
 
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from tolstat.machines.dimension_chain.algebras import Dimensions, Kind, Values
 from tolstat.machines.dimension_chain.formula import Formula
 from tolstat.model.settings import column, setting
 from tolstat.units.grammar import Measure
+
+if TYPE_CHECKING:
+    from tolstat.machines.dimension_chain.loops import Loops
 
 # a ball between the discs of a wave gear, and their track
 WAVE_GEAR = {
@@ -42,14 +46,19 @@ class Settings:
         "closing links by name, instead of gap; a study has them in its section [gaps]",
         columns={"formula": column("a formula of links and gaps", like="")},
     )
+    loops: dict[str, Any] = setting(
+        {},
+        "vector loops by name, whose unknowns may stand in gaps; a study has them in "
+        "its section [loops], also near which values unknowns are looked for",
+        columns={"loop": column("lengths @ directions, or a start", like="")},
+    )
 
     def __post_init__(self) -> None:
         """Check that formulas name links, and have values where all are nominal.
 
         Raises ModelError if not; the message says where in the formula, and why.
         """
-        missing = self.gap == CLEARANCE and not set(WAVE_GEAR) <= set(self.links)
-        if missing and not self.gaps:
+        if not self.gaps and not self.loops and self._gap_missing:
             names = ", ".join(self.links)
             raise ModelError(
                 f"gap is missing: the closing link as a formula of {names}"
@@ -62,6 +71,11 @@ class Settings:
             raise ModelError(
                 f"{typed}: both are differences of temperature; give both in one unit"
             )
+        try:
+            _ = self.closed
+        except ModelError as error:
+            error.section = "loops"
+            raise
         # a gap after those that it names: they have the places of what is wrong
         for formula in sorted(self.formulas.values(), key=lambda f: len(f.gaps)):
             formula.worked_out(Values(self.nominal, strict=True))
@@ -74,11 +88,30 @@ class Settings:
     def formulas(self) -> dict[str, Formula]:
         """The closing links by name, read."""
         texts = {name: row["formula"] for name, row in self.gaps.items()}
-        if not texts:
-            return {GAP: Formula(self.gap, tuple(self.links), GAP)}
-        from tolstat.machines.dimension_chain.gaps import formulas_of  # seldom needed
+        links, loops = tuple(self.links), self.closed
+        if texts:
+            # seldom needed
+            from tolstat.machines.dimension_chain.gaps import formulas_of
 
-        return formulas_of(texts, tuple(self.links))
+            return formulas_of(texts, links, loops)
+        if loops and self._gap_missing:  # then its unknowns are what is looked for
+            return {n: Formula(n, links, n, loops=loops) for n in loops.unknowns}
+        return {GAP: Formula(self.gap, links, GAP, loops=loops)}
+
+    @property
+    def _gap_missing(self) -> bool:
+        return self.gap == CLEARANCE and not set(WAVE_GEAR) <= set(self.links)
+
+    @cached_property
+    def closed(self) -> "Loops | None":
+        """The vector loops, read and solved; None without."""
+        if not self.loops:
+            return None
+        from tolstat.machines.dimension_chain.loops import Loops  # no other chain needs
+
+        texts = {name: row["loop"] for name, row in self.loops.items()}
+        sizes = {name: link["nominal"] for name, link in self.links.items()}
+        return Loops(texts, sizes)
 
     @property
     def nominal(self) -> dict[str, float]:

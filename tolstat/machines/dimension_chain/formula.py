@@ -8,13 +8,14 @@ import sys
 import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, cast
 
 from tolstat.errors import ModelError, allowed_names
 from tolstat.machines.dimension_chain.algebras import (
     CHOICE,
     OF_ONE,
     Dimensions,
+    Radians,
     Values,
 )
 
@@ -22,6 +23,7 @@ LONGEST, SHOWN = 1000, 80  # characters
 DEEPEST = 500  # nodes below each other
 LARGEST = 10.0  # exponent
 CONSTANTS = {"pi": math.pi}
+ANGLES = "deg", "rad"  # units of an angle typed in a formula
 FIT = "{0}_hole {0}_shaft"  # the links of a fit
 Algebra = Values | Dimensions  # evaluates a formula
 # each with the number of its arguments, at least and at most
@@ -32,7 +34,26 @@ FUNCTIONS = {
 }  # fmt: skip
 COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
 _IF = re.compile(r"\bif(?=\s*\()")  # a keyword of Python
+_ANGLE = re.compile(r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(\s*(deg|rad))\b")
 SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
+
+
+class Unknowns(Protocol):
+    """Names that stand for what vector loops determine."""
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """Their names."""
+        ...
+
+    @property
+    def used(self) -> tuple[str, ...]:
+        """The links that determine them."""
+        ...
+
+    def solved(self, algebra: Any) -> Any:
+        """Return an algebra that has them, too."""
+        ...
 
 
 class Step(NamedTuple):
@@ -56,6 +77,9 @@ class Formula:
     gap: str = "gap"  # what it is the formula of
     # of other gaps that it may name, as what they stand for
     gaps: Mapping[str, ast.expr] = field(default_factory=dict, repr=False)
+    loops: Unknowns | None = field(default=None, repr=False)  # whose unknowns it may
+    # of a vector loop: cos for its equation along 0 deg, sin along 90 deg
+    along: str = ""
     tree: ast.expr = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -67,14 +91,21 @@ class Formula:
         # lines may be broken for the eye
         object.__setattr__(self, "text", " ".join(self.text.split()))
         object.__setattr__(self, "tree", self._parsed())
-        self.worked_out(Values(dict.fromkeys(self.names, math.nan)))  # as it is walked
+        names = (*self.names, *(self.loops.unknowns if self.loops else ()))
+        self._value(
+            self.tree, Values(dict.fromkeys(names, math.nan))
+        )  # as it is walked
+        if self.along:
+            self._check_directions(self.tree)
         if not self.used:
             raise ModelError(f"{self.gap} = {self._quoted} names no link")
 
     @property
     def used(self) -> tuple[str, ...]:
-        """The links that it names, in their order."""
+        """The links that it depends on, in their order."""
         named = {n.id for n in ast.walk(self.tree) if isinstance(n, ast.Name)}
+        if self.loops and named & {*self.loops.unknowns}:
+            named |= {*self.loops.used}
         return tuple(name for name in self.names if name in named)
 
     @property
@@ -100,6 +131,8 @@ class Formula:
         Raises ModelError if the algebra refuses a step (`ValueError`): its place and
         the reason.
         """
+        if self.loops:
+            algebra = self.loops.solved(algebra)
         return self._value(part or self.tree, algebra)
 
     def _value(self, node: ast.expr, algebra: Algebra, depth: int = 0) -> Any:
@@ -113,8 +146,9 @@ class Formula:
             case ast.Constant(value=int() | float() as value):
                 if not abs(value) <= sys.float_info.max:
                     raise self._refused(node, "the number is too large")
-                return algebra.constant(float(value))
-            case ast.Name(id=name) if name in self.names:
+                typed = isinstance(value, Radians)
+                return algebra.constant(value if typed else float(value))
+            case ast.Name(id=name) if self._names(name):
                 return algebra.link(name)
             case ast.Name(id=name):
                 if name not in CONSTANTS:
@@ -145,6 +179,14 @@ class Formula:
                 second = self._value(right, algebra, below)
                 sign = SIGNS[type(op)]
                 return self._step(right, algebra.operation, sign, first, second)
+            case ast.BinOp(left=left, op=ast.MatMult(), right=right) if self.along:
+                length = self._value(left, algebra, below)
+                angle = self._value(right, algebra, below)
+                part = self._step(right, algebra.function, self.along, [angle])
+                return self._step(left, algebra.operation, "*", length, part)
+            case ast.BinOp(op=ast.MatMult()):
+                reason = "a direction after @ stands in [loops]"
+                raise self._refused(node, f"{reason}, not in a gap")
             case ast.BinOp(op=ast.BitXor()):
                 raise self._refused(node, "a power is written **, not ^")
             case ast.Call(args=args):
@@ -155,6 +197,29 @@ class Formula:
                 return self._step(node, algebra.function, name, arguments)
         allowed = "links, numbers, + - * / ** and functions are allowed"
         raise self._refused(node, f"{allowed} ({', '.join(FUNCTIONS)})")
+
+    def _check_directions(self, node: ast.expr) -> None:
+        """Refuse a term of a loop that has no direction, or two."""
+        match node:
+            case ast.BinOp(left=left, op=ast.Add() | ast.Sub(), right=right):
+                self._check_directions(left)
+                self._check_directions(right)
+            case ast.UnaryOp(operand=operand):
+                self._check_directions(operand)
+            case ast.BinOp(left=left, op=ast.MatMult(), right=right):
+                for part in (*ast.walk(left), *ast.walk(right)):
+                    if isinstance(part, ast.MatMult):
+                        raise self._refused(node, "a vector has one direction")
+            case _:
+                raise self._refused(
+                    node,
+                    "a term of a loop is a length and its direction, such as rod @ "
+                    "theta; a sum of angles stands in parentheses",
+                )
+
+    def _names(self, name: str) -> bool:
+        """Tell whether a name is a link or an unknown."""
+        return name in self.names or bool(self.loops and name in self.loops.unknowns)
 
     def _chosen(
         self, node: ast.Call, args: Sequence[ast.expr], algebra: Algebra, depth: int
@@ -205,7 +270,7 @@ class Formula:
                 "no comments"
             )
         try:
-            tree = ast.parse(_IF.sub(CHOICE, self.text), mode="eval")
+            tree = _with_angles(_IF.sub(CHOICE, self.text))
             return _Gaps(self.gaps).visit(tree).body  # type: ignore[no-any-return]
         except SyntaxError as error:
             character = error.offset or len(self.text)
@@ -221,7 +286,8 @@ class Formula:
             return self._refused(node, f"{name} is a function; write {name}(...)")
         if fit := [link for link in self.names if link in FIT.format(name).split()]:
             return self._refused(node, f"{name} is a fit; write {' or '.join(fit)}")
-        allowed = allowed_names(name, [*self.names, *self.gaps, *CONSTANTS])
+        unknowns = self.loops.unknowns if self.loops else ()
+        allowed = allowed_names(name, [*self.names, *unknowns, *self.gaps, *CONSTANTS])
         return self._refused(node, f"[links] has no {name}; {allowed}")
 
     def _function(self, node: ast.Call) -> str:
@@ -260,6 +326,18 @@ class _Gaps(ast.NodeTransformer):
         return self._gaps.get(node.id, node)
 
 
+def _with_angles(text: str) -> ast.Expression:
+    """Return a formula's tree, in which an angle as typed, "30 deg", is in radians."""
+    units = {len(text[: m.start()].encode()): m[3] for m in _ANGLE.finditer(text)}
+    spaced = _ANGLE.sub(lambda match: match[1] + " " * len(match[2]), text)
+    tree = ast.parse(spaced, mode="eval")
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and node.col_offset in units:
+            number = cast(float, node.value)
+            node.value = Radians(number, units[node.col_offset])
+    return tree
+
+
 def _is_number(node: ast.expr) -> bool:
     """Tell a number as typed, with its sign, from what holds a link."""
     return not any(isinstance(part, ast.Name) for part in ast.walk(node))
@@ -271,5 +349,5 @@ def _exponent(node: ast.expr) -> float | None:
         value = ast.literal_eval(node)
     except ValueError:
         return None
-    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    plain = isinstance(value, int | float) and not isinstance(value, bool | Radians)
     return float(value) if plain and abs(value) <= LARGEST else None

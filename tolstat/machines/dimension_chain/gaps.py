@@ -6,21 +6,30 @@ from collections.abc import Mapping
 from graphlib import CycleError, TopologicalSorter
 
 from tolstat.errors import ModelError
-from tolstat.machines.dimension_chain.formula import CONSTANTS, FUNCTIONS, Formula
+from tolstat.machines.dimension_chain.formula import (
+    CONSTANTS,
+    FUNCTIONS,
+    Formula,
+    Unknowns,
+)
 
 MOST_STEPS = 20_000  # of a formula, those of the gaps that it names included
 _WORD = re.compile(r"[^\W\d]\w*")
 
 
-def formulas_of(texts: Mapping[str, str], links: tuple[str, ...]) -> dict[str, Formula]:
+def formulas_of(
+    texts: Mapping[str, str], links: tuple[str, ...], loops: Unknowns | None = None
+) -> dict[str, Formula]:
     """Return the formula of each gap, in the order of the texts.
 
     A gap that a formula names stands for its formula. Raises ModelError if a name is
     taken, gaps need each other, or a formula cannot be read.
     """
     for name in texts:
-        if name in (*links, *FUNCTIONS, *CONSTANTS):
+        unknowns = loops.unknowns if loops else ()
+        if name in (*links, *unknowns, *FUNCTIONS, *CONSTANTS):
             kind = "a link" if name in links else "a word of formulas"
+            kind = "an unknown of [loops]" if name in unknowns else kind
             raise ModelError(f"{name} is {kind}; choose another name for the gap")
     needed = {
         name: [word for word in dict.fromkeys(_WORD.findall(text)) if word in texts]
@@ -43,6 +52,6 @@ def formulas_of(texts: Mapping[str, str], links: tuple[str, ...]) -> dict[str, F
                 f"{name}: with the gaps that it names the formula is longer than "
                 f"{MOST_STEPS} characters"
             )
-        formulas[name] = Formula(text, links, name, trees)
+        formulas[name] = Formula(text, links, name, trees, loops)
         trees = {**trees, name: formulas[name].tree}
     return {name: formulas[name] for name in texts}

@@ -8,7 +8,7 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 from tolstat.machines.dimension_chain.algebras import Roundings
 from tolstat.machines.dimension_chain.chain import answers
-from tolstat.machines.dimension_chain.declarations import Settings
+from tolstat.machines.dimension_chain.declarations import GAP, Settings
 from tolstat.machines.dimension_chain.formula import Formula
 from tolstat.machines.dimension_chain.formula_warnings import jumps, slips
 from tolstat.model.contract import Model, Outcome, Spreads
@@ -17,7 +17,11 @@ from tolstat.units.scale import scale_of
 
 SHOWN = {"1": "1", "N/m": "N/mm"}  # by SI unit of the gap, unless its limit has another
 NO_VALUE = "the formula has no value"
-FAILURES = {NO_VALUE: "the formula has a value: no root of a negative number, no 1/0"}
+OPEN = "a loop does not close"
+FAILURES = {
+    OPEN: "vector loops close, in the way of the nominal machine",
+    NO_VALUE: "the formula has a value: no root of a negative number, no 1/0",
+}
 
 
 class DimensionChain(Model):
@@ -45,12 +49,17 @@ class DimensionChain(Model):
         for name, formula in settings.formulas.items():
             unit = settings.unit_of(formula)
             shown = SHOWN.get(unit, "")
+            if settings.closed and name in settings.closed.scales:
+                shown = settings.closed.scales[name].shown
             gaps.append(Response(name, unit, sentence=formula.text, shown=shown))
         return Description(tuple(links), tuple(gaps))
 
     def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
-        gaps = _gaps(deviations, settings)
-        return {NO_VALUE: ~np.all(np.isfinite(gaps), axis=1)}
+        gaps, loops = _gaps(deviations, settings), settings.closed
+        no_value = {NO_VALUE: ~np.all(np.isfinite(gaps), axis=1)}
+        if not loops:
+            return no_value
+        return {OPEN: ~loops.closes(_links(deviations, settings)), **no_value}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         return Outcome(_gaps(deviations, settings))
@@ -61,7 +70,7 @@ class DimensionChain(Model):
         numbers = list[StudyNumber]()
         for name, formula in settings.formulas.items():
             of_gap = _numbers(formula, settings, spreads, independent=independent)
-            suffix = f"_{name}" if settings.gaps else ""
+            suffix = f"_{name}" if settings.formulas.keys() != {GAP} else ""
             numbers += [x._replace(name=f"{x.name}{suffix}") for x in of_gap]
         return tuple(numbers)
 
@@ -135,11 +144,18 @@ def _unused(settings: Settings) -> tuple[str, ...]:
 
 def _gaps(deviations: Array, settings: Settings) -> Array:
     """Return the gaps, float64[trial, gap]; not finite where a formula has no value."""
-    links = {
+    algebra = Roundings(_links(deviations, settings))
+    if settings.closed:
+        algebra = settings.closed.solved(algebra)
+    gaps = np.empty((len(deviations), len(settings.formulas)))
+    for column, formula in zip(gaps.T, settings.formulas.values(), strict=True):
+        column[:] = formula.worked_out(algebra).value
+    return gaps
+
+
+def _links(deviations: Array, settings: Settings) -> dict[str, Array]:
+    """Return every link, float64[trial], SI."""
+    return {
         name: nominal + deviations[:, i]
         for i, (name, nominal) in enumerate(settings.nominal.items())
     }
-    gaps = np.empty((len(deviations), len(settings.formulas)))
-    for column, formula in zip(gaps.T, settings.formulas.values(), strict=True):
-        column[:] = formula.worked_out(Roundings(links)).value
-    return gaps
