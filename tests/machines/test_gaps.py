@@ -43,6 +43,8 @@ def test_two_gaps_of_one_link_have_their_joint_yield(tmp_path):
         assert numbers[f"rss_sigma_{gap}"] == pytest.approx(math.sqrt(2) * 1e-3)
         assert numbers[f"worst_min_{gap}"] == pytest.approx(-6e-3)
     assert numbers["share_a_p"] == pytest.approx(0.5)
+    assert numbers["correlation_p_q"] == pytest.approx(0.5)
+    assert frame["p"].corr(frame["q"]) == pytest.approx(0.5, abs=0.02)
     assert "share_c_p" not in numbers and not run.warnings
 
 

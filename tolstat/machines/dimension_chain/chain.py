@@ -31,6 +31,7 @@ class Answers(NamedTuple):
     rss_mean: float
     rss_sigma: float
     shares: dict[str, float]  # of the variance of the linear chain
+    effects: dict[str, float]  # slope times sigma
     # links by which the closing link both rises and falls: then a search finds the
     # worst case
     turning: tuple[str, ...]
@@ -58,7 +59,8 @@ def answers(
         np.isfinite(slope.by_link), slope.by_link, np.nan
     )  # none at a vertical
     xi = dict(zip(middle, map(float, slopes), strict=True))
-    parts = {n: (xi[n] * s.sigma) ** 2 for n, s in used.items()}
+    effects = {n: xi[n] * s.sigma for n, s in used.items()}
+    parts = {n: effect**2 for n, effect in effects.items()}
     variance = math.fsum(parts.values())
     offsets = (xi[n] * (nominal[n] + s.mean - middle[n]) for n, s in used.items())
     least, largest, turning = _worst(formula, nominal, used)
@@ -68,8 +70,17 @@ def answers(
         float(slope.value) + math.fsum(offsets),
         math.sqrt(variance),
         {n: part / variance if variance else 0.0 for n, part in parts.items()},
+        effects,
         turning,
     )
+
+
+def correlation_of(first: Answers, second: Answers) -> float:
+    """Return the correlation of two linear chains; NaN if one does not vary."""
+    effects = first.effects.items()
+    covariance = math.fsum(x * second.effects.get(name, 0.0) for name, x in effects)
+    sigmas = first.rss_sigma * second.rss_sigma
+    return covariance / sigmas if sigmas else math.nan
 
 
 def _worst(

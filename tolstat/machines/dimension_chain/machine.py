@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.dimension_chain.algebras import Roundings
-from tolstat.machines.dimension_chain.chain import answers
+from tolstat.machines.dimension_chain.chain import Answers, answers, correlation_of
 from tolstat.machines.dimension_chain.declarations import GAP, Settings
 from tolstat.machines.dimension_chain.formula import Formula
 from tolstat.machines.dimension_chain.formula_warnings import jumps, slips
@@ -17,6 +18,7 @@ from tolstat.units.scale import scale_of
 
 SHOWN = {"1": "1", "N/m": "N/mm"}  # by SI unit of the gap, unless its limit has another
 NO_VALUE = "the formula has no value"
+MOST_PAIRS = 45  # of gaps: ten have so many
 OPEN = "a loop does not close"
 FAILURES = {
     OPEN: "vector loops close, in the way of the nominal machine",
@@ -67,11 +69,20 @@ class DimensionChain(Model):
     def numbers(
         self, settings: Settings, spreads: Spreads, *, independent: bool = True
     ) -> tuple[StudyNumber, ...]:
-        numbers = list[StudyNumber]()
+        numbers, by_gap = list[StudyNumber](), dict[str, Answers]()
         for name, formula in settings.formulas.items():
-            of_gap = _numbers(formula, settings, spreads, independent=independent)
+            by_gap[name] = answers(formula, settings.nominal, spreads)
+            of_gap = _numbers(
+                formula, by_gap[name], settings, spreads, independent=independent
+            )
             suffix = f"_{name}" if settings.formulas.keys() != {GAP} else ""
             numbers += [x._replace(name=f"{x.name}{suffix}") for x in of_gap]
+        pairs = [*combinations(by_gap, 2)] if independent else []
+        for first, second in pairs[:MOST_PAIRS]:
+            value = correlation_of(by_gap[first], by_gap[second])
+            sentence = f"correlation of {first} with {second}, of linear chains"
+            name = f"correlation_{first}_{second}"
+            numbers.append(StudyNumber(name, "1", value, sentence, "1"))
         return tuple(numbers)
 
     def warnings(self, settings: Settings, spreads: Spreads) -> tuple[str, ...]:
@@ -84,10 +95,14 @@ class DimensionChain(Model):
 
 
 def _numbers(
-    formula: Formula, settings: Settings, spreads: Spreads, *, independent: bool
+    formula: Formula,
+    results: Answers,
+    settings: Settings,
+    spreads: Spreads,
+    *,
+    independent: bool,
 ) -> Iterator[StudyNumber]:
     """Yield the numbers of one gap."""
-    results = answers(formula, settings.nominal, spreads)
     unit = settings.unit_of(formula)
     idle = [name for name in spreads if name not in formula.used]
     turns = ", ".join(results.turning)
