@@ -128,6 +128,8 @@ def test_names_without_case_mean_all_cases():
     assert expand("f_1", names) == ["f_1_at_a", "f_1_at_b"]
     assert expand("f_at_a", names) == ["f_1_at_a", "f_2_at_a"]
     assert expand("g", names) == ["g_at_a"]
+    own = ["force_at_start_1", "force_at_start_2"]  # of a model, without cases
+    assert expand("force_at_start", own) == own
 
 
 def test_a_case_cannot_change_what_an_audit_tightens():

@@ -22,9 +22,10 @@ def expand(name: str, allowed: Sequence[str]) -> list[str]:
     """
     if name in allowed:
         return [name]
-    stem, in_case, case = name.partition(IN_CASE)
+    stem, in_case, case = map(re.escape, name.partition(IN_CASE))
+    number = "(?:_[0-9]+)?"
     member = re.compile(
-        rf"{re.escape(stem)}(?:_[0-9]+)?{re.escape(in_case + case)}(?:{IN_CASE}.+)?"
+        rf"(?:{stem}{number}{in_case}{case}|{re.escape(name)}{number})(?:{IN_CASE}.+)?"
     )
     members = [other for other in allowed if member.fullmatch(other)]
     if not members:
