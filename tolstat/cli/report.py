@@ -14,6 +14,7 @@ from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
 from tolstat.errors import QuestionError
 from tolstat.store.open_run import open as open_run
+from tolstat.store.stored_run import SHOWN, SI
 
 
 @click.command()
@@ -77,11 +78,17 @@ def compare(
     "The table to write.", metavar="FILE.csv|.parquet", required=True
 )
 @options.force("Replace an existing file.")
-def export(source: Path, output: Path, force: bool) -> None:
-    """Write the trials of a run as a table, in SI.
+@click.option(
+    "--units",
+    type=click.Choice([SI, SHOWN]),
+    default=SI,
+    help="SI with deviations, or the units shown on pages with sizes; default: SI.",
+)
+def export(source: Path, output: Path, force: bool, units: str) -> None:
+    """Write the trials of a run as a table.
 
     It has a row for each trial, and units in its heads.
     """
     run = open_run(source)
-    write_trials(run, output, force=force)
+    write_trials(run, output, force=force, units=units)
     options.say(f"{run.trials} trials in {output}")

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_draw, to_replay, typed_setting
+from tolstat.answers.report.chain_section import chain_blocks, size_words
 from tolstat.answers.report.finding_words import centring_words
 from tolstat.answers.report.first_page import (
     CENTRAL,
@@ -126,6 +127,7 @@ class _ResponseSection:
             ("Mean and sigma", self._kinds_of_interval()),
             ("Main causes of out-of-limit trials", self._causes()),
             ("Variance contributions", self._contributions()),
+            ("Chain", chain_blocks(report, self.name)),
             ("Classical answers", (self._classical(),)),
             ("Integration error", self._integration()),
             ("Worst trials", (self._worst_trials(),)),
@@ -405,6 +407,7 @@ class _ResponseSection:
     def _worst_trials(self) -> Table:
         again, run, trials = "to see it again", self.run, self.report.trials
         rows: list[Row] = []
+        sized = {part.name: part for part in run.contributors if part.size is not None}
         for worst in self.response.worst_trials:
             deviations = worst.deviations.items()
             precise = worst.precise
@@ -413,7 +416,8 @@ class _ResponseSection:
                 self.scale.label(self.name): self._number(worst.value),
                 "evaluated again": None if math.isnan(precise)
                 else self._number(precise),
-                **{n: with_unit(Number(x, run.scales[n])) for n, x in deviations},
+                **{n: size_words(run, sized[n], x) if n in sized
+                   else with_unit(Number(x, run.scales[n])) for n, x in deviations},
                 again: Typed(to_replay(run.path, worst.trial, run.machine)),
             })  # fmt: skip
         caption = rests_on(self.report)
