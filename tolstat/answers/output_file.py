@@ -148,8 +148,8 @@ def export(run: Run, path: Path, *, force: bool = False, units: str = SI) -> Non
             Advice(Remedy.REPLACE, path),
         )
     frame = run.frame(units)
-    units = frame.attrs.pop("units")
-    heads = {n: f"{n} [{u}]" for n, u in units.items() if u not in ("", PLAIN)}
+    written = frame.attrs.pop("units")
+    heads = {n: f"{n} [{u}]" for n, u in written.items() if u not in ("", PLAIN)}
     table = frame.rename(columns=heads)
 
     def write(aside: Path) -> None:

@@ -10,7 +10,7 @@ from scipy import stats
 
 import tolstat
 from tolstat.answers.report.chain_section import chain_blocks
-from tolstat.errors import UnitError
+from tolstat.errors import QuestionError, UnitError
 from tolstat.statistics.intervals.shortest import shortest_interval
 
 
@@ -41,6 +41,19 @@ def test_only_a_model_with_a_worst_case_has_a_chain():
     chain = tolstat.Chain(model=fit(lambda a, b: a * b), trials=100)
     run = chain.link("a", "1 +-0.1 mm").limit("x", "<= 3 mm^2").run()
     assert chain_blocks(run.report(), "x") == ()
+
+
+def test_requested_quantiles_stand_with_the_shortest_interval(run):
+    report = tolstat.report(run, quantiles=(0.975, 0.025))
+    requested = report.responses["play"].requested
+    low, high = requested.quantiles.values()
+    exact = np.quantile(run.column("play"), [0.025, 0.975], method="median_unbiased")
+    assert [low.value, high.value] == pytest.approx(exact)
+    lower, upper = requested.shortest
+    assert upper - lower <= high.value - low.value
+    assert "The shortest interval with 95 % of the trials" in texts_of(report)
+    with pytest.raises(QuestionError, match="quantile 95: a share between"):
+        tolstat.report(run, quantiles=[95])
 
 
 def test_worst_trials_show_sizes(run):

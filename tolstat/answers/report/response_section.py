@@ -127,6 +127,7 @@ class _ResponseSection:
             ("Mean and sigma", self._kinds_of_interval()),
             ("Main causes of out-of-limit trials", self._causes()),
             ("Variance contributions", self._contributions()),
+            ("Requested quantiles", self._requested()),
             ("Chain", chain_blocks(report, self.name)),
             ("Classical answers", (self._classical(),)),
             ("Integration error", self._integration()),
@@ -330,6 +331,21 @@ class _ResponseSection:
             RARER,
             OVERLAP if self.correlated else None,
         )
+
+    def _requested(self) -> tuple[Block, ...]:
+        if (requested := self.response.requested) is None:
+            return ()
+        head, of = self.scale.label(self.name), requested.quantiles.items()
+        rows: list[Row] = [
+            {"quantile": share_words(share), head: self._number(x)} for share, x in of
+        ]
+        least, largest = requested.shortest
+        between = self._number(least), self._number(largest)
+        words = say(
+            f"The shortest interval with {share_words(requested.share)} of the trials: "
+            "{} to {}.", *between,
+        )  # fmt: skip
+        return self._table(rows), blocks.paragraph(() if math.isnan(least) else words)
 
     def _classical(self) -> Table | None:
         response, rows = self.response, dict[str, tuple[Given, Said]]()
