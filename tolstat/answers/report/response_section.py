@@ -335,9 +335,10 @@ class _ResponseSection:
     def _requested(self) -> tuple[Block, ...]:
         if (requested := self.response.requested) is None:
             return ()
-        head, of = self.scale.label(self.name), requested.quantiles.items()
+        head, quantiles = self.scale.label(self.name), requested.quantiles
         rows: list[Row] = [
-            {"quantile": share_words(share), head: self._number(x)} for share, x in of
+            {"quantile": share_words(share), head: self._number(x)}
+            for share, x in quantiles.items()
         ]
         least, largest = requested.shortest
         between = self._number(least), self._number(largest)
