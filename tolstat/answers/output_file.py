@@ -15,7 +15,7 @@ from tolstat.operating_system import held_open
 from tolstat.regular_files import content as content_of
 from tolstat.store.files_beside import create_aside
 from tolstat.store.integrity import is_run
-from tolstat.store.stored_run import Run
+from tolstat.store.stored_run import SI, Run
 from tolstat.units.scale import PLAIN
 
 if TYPE_CHECKING:
@@ -128,8 +128,10 @@ def replace(path: Path, content: bytes | Callable[[Path], object]) -> Path:
     return path
 
 
-def export(run: Run, path: Path, *, force: bool = False) -> None:
-    """Write all trials of a run: a row for each, with units in the heads, SI.
+def export(run: Run, path: Path, *, force: bool = False, units: str = SI) -> None:
+    """Write all trials of a run: a row for each, with units in the heads.
+
+    `units` as of `Run.frame`.
 
     Raises
     ------
@@ -145,9 +147,9 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
             f"{path} already exists, and is replaced only by force",
             Advice(Remedy.REPLACE, path),
         )
-    frame = run.frame()
-    units = frame.attrs.pop("units")
-    heads = {n: f"{n} [{u}]" for n, u in units.items() if u not in ("", PLAIN)}
+    frame = run.frame(units)
+    written = frame.attrs.pop("units")
+    heads = {n: f"{n} [{u}]" for n, u in written.items() if u not in ("", PLAIN)}
     table = frame.rename(columns=heads)
 
     def write(aside: Path) -> None:

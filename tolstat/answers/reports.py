@@ -51,7 +51,7 @@ def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
 
 
 def report(
-    run: RunSource, responses: Sequence[str] = ()
+    run: RunSource, responses: Sequence[str] = (), quantiles: Sequence[float] = ()
 ) -> Report | RareSummary | Extremes:
     """Return the statistical tolerance report of a run; nothing is simulated.
 
@@ -61,6 +61,9 @@ def report(
         The report needs only its file, not the model.
     responses : sequence of str
         Responses in focus; see `responses_in_focus`.
+    quantiles : sequence of float
+        More quantiles of these, such as `(0.025, 0.975)`, and the shortest interval
+        with the share between the outer two. Of sampled trials.
 
     Returns
     -------
@@ -84,7 +87,7 @@ def report(
     0.005
     """
     run = open_run(run)
-    return _not_sampled(run, responses) or report_of(run, responses)
+    return _not_sampled(run, responses) or report_of(run, responses, quantiles)
 
 
 def _not_sampled(

@@ -14,6 +14,8 @@ from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
 from tolstat.errors import QuestionError
 from tolstat.store.open_run import open as open_run
+from tolstat.store.stored_run import SHOWN, SI
+from tolstat.units.grammar import quantity
 
 
 @click.command()
@@ -21,12 +23,20 @@ from tolstat.store.open_run import open as open_run
 @options.output_option("The page to write; default: the run's name ending in .html.")
 @options.form
 @options.closely
+@click.option(
+    "--quantile",
+    "quantiles",
+    multiple=True,
+    metavar="PERCENT",
+    help='A quantile, such as "2.5 %". May be repeated.',
+)
 @options.limits
 def report(
     source: Path,
     output: Path | None,
     form: str | None,
     responses: tuple[str, ...],
+    quantiles: tuple[str, ...],
     limits: tuple[str, ...],
 ) -> None:
     """Write the statistical tolerance report of a run: one page of HTML.
@@ -43,7 +53,7 @@ def report(
         except QuestionError as error:
             advice = fresh_run_advice(source, (), limits)
             raise QuestionError(f"{error}{advice}", *error.advice) from None
-    answer = reports.report(run, responses)
+    answer = reports.report(run, responses, [quantity(text, "1") for text in quantiles])
     if form:
         options.deliver(answer, output, form)
     else:
@@ -77,11 +87,17 @@ def compare(
     "The table to write.", metavar="FILE.csv|.parquet", required=True
 )
 @options.force("Replace an existing file.")
-def export(source: Path, output: Path, force: bool) -> None:
-    """Write the trials of a run as a table, in SI.
+@click.option(
+    "--units",
+    type=click.Choice([SI, SHOWN]),
+    default=SI,
+    help="SI with deviations, or the units shown on pages with sizes; default: SI.",
+)
+def export(source: Path, output: Path, force: bool, units: str) -> None:
+    """Write the trials of a run as a table.
 
     It has a row for each trial, and units in its heads.
     """
     run = open_run(source)
-    write_trials(run, output, force=force)
+    write_trials(run, output, force=force, units=units)
     options.say(f"{run.trials} trials in {output}")

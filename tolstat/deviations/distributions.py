@@ -135,6 +135,20 @@ class Arcsine(_Toleranced):
 
 
 @dataclass(frozen=True)
+class Circular(_Toleranced):
+    """One coordinate of a point that is anywhere in a circle: a zone of position.
+
+    The tolerance is the diameter of the circle. Sigma is a quarter of it (Wigner's
+    semicircle; Johnson, Kotz, Balakrishnan, Continuous univariate distributions 2,
+    25.1: beta with both exponents 3/2).
+    """
+
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
+        share = np.asarray(betaincinv(1.5, 1.5, u))
+        return np.clip(lower + (upper - lower) * share, lower, upper)  # rounding
+
+
+@dataclass(frozen=True)
 class Triangular(_Toleranced):
     """Triangle over the tolerance."""
 
@@ -430,6 +444,7 @@ class Mixture:
 DISTRIBUTIONS: dict[str, type[Distribution]] = {
     "arcsine": Arcsine,
     "beta": Beta,
+    "circular": Circular,
     "constant": Constant,
     "curvilinear_trapezoid": CurvilinearTrapezoid,
     "gamma": Gamma,

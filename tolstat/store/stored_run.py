@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Integers, Truths
-from tolstat.errors import RunFileError
+from tolstat.errors import RunFileError, UnitError, allowed_names
 from tolstat.model.contract import Answers
 from tolstat.model.description import StudyNumber
 from tolstat.model.view import typed_unit
@@ -33,12 +33,14 @@ from tolstat.store import run_records as records
 from tolstat.store.integrity import Damage
 from tolstat.store.run_records import STATUS, STEPS, Plan
 from tolstat.store.stored_fields import ELSEWHERE, Stored
+from tolstat.units.conversion import to_si
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
 MEGABYTES = 1  # of a study
+SI, SHOWN = "SI", "shown"  # units of a table
 IN_MEMORY = Path("run in memory")  # stands where a run has no file
 NO_FILE = 'a run in memory has no file; write one: tolstat.save(run, "run.h5")'
 NOT_ENDED = records.Diagnostics(missing="the run did not come to its end")
@@ -303,14 +305,32 @@ class Run(Plan):
         series.attrs["units"] = self.units
         return series
 
-    def frame(self) -> pd.DataFrame:
+    def frame(self, units: str | Mapping[str, str] = SI) -> pd.DataFrame:
         """Return swept settings, contributors, responses, status and steps.
+
+        Parameters
+        ----------
+        units : str or mapping
+            "SI": contributors are deviations. "shown": in the units of pages, and
+            contributors that have a nominal value are sizes. A mapping of names to
+            units, `{"play": "um"}`, is "shown" with these.
 
         Returns
         -------
         DataFrame
-            Indexed by trial, SI; `attrs["units"]` holds the units, status is a word;
-            steps only where something is integrated.
+            Indexed by trial; `attrs["units"]` holds the units, status is a word; steps
+            only where something is integrated.
+
+        Raises
+        ------
+        UnitError
+            If there is no such column or unit, or it is of another kind.
+
+        Examples
+        --------
+        >>> run = tolstat.open("runs/stack-up.h5")
+        >>> run.frame({"gap": "um"})[["housing", "gap"]].mean().round(2).tolist()
+        [120.3, 440.56]
         """
         import pandas as pd
 
@@ -322,6 +342,27 @@ class Run(Plan):
         frame = pd.DataFrame(columns)
         frame.index.name = "trial"
         frame.attrs["units"] = self.units
+        return frame if units == SI else self._in_units(frame, units)
+
+    def _in_units(
+        self, frame: pd.DataFrame, units: str | Mapping[str, str]
+    ) -> pd.DataFrame:
+        """Return a table of trials in the units shown, or in others, with sizes."""
+        chosen = {} if isinstance(units, str) else units
+        if isinstance(units, str) and units != SHOWN:
+            raise UnitError(f"units = {units!r}; {allowed_names(units, [SI, SHOWN])}")
+        shown = {column.name: self.scales[column.name] for column in self.described}
+        for name, unit in chosen.items():
+            if name not in shown:
+                raise UnitError(f"no column {name}; {allowed_names(name, shown)}")
+            to_si(1.0, unit, shown[name].unit)  # of the same kind
+            shown[name] = shown[name]._replace(shown=unit)
+        sizes = {part.name: part.size or 0.0 for part in self.contributors}
+        for name, scale in shown.items():
+            if frame[name].dtype.kind == "f":
+                frame[name] = scale.factor * (frame[name] + sizes.get(name, 0.0))
+        others = {name: scale.shown for name, scale in shown.items()}
+        frame.attrs["units"] = {**self.units, **others}
         return frame
 
     def __repr__(self) -> str:

@@ -25,6 +25,7 @@ from tolstat.answers.report.report_answer import NoCause, Report, RunSummary
 from tolstat.answers.report.report_warnings import jumping, warnings_of
 from tolstat.answers.report.response_summary import (
     ReportedResponse,
+    RequestedQuantiles,
     ResponseSummary,
     WorstTrial,
 )
@@ -36,8 +37,11 @@ from tolstat.answers.report.summaries import (
     trial_counts,
 )
 from tolstat.answers.sampled_trials import Drawn
+from tolstat.errors import QuestionError
+from tolstat.statistics.intervals.shortest import shortest_interval
 from tolstat.statistics.limits.yields import INTEGRATION_ERROR, Caveat
 from tolstat.statistics.point_mass import point_mass_of
+from tolstat.statistics.sample import quantiles_at
 from tolstat.statistics.sensitivity import linear
 from tolstat.statistics.summary import Limited
 from tolstat.store.stored_run import Run
@@ -113,7 +117,9 @@ def _no_cause(
     return NoCause.OFF_CENTRE if offset and (offset.tolerances or mostly_out) else None
 
 
-def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
+def report_of(
+    run: Run, chosen: Sequence[str] = (), quantiles: Sequence[float] = ()
+) -> Report:
     """Return the report of a run whose trials were sampled; see `report`."""
     drawn, focus = reportable(run, chosen)
     summary = summary_of(drawn, focus)
@@ -141,6 +147,7 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             if by_slopes
             else (),
             worst_cases=run.worst_cases(name),
+            requested=_requested(drawn, name, quantiles) if name in focus else None,
             worst_trials=(),
             point_mass=point_mass_of(drawn.done(name), replicate) if analysed else None,
             indices=indices_of(drawn, name) if analysed and drawn.grouped else None,
@@ -153,6 +160,30 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
         # the worst limits come first; what was requested by name is drawn
         illustrated=tuple(focus if chosen else focus[:MOST_ILLUSTRATED]),
     )
+
+
+def _requested(
+    drawn: Drawn, name: str, quantiles: Sequence[float]
+) -> RequestedQuantiles | None:
+    """Return quantiles of a reader's choice; None where none is requested."""
+    if not quantiles:
+        return None
+    for share in quantiles:
+        if not 0 < share < 1:
+            example = 'such as 0.025 or "2.5 %"'
+            raise QuestionError(
+                f"quantile {share:g}: a share between 0 and 1 is needed, {example}"
+            )
+    limit = drawn.run.limits.get(name)
+    permitted = limit.permitted if limit else None
+    estimates = quantiles_at(
+        drawn.values(name), drawn.sample_for(name), sorted(quantiles), permitted
+    )
+    share = max(quantiles) - min(quantiles)
+    shortest = (math.nan, math.nan)
+    if share and not drawn.sample.weights:
+        shortest = shortest_interval(drawn.done(name), share)
+    return RequestedQuantiles(estimates, share, shortest)
 
 
 def _scatter(drawn: Drawn) -> linear.Scatter | None:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_draw, to_replay, typed_setting
+from tolstat.answers.report.chain_section import chain_blocks, size_words
 from tolstat.answers.report.finding_words import centring_words
 from tolstat.answers.report.first_page import (
     CENTRAL,
@@ -127,6 +128,8 @@ class _ResponseSection:
             ("Mean and sigma", self._kinds_of_interval()),
             ("Main causes of out-of-limit trials", self._causes()),
             ("Variance contributions", self._contributions()),
+            ("Requested quantiles", self._requested()),
+            ("Chain", chain_blocks(report, self.name)),
             ("Classical answers", (self._classical(),)),
             ("Integration error", self._integration()),
             ("Worst trials", (self._worst_trials(),)),
@@ -332,6 +335,22 @@ class _ResponseSection:
             OVERLAP if self.correlated else None,
         )
 
+    def _requested(self) -> tuple[Block, ...]:
+        if (requested := self.response.requested) is None:
+            return ()
+        head, quantiles = self.scale.label(self.name), requested.quantiles
+        rows: list[Row] = [
+            {"quantile": share_words(share), head: self._number(x)}
+            for share, x in quantiles.items()
+        ]
+        least, largest = requested.shortest
+        between = self._number(least), self._number(largest)
+        words = say(
+            f"The shortest interval with {share_words(requested.share)} of the trials: "
+            "{} to {}.", *between,
+        )  # fmt: skip
+        return self._table(rows), blocks.paragraph(() if math.isnan(least) else words)
+
     def _classical(self) -> Table | None:
         response, rows = self.response, dict[str, tuple[Given, Said]]()
         if response.still:
@@ -408,6 +427,7 @@ class _ResponseSection:
     def _worst_trials(self) -> Table:
         again, run, trials = "to see it again", self.run, self.report.trials
         rows: list[Row] = []
+        sized = {part.name: part for part in run.contributors if part.size is not None}
         for worst in self.response.worst_trials:
             deviations = worst.deviations.items()
             precise = worst.precise
@@ -416,7 +436,8 @@ class _ResponseSection:
                 self.scale.label(self.name): self._number(worst.value),
                 "evaluated again": None if math.isnan(precise)
                 else self._number(precise),
-                **{n: with_unit(Number(x, run.scales[n])) for n, x in deviations},
+                **{n: size_words(run, sized[n], x) if n in sized
+                   else with_unit(Number(x, run.scales[n])) for n, x in deviations},
                 again: Typed(to_replay(run.path, worst.trial, run.machine)),
             })  # fmt: skip
         caption = rests_on(self.report)

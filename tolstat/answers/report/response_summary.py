@@ -145,6 +145,15 @@ class SobolIndices(NamedTuple):
         return next((x.reason for x in self.total.values()), "nothing deviates")
 
 
+class RequestedQuantiles(NamedTuple):
+    """Quantiles of a reader's choice, and what lies between the outer two."""
+
+    quantiles: Mapping[float, Estimate]  # by share
+    share: float  # between the outermost; 0 of a single one
+    # the shortest interval with this share of the trials, without interval of its own
+    shortest: tuple[float, float]
+
+
 class WorstTrial(NamedTuple):
     """One of the worst trials, with its most important deviations."""
 
@@ -254,6 +263,7 @@ class ReportedResponse(ResponseSummary):
     # of a response in focus, as the next: the value that many trials share
     point_mass: PointMass | None
     indices: SobolIndices | None
+    requested: RequestedQuantiles | None = None
 
     @property
     def leading(self) -> list[str]:

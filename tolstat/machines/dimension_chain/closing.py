@@ -70,10 +70,10 @@ class Closing:
         far = ~reached
         unknowns, follows = first[:, far], np.ones(np.count_nonzero(far), dtype=bool)
         for part in np.linspace(0.0, 1.0, WAY + 1)[1:]:
-            there = {
+            on_way = {
                 n: nominal[n] + part * (x[far] - nominal[n]) for n, x in links.items()
             }
-            step = self.newton(there, unknowns)
+            step = self.newton(on_way, unknowns)
             follows &= self._reached(step, unknowns, start.sign)
             unknowns = np.where(follows, step.unknowns, unknowns)
         solution.unknowns[:, far] = step.unknowns
