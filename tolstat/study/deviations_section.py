@@ -28,6 +28,7 @@ from tolstat.study.distribution_entry import (
 )
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
+from tolstat.study.remedy_keys import REMEDY_KEYS, check_remedy_keys
 from tolstat.study.study_schema import CorrelationEntry, read_entry
 
 MOST_NOTED = 6  # pairs; the page has all
@@ -87,7 +88,10 @@ def read_deviations(
         with problems.noting(f"[{section}] {name}", entry):
             keys = keys_of(entry)
             members = expand(name, [*parts])
-            cost = keys.pop("cost", None)
+            cost = keys.get("cost")
+            check_remedy_keys(keys, {name: parts[name] for name in members})
+            for key in ("cost", *REMEDY_KEYS):
+                keys.pop(key, None)
             batch = _batch(name, keys.pop("common", None), members)
             readers = {member: DeviationReader(parts[member]) for member in members}
             for member, reader in readers.items():

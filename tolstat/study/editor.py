@@ -31,6 +31,7 @@ from tolstat.study.distribution_entry import (
     with_tolerance,
 )
 from tolstat.study.nominal_size import DeviationReader
+from tolstat.study.remedy_keys import REMEDY_KEYS
 from tolstat.study.settings_section import NOMINAL, link_tables, with_link
 from tolstat.toml import toml_text
 
@@ -207,7 +208,8 @@ class StudyEditor:
             return new
         if change.keys() <= {*self.columns}:
             return {**keys, **change}
-        stay = {k: x for k, x in keys.items() if k == "common" or k in self.columns}
+        staying = {"common", *REMEDY_KEYS, *self.columns}
+        stay = {k: x for k, x in keys.items() if k in staying}
         return {**stay, **change}
 
 

@@ -10,12 +10,14 @@ from tolstat.model import settings as model_settings
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
 from tolstat.study.distribution_entry import KEYS
+from tolstat.study.remedy_keys import FIXED, STEP
 from tolstat.study.sampling import GIVEN
 from tolstat.study.study_schema import Document, Exponential, LimitEntry, PartsEntry
 
 Schema = dict[str, Any]
 _KEYS: Schema = {
-    **{key: {} for key in (*KEYS, "common")},
+    **{key: {} for key in (*KEYS, "common", STEP)},
+    FIXED: {"type": "boolean"},
     **PartsEntry.model_json_schema(by_alias=True)["properties"],
     "distribution": {"enum": list(DISTRIBUTIONS)},
     "cost": {

@@ -34,7 +34,9 @@ from tolstat.study.study_schema import Document
 from tolstat.units.conversion import dimension, si_unit
 
 # what depends on names, sizes or files of the study
-DEPENDENT = ("size", "common", "cost", "nominal_shift", "iso1328", "module")
+DEPENDENT = (
+    "size", "common", "cost", "nominal_shift", "iso1328", "module", "fixed", "step"
+)  # fmt: skip
 
 
 def section_of(
