@@ -22,13 +22,13 @@ from tolstat.study.cost_entry import Priced, read_costs
 from tolstat.study.csv_table import read_parts
 from tolstat.study.distribution_entry import (
     DEFAULT,
+    REMEDY_KEYS,
     keys_of,
     read_distribution,
     written_unit,
 )
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
-from tolstat.study.remedy_keys import REMEDY_KEYS, check_remedy_keys
 from tolstat.study.study_schema import CorrelationEntry, read_entry
 
 MOST_NOTED = 6  # pairs; the page has all
@@ -89,7 +89,10 @@ def read_deviations(
             keys = keys_of(entry)
             members = expand(name, [*parts])
             cost = keys.get("cost")
-            check_remedy_keys(keys, {name: parts[name] for name in members})
+            if any(key in keys for key in REMEDY_KEYS):  # seldom
+                from tolstat.study.remedy_keys import check_remedy_keys
+
+                check_remedy_keys(keys, {name: parts[name] for name in members})
             for key in ("cost", *REMEDY_KEYS):
                 keys.pop(key, None)
             batch = _batch(name, keys.pop("common", None), members)

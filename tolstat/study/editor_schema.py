@@ -9,8 +9,7 @@ from tolstat.deviations.names import known_or_general
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
-from tolstat.study.distribution_entry import KEYS
-from tolstat.study.remedy_keys import FIXED, STEP
+from tolstat.study.distribution_entry import FIXED, KEYS, STEP
 from tolstat.study.sampling import GIVEN
 from tolstat.study.study_schema import Document, Exponential, LimitEntry, PartsEntry
 

@@ -5,10 +5,9 @@ from typing import Any
 
 from tolstat.errors import DistributionError
 from tolstat.model.description import Contributor
+from tolstat.study.distribution_entry import FIXED, STEP
 from tolstat.units.grammar import quantity
 
-FIXED, STEP = "fixed", "step"
-REMEDY_KEYS = (FIXED, STEP)
 CHANGEABLE = ("m", "rad", "kg")  # units that a drawing has: others are conditions
 WITHOUT_TOLERANCE = ("data", "parts", "value")
 

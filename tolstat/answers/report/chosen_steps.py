@@ -23,7 +23,12 @@ from tolstat.answers.report.report_answer import (
 from tolstat.answers.report.report_warnings import JumpWarning, ReportWarning
 from tolstat.answers.report.response_summary import ResponseSummary, by_what_decides
 from tolstat.answers.sampled_trials import Drawn, audited_of
-from tolstat.statistics.limits.yields import INTEGRATION_ERROR, MET, NOT_MET
+from tolstat.statistics.limits.yields import (
+    INTEGRATION_ERROR,
+    MET,
+    NOT_MET,
+    Caveat,
+)
 from tolstat.statistics.sensitivity.named_causes import LEAST
 from tolstat.statistics.summary import Limited
 from tolstat.store.stored_run import Run
@@ -60,9 +65,9 @@ def _remedy(
     run = drawn.run
     out_of = {name: np.count_nonzero(run.beyond(name)) for name in limits}
     missed = any(
-        limit.verdict == NOT_MET
-        or (limit.verdict != MET and limit.seems_missed and out_of[name] >= LEAST)
+        limit.verdict == NOT_MET or (limit.seems_missed and out_of[name] >= LEAST)
         for name, limit in limits.items()
+        if limit.verdict != MET and not limit.measured  # more parts come first
     )
     rough = any(limit.reason == INTEGRATION_ERROR for limit in limits.values())
     jumps = any(
@@ -85,6 +90,7 @@ def _limit_finding(response: ResponseSummary, limited: Limited) -> LimitFinding:
         yields.reason,
         yields.needed,
         yields.fraction_out_of_limit.value > 1 - limited.limit.demanded,
+        measured=yields.measured if yields.reason == Caveat.FEW_PARTS else None,
     )
     if causes is None:
         return finding
@@ -123,12 +129,19 @@ def _steps(
     if run.aim:
         return  # a search for trials out of limit says nothing about tolerances
     for step in (
+        _measured(limits),
         _changed(limits, remedy),
         _more_trials(run, responses, limits),
         _allocated(run, limits),
     ):
         if step:
             yield step
+
+
+def _measured(limits: Limits) -> Step | None:
+    """Return the step that measures more parts; None where these are enough."""
+    names = tuple(name for name, limit in limits.items() if limit.measured)
+    return Step(StepKind.MEASURE_PARTS, names) if names else None
 
 
 def finer_run(run: Run, responses: Sequence[str]) -> Step | None:

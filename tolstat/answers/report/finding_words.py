@@ -1,14 +1,23 @@
 """Findings in words: warnings, and what to do next."""
 
+import math
 from collections.abc import Iterable
 from itertools import groupby
 
+from tolstat.answers.measured_words import few_parts, measured_alone, to_measure
 from tolstat.answers.next_steps import as_typed
-from tolstat.answers.report.report_answer import RunSummary, Step, StepKind
+from tolstat.answers.report.report_answer import (
+    Findings,
+    RunSummary,
+    Step,
+    StepKind,
+)
 from tolstat.answers.report.report_warnings import (
+    AllPartsWarning,
     IdleContributors,
     JumpWarning,
     NumbersWarning,
+    PartsWarning,
     ReportWarning,
     StudyWarning,
     UnchangedResponse,
@@ -61,12 +70,12 @@ def next_steps(summary: RunSummary) -> tuple[Parts, ...]:
 
             sentences += remedy_words(run, findings.remedy)
         else:
-            sentences += [step_words(run, step) for step in group]
+            sentences += [step_words(run, step, findings) for step in group]
     return tuple(sentences)
 
 
-def step_words(run: Run, step: Step) -> Parts:
-    """Say what to do."""
+def step_words(run: Run, step: Step, findings: Findings) -> Parts:
+    """Say what to do; of parts to measure as `findings` know them."""
     typed = [Typed(command) for command in step.commands]
     match step.kind:
         case StepKind.RESUME:
@@ -76,6 +85,8 @@ def step_words(run: Run, step: Step) -> Parts:
             return say(sentence, *typed)
         case StepKind.FINER_RUN:
             return _finer_run(run, step)
+        case StepKind.MEASURE_PARTS:
+            return _measure(step, findings)
         case StepKind.ADD_TRIALS:
             return _add_trials(step)
         case StepKind.ALLOCATE:
@@ -101,6 +112,14 @@ def _finer_run(run: Run, step: Step) -> Parts:
         SHORT if "max_step" in step.settings else None,
         text(": ", again) if again else None,
     )  # fmt: skip
+
+
+def _measure(step: Step, findings: Findings) -> Parts:
+    shares = [findings.limits[name].measured for name in step.responses]
+    most = max(filter(None, shares), key=lambda share: share.needed or math.inf)
+    names = listed([*map(Name, step.responses)])
+    action = text(to_measure(most))
+    return say("To decide {}, {}: more trials tell little.", names, action)
 
 
 def _add_trials(step: Step) -> Parts:
@@ -146,6 +165,10 @@ def _sentence(warning: ReportWarning) -> Parts:
             return _verdict(warning)
         case NumbersWarning():
             return _numbers(warning)
+        case PartsWarning(name, share):
+            return few_parts(name, share)
+        case AllPartsWarning(entries):
+            return measured_alone(entries)
 
 
 def _jump(warning: JumpWarning) -> Parts:

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Collection
 
 from tolstat.answers.cells import limit_row
+from tolstat.answers.measured_words import few_entries, to_measure
 from tolstat.answers.report.finding_words import (
     in_words,
     next_steps,
@@ -135,7 +136,7 @@ def limits_table(
             "response": Cell((link,), text(response.sentence)),
             **limit_row(limited, trials, summary.trials.failed, weighted=weighted),
             "main cause": _cause_cell(response, finding),
-            "what would help": _remedy_cell(summary, name),
+            "what would help": _help_cell(summary, name),
         })  # fmt: skip
     caption = rests_on(summary)
     if unseen := summary.unseen_errors:
@@ -180,14 +181,17 @@ def _cause_cell(response: ResponseSummary, finding: LimitFinding) -> Cell:
     return Cell(text(no_cause(finding)), variance)
 
 
-def _remedy_cell(summary: RunSummary, response: str) -> Cell:
-    """Return what meets all limits; a limit that is met needs nothing."""
+def _help_cell(summary: RunSummary, response: str) -> Cell:
+    """Return what to measure or to change; a limit that is met needs nothing."""
     findings = summary.findings
-    if findings.remedy is None or findings.limits[response].verdict == MET:
+    limit, remedy = findings.limits[response], findings.remedy
+    if limit.measured:
+        return Cell(to_measure(limit.measured))
+    if remedy is None or limit.verdict == MET:
         return Cell(())
     from tolstat.answers.remedy.remedy_words import remedy_cell  # seldom used
 
-    return remedy_cell(summary.stored_run, findings.remedy, response)
+    return remedy_cell(summary.stored_run, remedy, response)
 
 
 def of_variance(share: Estimate) -> Parts:
@@ -223,6 +227,8 @@ def no_cause(finding: LimitFinding) -> str:
     """Say why no cause is named, and how many trials would tell of a limit not met."""
     if finding.no_cause == NoCause.RANDOM_ONLY:
         return RANDOM_TRIALS
+    if finding.measured:
+        return f"{finding.no_cause} ({', '.join(few_entries(finding.measured))})"
     tell = f"; about {finding.trials_that_tell} trials would tell"
     return f"{finding.no_cause}{tell if finding.trials_that_tell else ''}"
 

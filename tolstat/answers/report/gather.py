@@ -35,7 +35,7 @@ from tolstat.answers.report.summaries import (
     trial_counts,
 )
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.statistics.limits.yields import INTEGRATION_ERROR
+from tolstat.statistics.limits.yields import INTEGRATION_ERROR, Caveat
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sensitivity import linear
 from tolstat.statistics.summary import Limited
@@ -99,6 +99,8 @@ def _no_cause(limited: Limited | None, *, jumps: bool) -> NoCause | None:
         return NoCause.JUMPS
     if limited and limited.yields.reason == INTEGRATION_ERROR:
         return NoCause.INTEGRATION_ERROR
+    if limited and limited.yields.reason == Caveat.FEW_PARTS:
+        return NoCause.FEW_PARTS
     return None
 
 

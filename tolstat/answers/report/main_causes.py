@@ -5,7 +5,6 @@ from collections.abc import Callable, Container, Sequence
 from itertools import chain
 from typing import Any
 
-from tolstat.answers.remedy.changed_entries import fixed_contributors
 from tolstat.answers.report.report_answer import NoCause
 from tolstat.answers.report.response_summary import (
     Cause,
@@ -29,7 +28,6 @@ from tolstat.statistics.sensitivity.named_causes import (
     named_causes,
 )
 from tolstat.statistics.sensitivity.pairs import BOTH_FAR, DIFFERENCE, SUM, Together
-from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
 from tolstat.store.assumed import effects_of
 from tolstat.store.run_records import Halved
 from tolstat.store.stored_run import Run
@@ -92,7 +90,7 @@ def _causes(
         *(part for part in candidates.parts if part.members not in together),
         *(pair for pair in candidates.pairs if pair.far.value <= pair.single),
     ]
-    fixed = fixed_contributors(run)
+    fixed = _fixed(run) if ordered else frozenset[str]()
     named = [
         NamedCause(
             _in_words(cause, of_kind.get(cause.members, ""), fixed), cause.members,
@@ -117,6 +115,12 @@ def _causes(
     elif count > MOST * trials:
         reason = NoCause.MOST_OUT
     return Causes(count, reason, needed, tuple(named), contributors, kinds)
+
+
+def _fixed(run: Run) -> frozenset[str]:
+    from tolstat.answers.remedy.changed_entries import fixed_contributors
+
+    return fixed_contributors(run)
 
 
 def _in_words(cause: Named | Together, kind: str, fixed: Container[str]) -> str:
@@ -194,6 +198,8 @@ def indices_of(drawn: Drawn, name: str) -> SobolIndices:
 
     Groups with a failed trial are left out and counted.
     """
+    from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
+
     groups, broken = drawn.groups(name)
     indices = sobol_indices(groups, list(drawn.sampled.factors))
     return SobolIndices(

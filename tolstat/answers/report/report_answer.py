@@ -17,7 +17,7 @@ from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.inline import Number, Row
 from tolstat.statistics import estimate
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.yields import Caveat, Verdict
+from tolstat.statistics.limits.yields import Caveat, PartsDoubt, Verdict
 from tolstat.statistics.summary import Limited
 from tolstat.units.scale import Scale
 
@@ -31,10 +31,11 @@ class NoCause(StrEnum):
     RANDOM_ONLY = str(estimate.RANDOM_ONLY)
     JUMPS = "the response jumps"
     INTEGRATION_ERROR = Caveat.INTEGRATION_ERROR.value
+    FEW_PARTS = "number of measured parts"
 
 
 # none of the contributors is to be changed for these reasons
-NOT_BY_TOLERANCES = (NoCause.JUMPS, NoCause.INTEGRATION_ERROR)
+NOT_BY_TOLERANCES = (NoCause.JUMPS, NoCause.INTEGRATION_ERROR, NoCause.FEW_PARTS)
 
 
 class StepKind(StrEnum):
@@ -46,6 +47,7 @@ class StepKind(StrEnum):
     MEND_FORMULA = "mend formula"
     CHECK_FORMULA = "check formula"  # a machine may jump so
     REMEDY = "change nominal values and tolerances"
+    MEASURE_PARTS = "measure more parts"
     ADD_TRIALS = "add trials"
     ALLOCATE = "allocate tolerances"
     SEE_WORST = "simulate the worst trial again"
@@ -66,6 +68,8 @@ class LimitFinding(NamedTuple):
     # contributor or kind of part with the largest share of the variance, where no
     # cause is named
     largest_contribution: str = ""
+    # where few measured parts leave it undecided: how far
+    measured: PartsDoubt | None = None
 
 
 class Step(NamedTuple):

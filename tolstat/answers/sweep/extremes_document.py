@@ -44,7 +44,8 @@ def extremes_document(extremes: Extremes) -> Document:
     run, ran = extremes.stored_run, extremes.ran > 0
     pictures = (point_figure(run, name) for name in extremes.focus if ran)
     figures = Section(f"Trials of the {extremes.sampling}", (*pictures,), "", 3, True)
-    steps = tuple(step_words(run, step) for step in extremes.findings.steps)
+    findings = extremes.findings
+    steps = tuple(step_words(run, step, findings) for step in findings.steps)
     trials = [_responses(extremes), *table_rows(run), *comparisons(run)] if ran else ()
     return sheet(
         f"{extremes.trials} trials of a {extremes.sampling}",
