@@ -90,6 +90,14 @@ def test_a_surface_has_products_only_where_they_pay():
     assert few.remainders[0] == pytest.approx(math.sqrt(2), rel=0.1)
 
 
+def test_a_surface_of_many_contributors_has_the_products_of_the_main_ones():
+    z = np.random.default_rng(0).standard_normal((6000, 40))
+    y = z[:, :2].sum(axis=1) + 0.5 * z[:, 0] * z[:, 1]  # 861 terms with all products
+    surface = fitted_surface(z, y[:, None])
+    assert surface.bends[0, 0, 1] == pytest.approx(0.5)
+    assert surface.remainders[0] < 1e-6
+
+
 def test_a_constant_contributor_and_one_of_two_values_do_no_harm():
     rng = np.random.default_rng(0)
     z = np.column_stack([rng.normal(size=900), np.zeros(900), rng.choice([-1, 1], 900)])

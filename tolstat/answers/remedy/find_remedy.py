@@ -144,10 +144,12 @@ class _Search:
     def _quick_study(self) -> Study | None:
         """Return the study if its fresh trials are quick, else None."""
         run = self.run
+        if run.machine:
+            return None  # the model of a caller may be another one by now
         try:
             study = study_of(run)
         except TolstatError:
-            return None  # a custom model, or data that are gone
+            return None  # its data are gone
         seconds = float(run.times.get("seconds", np.inf)) / max(run.ended, 1)
         most = QUICK_INTEGRATED if study.model.integrates else QUICK
         return study if seconds * FRESH_TRIALS <= most else None
