@@ -264,6 +264,28 @@ def test_fresh_trials_that_all_fail_prove_nothing(tmp_path, monkeypatch):
     assert f"Not proved: {remedy.note}." in said
 
 
+def test_causes_are_tightened_where_no_surface_explains_a_response(tmp_path):
+    """Most trials have no overlap at all: a point mass, as of a part that jams."""
+    study = {
+        "model": "dimension_chain", "trials": 8000, "seed": 1,
+        "settings": {"gap": "max(abs(a - b) - play, none)"},
+        "links": {
+            "a": {"nominal": "9 mm", "tolerance": "+-0.3 mm"},
+            "b": {"nominal": "9 mm", "tolerance": "+-0.3 mm"},
+            "play": "0.3 mm", "none": "0 mm",
+        },
+        "limits": {"gap": "<= 0.05 mm"},
+    }  # fmt: skip
+    remedy = remedy_of(ran(study, tmp_path))
+    assert {*remedy.entries} == {"a", "b"} and remedy.met
+    assert remedy.evidence is Evidence.PROVED
+    sigma = math.sqrt(2) * float(remedy.entries["a"][2:-3]) / 3
+    share = 2 - 2 * normal(0.35 / sigma)
+    _, after = remedy.limits["gap"]
+    assert after.lower <= share <= after.upper
+    follow(remedy.commands)
+
+
 @pytest.mark.parametrize("limit", ["0.54..0.94 mm", "<= 1.2 mm"])
 def test_limits_that_are_met_need_no_remedy(tmp_path, limit):
     assert remedy_of(ran(stack(limit), tmp_path)) is None

@@ -1,5 +1,6 @@
 """What meets all limits of a run together: searched, and proved where that is quick."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from tolstat.answers.remedy.remedy_finding import (
     RemedyStep,
     Unavoidable,
 )
+from tolstat.answers.remedy.tightened_causes import Causes, tightened_causes
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array
 from tolstat.errors import TolstatError
@@ -70,10 +72,11 @@ class _Tried(NamedTuple):
     evidence: Evidence
 
 
-def remedy_of(drawn: Drawn) -> RemedyFinding | None:
+def remedy_of(drawn: Drawn, causes: Causes) -> RemedyFinding | None:
     """Return what meets all limits of a complete run of sampled trials.
 
-    None where nothing can be said: too few trials, say.
+    None where nothing can be said: too few trials, say. The main causes of limits that
+    are not met are tightened where a surface of the responses shows nothing that helps.
     """
     run = drawn.run
     entries = changeable_entries(run)
@@ -89,15 +92,20 @@ def remedy_of(drawn: Drawn) -> RemedyFinding | None:
         return RemedyFinding(reason=trials.value) if trials in TOLD else None
     if rest := minimum.unavoidable(trials, AIM_PROVED):
         return RemedyFinding(unavoidable=_unavoidable(run, entries, rest))
-    return _Search(drawn, entries, trials).finding()
+    return _Search(drawn, entries, trials, causes).finding()
 
 
 class _Search:
     """The search of a remedy of a run."""
 
     def __init__(
-        self, drawn: Drawn, entries: ChangeableEntries, trials: MovableTrials
+        self,
+        drawn: Drawn,
+        entries: ChangeableEntries,
+        trials: MovableTrials,
+        causes: Causes,
     ) -> None:
+        self.drawn, self.causes = drawn, causes
         self.run, self.entries, self.trials = drawn.run, entries, trials
         self.seed = drawn.sampled.seed
         self.note = ""  # why nothing is proved
@@ -105,16 +113,14 @@ class _Search:
     def finding(self) -> RemedyFinding:
         """Return the remedy, or why there is none."""
         before = predicted(self.trials, self.trials.design.none)
-        tried = self._tried(before)
-        if tried is None or not tried.improves:
+        tried, found = self._tried(before), list[RemedyStep]()
+        if tried is not None and tried.improves:
+            found = [*self._steps(tried, before)]
+        elif (tried := self._by_weights(before)) is not None:
+            changes = self._changes(tried.change)
+            found = [RemedyStep(changes, before.joint, tried.after.joint)]
+        else:
             return RemedyFinding(reason=NOTHING_HELPS, note=self.note)
-        found, after = list[RemedyStep](), before.joint
-        for step in steps(self.trials, tried.change):
-            found.append(
-                RemedyStep(self._changes(step.change), after, step.after.joint)
-            )
-            after = step.after.joint
-        found[-1] = found[-1]._replace(after=tried.after.joint)  # as proved
         pairs = zip(before.limits, tried.after.limits, strict=True)
         changed = changed_entries(self.run, self.entries, tried.change)
         entries = worded_entries(changed)
@@ -140,6 +146,49 @@ class _Search:
         after = predicted(self.trials, change)
         met, improves = after.permitted(permitted), after.improve(before, permitted)
         return _Tried(change, after, met, improves, Evidence.PREDICTED)
+
+    def _by_weights(self, before: Shares) -> _Tried | None:
+        """Return tighter causes that help, by weights; proved where that is quick."""
+        try:
+            study = study_of(self.run)
+        except TolstatError:
+            return None  # a custom model, or data that are gone
+        permitted, best = self.trials.permitted_out, None
+        for change, after in tightened_causes(
+            self.drawn, study, self.entries, self.causes
+        ):
+            met = after.permitted(permitted)
+            if not after.improve(before, permitted):
+                continue
+            if best is None or met or after.joint.value < best.after.joint.value:
+                best = _Tried(
+                    change, after, met=met, improves=True, evidence=Evidence.PREDICTED
+                )
+            if met:
+                break
+        if best is None or (quick := self._quick_study()) is None:
+            return best
+        try:
+            sample = _FreshTrials(self, quick)(best.change)
+        except (_ProofError, TolstatError) as error:
+            self.note = str(error)
+            return best
+        fresh = self.trials.sampled_again(best.change, *sample)
+        after = predicted(fresh, fresh.design.none)
+        proof = _Tried(
+            best.change, after, met=after.permitted(permitted),
+            improves=after.improve(before, permitted), evidence=Evidence.PROVED,
+        )  # fmt: skip
+        return proof if proof.improves else None
+
+    def _steps(self, tried: _Tried, before: Shares) -> Iterator[RemedyStep]:
+        """Yield the steps of a change that a surface predicts."""
+        after, found = before.joint, [*steps(self.trials, tried.change)]
+        for number, step in enumerate(found, 1):
+            last = number == len(found)  # as proved
+            new = tried.after.joint if last else step.after.joint
+            yield RemedyStep(self._changes(step.change), after, new)
+            after = new
 
     def _quick_study(self) -> Study | None:
         """Return the study if its fresh trials are quick, else None."""

@@ -78,7 +78,9 @@ def _remedy(
         return None
     from tolstat.answers.remedy.find_remedy import remedy_of  # of missed limits alone
 
-    remedy = remedy_of(drawn)
+    unmet = (limit for limit in limits.values() if limit.verdict != MET)
+    causes = dict.fromkeys(limit.causes[0] for limit in unmet if limit.causes)
+    remedy = remedy_of(drawn, [*causes])
     decided = any(limit.verdict == NOT_MET for limit in limits.values())
     return remedy if decided or (remedy and remedy.steps) else None
 
