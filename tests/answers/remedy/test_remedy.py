@@ -267,20 +267,21 @@ def test_fresh_trials_that_all_fail_prove_nothing(tmp_path, monkeypatch):
 def test_causes_are_tightened_where_no_surface_explains_a_response(tmp_path):
     """Most trials have no overlap at all: a point mass, as of a part that jams."""
     study = {
-        "model": "dimension_chain", "trials": 8000, "seed": 1,
+        "model": "dimension_chain", "trials": 20_000, "seed": 2,
         "settings": {"gap": "max(abs(a - b) - play, none)"},
         "links": {
             "a": {"nominal": "9 mm", "tolerance": "+-0.3 mm"},
             "b": {"nominal": "9 mm", "tolerance": "+-0.3 mm"},
-            "play": "0.3 mm", "none": "0 mm",
+            "c": {"nominal": "9 mm", "tolerance": "+-0.3 mm"},  # in no gap
+            "play": "0.38 mm", "none": "0 mm",
         },
-        "limits": {"gap": "<= 0.05 mm"},
+        "limits": {"gap": {"limit": "<= 0.08 mm", "yield": "99.95 %"}},
     }  # fmt: skip
     remedy = remedy_of(ran(study, tmp_path))
-    assert {*remedy.entries} == {"a", "b"} and remedy.met
+    assert remedy.entries and {*remedy.entries} <= {"a", "b"}
     assert remedy.evidence is Evidence.PROVED
-    sigma = math.sqrt(2) * float(remedy.entries["a"][2:-3]) / 3
-    share = 2 - 2 * normal(0.35 / sigma)
+    halves = [float(remedy.entries.get(n, "+-0.3 mm")[2:-3]) for n in ("a", "b")]
+    share = 2 - 2 * normal(0.46 * 3 / math.hypot(*halves))
     _, after = remedy.limits["gap"]
     assert after.lower <= share <= after.upper
     follow(remedy.commands)

@@ -46,13 +46,15 @@ def changeable_entries(run: Run) -> ChangeableEntries:
         step = step_of(keys, part) or drawing_step(_half(run, members), factor)
         steps.append(step)
         movable.append(part.gear is None)
+    idle = (x for x in groups.values() if {*x} <= {*run.diagnostics.idle})
+    stays = fixed.union(*idle)
     names = tuple(groups)
     entries = np.repeat(np.arange(len(names)), [len(x) for x in groups.values()])
     columns = [name for members in groups.values() for name in members]
     halves = np.array([_half(run, members) for members in groups.values()])
     design = Design(
         np.array([run.assumed[name].centre for name in columns]), entries, halves,
-        np.array(steps), np.array([fixed.isdisjoint(x) for x in groups.values()]),
+        np.array(steps), np.array([stays.isdisjoint(x) for x in groups.values()]),
         np.array(movable, bool),
     )  # fmt: skip
     return ChangeableEntries(names, tuple(map(tuple, groups.values())), design)
