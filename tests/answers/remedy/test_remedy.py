@@ -68,8 +68,8 @@ def test_the_numbers_are_those_of_the_closed_form(tmp_path):
     assert mean + shift == pytest.approx(0.375e-3, abs=30e-6)
     sigma = math.sqrt(0.04**2 + (0.046 / 6) ** 2 + 2 * 0.12**2 / 12) * 1e-3
     margin = min(0.6e-3 - mean - shift, mean + shift - 0.15e-3) / sigma
-    assert margin > 3 and step.after.upper < 0.0027
-    assert step.before == run_share(run)
+    assert margin > 3 and step.after.lower > 0.9973
+    assert step.before == run_share(run).complement
     assert shift * 1e6 == pytest.approx(round(shift * 1e6), abs=1e-6)  # of 0.12 mm
     again = remedy_of(tolstat.open(run.path))
     assert again == remedy  # to the last bit

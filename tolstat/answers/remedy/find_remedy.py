@@ -118,7 +118,8 @@ class _Search:
             found = [*self._steps(tried, before)]
         elif (tried := self._by_weights(before)) is not None:
             changes = self._changes(tried.change)
-            found = [RemedyStep(changes, before.joint, tried.after.joint)]
+            pair = before.joint.complement, tried.after.joint.complement
+            found = [RemedyStep(changes, *pair)]
         else:
             return RemedyFinding(reason=NOTHING_HELPS, note=self.note)
         pairs = zip(before.limits, tried.after.limits, strict=True)
@@ -187,7 +188,8 @@ class _Search:
         for number, step in enumerate(found, 1):
             last = number == len(found)  # as proved
             new = tried.after.joint if last else step.after.joint
-            yield RemedyStep(self._changes(step.change), after, new)
+            pair = after.complement, new.complement
+            yield RemedyStep(self._changes(step.change), *pair)
             after = new
 
     def _quick_study(self) -> Study | None:

@@ -27,7 +27,7 @@ class RemedyStep(NamedTuple):
     """Changes that belong together."""
 
     changes: tuple[EntryChange, ...]
-    before: Estimate  # fraction out of any limit, after the earlier steps
+    before: Estimate  # yield of all limits, after the earlier steps
     after: Estimate
 
 

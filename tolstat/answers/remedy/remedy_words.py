@@ -63,7 +63,7 @@ def _step(run: Run, step: RemedyStep) -> Parts:
     first, *others = [_change(run, change) for change in step.changes]
     word = str(first[0])
     capital = text(word[0].upper() + word[1:], *first[1:])
-    before, after = 1 - step.before.value, step.after.complement
+    before, after = step.before.value, step.after
     return say(
         "{}: yield, all limits, from {} to {}", listed([capital, *others]),
         Number(before, PER_CENT), Number(after, PER_CENT),
