@@ -52,7 +52,7 @@ def test_what_steps_miss_leaves_the_limit_undecided(tmp_path, model, limit):
     assert seen.moved or seen.moved_third
     assert seen.largest > 0.1
     causes = found.responses["end"]
-    assert causes.causes.named == () and causes.off_centre is None
+    assert causes.causes.named == () and found.findings.remedy is None
     (step,) = next_steps(found)
     assert "max_step below the shortest event" in words_in(Paragraph(step))
 

@@ -278,7 +278,7 @@ def test_an_angle_beside_180_deg_is_no_verdict(ran, offset):
     assert each.limited.yields.verdict == "undecided"
     assert each.limited.yields.reason == JUMP and each.limited.yields.needed == 0
     assert each.causes.main is None and each.causes.reason is NoCause.JUMPS
-    assert each.off_centre is None
+    assert found.findings.remedy is None
     assert [step.kind for step in found.findings.steps] == [StepKind.MEND_FORMULA]
     (step,) = next_steps(found)
     assert as_text(step) == "Mend the formula of gap, as said above."

@@ -50,6 +50,7 @@ def sampled(problem: Problem, trials: int, seed: int) -> MovableTrials:
         problem.halves,
         np.array([drawing_step(half) for half in problem.halves]),
         ~np.isin(np.arange(number), problem.fixed),
+        np.ones(number, bool),
     )
     x, y = problem.sample(trials, np.random.default_rng(seed), design.none)
     limits = [Limit(*ends) for ends in problem.limits]

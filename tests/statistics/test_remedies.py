@@ -42,6 +42,7 @@ def stack(limit, free=(True, True, True), centre=0.0, trials=N, step=None, seed=
     design = Design(
         np.zeros(3), np.arange(3), HALVES,
         grid if step is None else np.full(3, step), np.array(free),
+        np.ones(3, bool),
     )  # fmt: skip
     y = x.sum(axis=1, keepdims=True) + centre
     return movable_trials(x, y, whole(trials), [Limit(*limit)], design)
@@ -87,6 +88,14 @@ def test_a_surface_has_products_only_where_they_pay():
     few = fitted_surface(z, z[:, :1] * z[:, 1:2] + noise)  # 231 terms for 500 trials
     assert not few.bends[0][~np.eye(20, dtype=bool)].any()
     assert few.remainders[0] == pytest.approx(math.sqrt(2), rel=0.1)
+
+
+def test_a_surface_of_many_contributors_has_the_products_of_the_main_ones():
+    z = np.random.default_rng(0).standard_normal((6000, 40))
+    y = z[:, :2].sum(axis=1) + 0.5 * z[:, 0] * z[:, 1]  # 861 terms with all products
+    surface = fitted_surface(z, y[:, None])
+    assert surface.bends[0, 0, 1] == pytest.approx(0.5)
+    assert surface.remainders[0] < 1e-6
 
 
 def test_a_constant_contributor_and_one_of_two_values_do_no_harm():
@@ -158,6 +167,7 @@ def test_parts_of_an_entry_change_together():
     design = Design(
         np.zeros(3), np.array([0, 0, 1]), np.array([1.0, 0.1]),
         np.array([1e-2, 1e-3]), np.array([True, True]),
+        np.ones(2, bool),
     )  # fmt: skip
     y = x.sum(axis=1, keepdims=True) + 4
     trials = movable_trials(x, y, whole(N), [Limit(-2, 2)], design)
@@ -183,7 +193,12 @@ def test_a_point_mass_at_the_middle_is_judged_by_counts():
     x = np.random.default_rng(1).standard_normal((N, 1))
     y = np.where(x > 3.2, 1.0, 0.0)
     design = Design(
-        np.zeros(1), np.array([0]), np.ones(1), np.full(1, 0.01), np.ones(1, bool)
+        np.zeros(1),
+        np.array([0]),
+        np.ones(1),
+        np.full(1, 0.01),
+        np.ones(1, bool),
+        np.ones(1, bool),
     )
     trials = movable_trials(x, y, whole(N), [Limit(-math.inf, 0.5)], design)
     margin = trials.moved(trials.design.none).margins[0, 1]
@@ -238,7 +253,12 @@ def test_an_interval_is_wider_where_the_surface_bends_or_explains_little():
     rng = np.random.default_rng(3)
     x = rng.standard_normal((N, 2)) / 3
     design = Design(
-        np.zeros(2), np.arange(2), np.ones(2), np.full(2, 0.01), np.ones(2, bool)
+        np.zeros(2),
+        np.arange(2),
+        np.ones(2),
+        np.full(2, 0.01),
+        np.ones(2, bool),
+        np.ones(2, bool),
     )
     change = Change(np.array([0.3, 0.0]), np.array([0.8, 1.0]))
 

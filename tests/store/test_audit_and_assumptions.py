@@ -88,7 +88,7 @@ def test_assumptions_are_values(tmp_path):
     assert micrometres == {"a": 150, "b": 0, "c": 0, "d": 15, "f": 200}
     assert assumed["a"].tolerance == pytest.approx((-0.05e-3, 0.35e-3))
     assert assumed["a"].nominal_shift == pytest.approx(0.05e-3)
-    assert assumed["a"].halved_as_typed == pytest.approx((0, 0.2e-3))
+    assert assumed["a"].changed_zone(0.0, 0.5) == pytest.approx((0, 0.2e-3))
     assert [name for name, part in assumed.items() if part.has_places] == ["b"]
     assert [part.parts for part in assumed.values()] == [0, 0, 0, 10, 10, 0]
     with_tolerance = [name for name, part in assumed.items() if part.has_tolerance]

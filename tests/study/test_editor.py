@@ -8,8 +8,8 @@ import pytest
 
 import tolstat
 from tests.answers.allocate.linear_stack import Linear, reciprocal
+from tests.answers.remedy.following import halved
 from tolstat.answers.allocate.fresh_runs import FreshRuns
-from tolstat.answers.halved_entries import halved_entries
 from tolstat.deviations.distributions import (
     Lognormal,
     Normal,
@@ -96,7 +96,7 @@ def test_every_answer_gives_the_same_distribution(tmp_path, kind):
     assert same(load(tomllib.loads(fresh)).deviating.distributions["a"], expected)
     link = tomllib.loads(fresh)["links"]["a"]
     assert link.keys() == {"nominal", "tolerance", *keys}
-    by_halves = tolstat.fresh_study(run, halved_entries(run, ["a"]))
+    by_halves = tolstat.fresh_study(run, halved(run, "a"))
     assert tomllib.loads(by_halves)["links"]["a"] == link
     words = link.get("distribution", "normal").replace("_", " ")
     try:

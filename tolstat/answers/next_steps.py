@@ -2,24 +2,16 @@
 
 import os
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
-from tolstat.answers.halved_entries import halved_entries
-from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, Remedy, TolstatError
 from tolstat.store.files_beside import free_name
 from tolstat.store.stored_run import IN_MEMORY, Run
-from tolstat.study.distribution_entry import KEYS, Entry, typed
-from tolstat.study.editor import StudyEditor, together
-from tolstat.study.nominal_size import DeviationReader
-from tolstat.study.problems import toml_of
-from tolstat.study.settings_section import NOMINAL
-from tolstat.units.grammar import quantity
-from tolstat.units.scale import KNOWN, figures
+from tolstat.study.editor import StudyEditor
+from tolstat.units.scale import figures
 
 SAVED = Path("run.h5")  # where commands look for a run in memory: a note says so
-MOST = 100_000  # trials of a run that is suggested
 WORDS = {
     Remedy.CUSTOM_MODEL: "name a custom model by --machine FILE.py:NAME",
     Remedy.REPLACE: "--force replaces it, -o gives another name",
@@ -68,11 +60,6 @@ def to_export(run: Run) -> str:
     return command("export", run.path, "-o", _file_of(run).with_suffix(".csv"))
 
 
-def _study_beside(run: Run, word: str) -> Path:
-    """Return the name of a study beside a run: run.h5, run-WORD.toml."""
-    return _file_of(run).with_name(f"{_file_of(run).stem}-{word}.toml")
-
-
 def _file_of(run: Run) -> Path:
     """Return the run file; of a run in memory the one that commands name."""
     return SAVED if run.path == IN_MEMORY else run.path
@@ -106,90 +93,27 @@ def to_extend(run: Run, trials: int) -> str:
     return command("extend", run.path, "--trials", trials, machine=run.machine)
 
 
-def to_halve(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
-    """Return the commands that write and run a study with some tolerances halved.
-
-    None if one of the parts has no tolerance.
-    """
-    halves, study = halved_entries(run, parts), _study_beside(run, "halved")
-    return _to_write(run, halves, study) if halves else ()
-
-
-def to_allocate(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
-    """Return the commands that find the cheapest tolerances.
-
-    Of a study without costs, parts with a tolerance get a price first: 1 over it.
-    """
-    study, priced = run.study_file, dict[str, str]()
-    entries = [*StudyEditor(run.study.table, run.contributors).entries()]
-    if any("cost" in entry.keys for entry in entries):
-        if study and study.is_file():
-            path = as_typed(free_name(study, "allocated"))
-            return (command("allocate", as_typed(study), "-o", path),)
-        return ()
-    for entry in entries:
-        if members := [name for name in entry.members if name in parts]:
-            scale, assumed = run.scales[members[0]], run.assumed[members[0]]
-            half = figures(scale.factor * assumed.tolerance.half, KNOWN)
-            keys = {k: x for k, x in entry.keys.items() if k in KEYS}
-            keys["cost"] = {
-                "law": "reciprocal", "at": f"+-{half} {scale.mark}".strip(), "price": 1,
-            }  # fmt: skip
-            priced[entry.name] = toml_of(keys)
-    if not priced:
-        return ()
-    costly = _study_beside(run, "priced")
-    write, _ = _to_write(run, priced, costly)
-    path = _study_beside(run, "allocated")
-    return write, command("allocate", costly, "-o", path, machine=run.machine)
-
-
-def to_shift(
-    run: Run, response: str, members: Sequence[str], shift: float, trials: int
-) -> tuple[str, ...]:
-    """Return the commands that write and run a study with shifted nominal values.
-
-    A link gets another nominal, a contributor with `nominal_shift` another one of that;
-    the zone of any other tolerance moves. None for measured parts, and for some parts
-    of a batch.
-    """
-    table, entries = run.study.table, dict[str, str]()
-    editor = StudyEditor(table, run.contributors)
-    links = editor.links
-    for member in members:
-        entry = editor.entry_of(member, nominal=member in links)
-        if entry.splits(members) or {"data", "parts"} & entry.keys.keys():
-            return ()
-        scale, reader = run.scales[member], DeviationReader(editor.parts[member])
-        if member in links:
-            nominal = quantity(str(entry.keys[NOMINAL]), scale.unit)
-            size = f"{scale.factor * (nominal + shift):.10g} {scale.mark}".strip()
-            entries[member] = toml_of({NOMINAL: size})
-        elif "nominal_shift" in entry.keys:
-            old = run.assumed[member].nominal_shift
-            keys = {k: x for k, x in entry.keys.items() if k in KEYS}
-            keys["nominal_shift"] = typed(old + shift, scale, reader)
-            entries[member] = toml_of(keys)
-        else:
-            zone = [end + shift for end in run.assumed[member].tolerance]
-            entries[member] = typed(zone, scale, reader)
+def to_change(run: Run, entries: Mapping[str, str]) -> tuple[str, str]:
+    """Return the commands that write a study with changed entries, and run it."""
     study = run.study_file or _file_of(run).with_suffix(".toml")
-    study = as_typed(free_name(study, f"{response}-centred"))
-    more = ["--trials", trials] if run.trials < trials <= MOST and not run.rules else []
-    return _to_write(run, entries, study, *more)
+    changed = as_typed(free_name(study, "remedy"))
+    words = (f"{name}={entry}" for name, entry in entries.items())
+    machine = run.machine
+    return (
+        command("what-if", run.path, *words, "--write", changed, machine=machine),
+        command("run", changed, machine=machine),
+    )
 
 
-def _to_write(
-    run: Run, entries: Mapping[str, str], study: Path, *options: object
-) -> tuple[str, str]:
-    """Return the commands that write a study with other entries, and run it."""
-    names = [part.name for part in run.contributors]
-    stem, shortest = general(next(iter(entries))), dict[str, Entry](entries)
-    if stem not in names and {*expand(stem, names)} == {*entries}:
-        shortest = together(stem, shortest)
-    words = (f"{name}={entry}" for name, entry in shortest.items())
-    write = command("what-if", run.path, *words, "--write", study, machine=run.machine)
-    return write, command("run", study, *options, machine=run.machine)
+def to_allocate(run: Run) -> tuple[str, ...]:
+    """Return the command that finds the cheapest tolerances; none without costs."""
+    study = run.study_file
+    entries = StudyEditor(run.study.table, run.contributors).entries()
+    priced = any("cost" in entry.keys for entry in entries)
+    if not (priced and study and study.is_file()):
+        return ()
+    path = as_typed(free_name(study, "allocated"))
+    return (command("allocate", as_typed(study), "-o", path),)
 
 
 def typed_setting(run: Run, name: str, value: float) -> str:

@@ -39,11 +39,13 @@ class Assumed(NamedTuple):
         """Whether it has a tolerance; measured parts and constants have none."""
         return not self.parts and self.tolerance.half > 0
 
-    @property
-    def halved_as_typed(self) -> Tolerance:
-        """Half the tolerance, about its centre, beside the shift of its nominal."""
-        fixed, shift = self.centre, self.nominal_shift
-        ends = (fixed + 0.5 * (end - fixed) - shift for end in self.tolerance)
+    def changed_zone(self, shift: float, ratio: float) -> Tolerance:
+        """Return the tolerance, multiplied by a ratio about its centre and shifted.
+
+        Beside the shift of its nominal, as an entry has it.
+        """
+        fixed, by = self.centre, shift - self.nominal_shift
+        ends = (fixed + ratio * (end - fixed) + by for end in self.tolerance)
         least = ROUNDING * self.tolerance.half
         return Tolerance(*(end if abs(end) > least else 0.0 for end in ends))
 

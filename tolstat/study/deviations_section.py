@@ -22,6 +22,7 @@ from tolstat.study.cost_entry import Priced, read_costs
 from tolstat.study.csv_table import read_parts
 from tolstat.study.distribution_entry import (
     DEFAULT,
+    REMEDY_KEYS,
     keys_of,
     read_distribution,
     written_unit,
@@ -91,7 +92,13 @@ def read_deviations(
         with problems.noting(f"[{section}] {name}", entry):
             keys = keys_of(entry)
             members = expand(name, [*parts])
-            cost = keys.pop("cost", None)
+            cost = keys.get("cost")
+            if any(key in keys for key in REMEDY_KEYS):  # seldom
+                from tolstat.study.remedy_keys import check_remedy_keys
+
+                check_remedy_keys(keys, {name: parts[name] for name in members})
+            for key in ("cost", *REMEDY_KEYS):
+                keys.pop(key, None)
             batch = _batch(name, keys.pop("common", None), members)
             within = keys.pop(MEAN_WITHIN, None)
             readers = {member: DeviationReader(parts[member]) for member in members}

@@ -64,6 +64,8 @@ OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module", "nominal_shift")
 KEYS = dict.fromkeys(
     [*OF_THE_TOLERANCE, "distribution", *(n for x in _FIELDS_OF.values() for n in x)]
 )
+FIXED, STEP = "fixed", "step"
+REMEDY_KEYS = (FIXED, STEP)  # keys for remedies: see `tolstat.study.remedy_keys`
 MOVED = (*PLACES, *WIDTHS, "mean")  # keys that change with the zone
 # by their keys: deviations without a tolerance that could change
 WITHOUT = {

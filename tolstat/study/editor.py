@@ -24,6 +24,7 @@ from tolstat.model.description import Contributor
 from tolstat.study.cost_entry import read_costs
 from tolstat.study.distribution_entry import (
     KEYS,
+    REMEDY_KEYS,
     Change,
     Entry,
     NominalShift,
@@ -213,7 +214,8 @@ class StudyEditor:
             return with_shift(keys, str(change["shift"]), part)
         if change.keys() <= {*self.columns}:
             return {**keys, **change}
-        stay = {k: x for k, x in keys.items() if k == "common" or k in self.columns}
+        staying = {"common", *REMEDY_KEYS, *self.columns}
+        stay = {k: x for k, x in keys.items() if k in staying}
         return {**stay, **change}
 
 

@@ -10,13 +10,14 @@ from tolstat.model import settings as model_settings
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
 from tolstat.study.deviations_section import MEAN_WITHIN
-from tolstat.study.distribution_entry import KEYS
+from tolstat.study.distribution_entry import FIXED, KEYS, STEP
 from tolstat.study.sampling import GIVEN
 from tolstat.study.study_schema import Document, Exponential, LimitEntry, PartsEntry
 
 Schema = dict[str, Any]
 _KEYS: Schema = {
-    **{key: {} for key in (*KEYS, "common", MEAN_WITHIN)},
+    **{key: {} for key in (*KEYS, "common", MEAN_WITHIN, STEP)},
+    FIXED: {"type": "boolean"},
     **PartsEntry.model_json_schema(by_alias=True)["properties"],
     "distribution": {"enum": list(DISTRIBUTIONS)},
     "cost": {

@@ -43,6 +43,8 @@ DEPENDENT = (
     "nominal_shift",
     "iso1328",
     "module",
+    "fixed",
+    "step",
 )
 
 

@@ -65,7 +65,7 @@ def test_an_angle_that_wraps_has_neither_verdict_nor_advice(tmp_path, before):
     assert ("angle" in jumps) == (behind > 0) and ("degrees" in jumps) == (behind >= 5)
     for name in jumps:
         each = report.responses[name]
-        assert each.causes.main is None and each.off_centre is None
+        assert each.causes.main is None and report.findings.remedy is None
         if name != "branch":
             assert jumps[name].turn and jumps[name].below == behind
             assert each.limited.yields.verdict == "undecided"

@@ -1,23 +1,20 @@
 """Findings about the limits of a run: what would help, and what to do next."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from tolstat.answers.halved_entries import common_tolerance, halved_entries, to_narrow
+import numpy as np
+
 from tolstat.answers.next_steps import (
     to_allocate,
     to_extend,
-    to_halve,
     to_resume,
     to_run_again,
-    to_shift,
     typed_setting,
 )
+from tolstat.answers.remedy.remedy_finding import RemedyFinding
 from tolstat.answers.report.report_answer import (
     NOT_BY_TOLERANCES,
-    Evidence,
     Findings,
-    Halving,
     LimitFinding,
     NoCause,
     Step,
@@ -25,18 +22,17 @@ from tolstat.answers.report.report_answer import (
 )
 from tolstat.answers.report.report_warnings import JumpWarning, ReportWarning
 from tolstat.answers.report.response_summary import ResponseSummary, by_what_decides
-from tolstat.answers.sampled_trials import audited_of
-from tolstat.statistics.estimate import Estimate
+from tolstat.answers.sampled_trials import Drawn, audited_of
 from tolstat.statistics.limits.yields import (
     INTEGRATION_ERROR,
     MET,
     NOT_MET,
     Caveat,
 )
+from tolstat.statistics.sensitivity.named_causes import LEAST
 from tolstat.statistics.summary import Limited
 from tolstat.store.stored_run import Run
 
-MOST_NAMED = 4  # parts that a change names
 MOST_RTOL = 1e-6  # the audit of a far too rough run is too rough as well
 
 Responses = Mapping[str, ResponseSummary]
@@ -44,23 +40,52 @@ Limits = Mapping[str, LimitFinding]
 
 
 def findings_of(
-    run: Run, responses: Responses, warnings: Sequence[ReportWarning]
+    drawn: Drawn, responses: Responses, warnings: Sequence[ReportWarning]
 ) -> Findings:
     """Return what is decided about the limits of a run of sampled trials."""
+    run = drawn.run
     limits = {
-        name: _limit_finding(run, responses[name], limited)
+        name: _limit_finding(responses[name], limited)
         for name, limited in by_what_decides(responses).items()
     }
-    centring = [centring_of(run, name, responses[name]) for name in limits]
-    known = sorted(filter(None, centring), key=lambda step: not step.parts)
-    by_response = {step.responses[0]: step for step in known}
-    steps = _steps(run, responses, limits, by_response, warnings)
-    return Findings(limits, by_response, tuple(steps))
+    remedy = _remedy(drawn, limits, warnings)
+    steps = _steps(run, responses, limits, remedy, warnings)
+    return Findings(limits, remedy, tuple(steps))
 
 
-def _limit_finding(
-    run: Run, response: ResponseSummary, limited: Limited
-) -> LimitFinding:
+def _remedy(
+    drawn: Drawn, limits: Limits, warnings: Sequence[ReportWarning]
+) -> RemedyFinding | None:
+    """Return what meets all limits together; None where that is not known.
+
+    Only more trials tell of limits that seem met, or missed by a few trials. And a run
+    that is not complete, too rough or jumps, or a search for trials out of limit, says
+    nothing about tolerances.
+    """
+    run = drawn.run
+    out_of = {name: np.count_nonzero(run.beyond(name)) for name in limits}
+    missed = any(
+        limit.verdict == NOT_MET or (limit.seems_missed and out_of[name] >= LEAST)
+        for name, limit in limits.items()
+        if limit.verdict != MET and not limit.measured  # more parts come first
+    )
+    rough = any(limit.reason == INTEGRATION_ERROR for limit in limits.values())
+    jumps = any(
+        isinstance(warning, JumpWarning) and warning.response in limits
+        for warning in warnings
+    )
+    if not missed or rough or jumps or run.aim or not run.complete:
+        return None
+    from tolstat.answers.remedy.find_remedy import remedy_of  # of missed limits alone
+
+    unmet = (limit for limit in limits.values() if limit.verdict != MET)
+    causes = dict.fromkeys(limit.causes[0] for limit in unmet if limit.causes)
+    remedy = remedy_of(drawn, [*causes])
+    decided = any(limit.verdict == NOT_MET for limit in limits.values())
+    return remedy if decided or (remedy and remedy.steps) else None
+
+
+def _limit_finding(response: ResponseSummary, limited: Limited) -> LimitFinding:
     yields, causes = limited.yields, response.causes
     finding = LimitFinding(
         yields.verdict,
@@ -72,10 +97,7 @@ def _limit_finding(
     if causes is None:
         return finding
     if causes.named:
-        return finding._replace(
-            causes=tuple(cause.members for cause in causes.named),
-            halving=halving_of(run, response, limited),
-        )
+        return finding._replace(causes=tuple(cause.members for cause in causes.named))
     by_tolerances = causes.reason not in NOT_BY_TOLERANCES
     largest = response.largest_share if by_tolerances else None
     return finding._replace(
@@ -85,63 +107,11 @@ def _limit_finding(
     )
 
 
-def halving_of(run: Run, response: ResponseSummary, limited: Limited) -> Halving | None:
-    """Return the effect of half the tolerances of the main cause of a limit.
-
-    None where it is met, or no cause is named.
-    """
-    main = response.causes.main if response.causes else None
-    if main is None or limited.yields.verdict == MET:
-        return None
-    entries = halved_entries(run, main.members)
-    common = common_tolerance(run, entries) if len(entries) <= MOST_NAMED else ""
-    before = limited.yields.fraction_out_of_limit
-    return Halving(
-        main.words, main.members, entries, common,
-        before, main.halved, differ(main.halved, before),
-        main.halved.lower > 1 - limited.limit.demanded,
-    )  # fmt: skip
-
-
-def differ(first: Estimate, second: Estimate) -> bool:
-    """Tell whether two fractions differ significantly.
-
-    They do if their intervals do not overlap. Each end errs in 2.5 % of all runs, so
-    one of the two facing ends errs in at most 5 %. The trials are the same: an interval
-    of the difference would be narrower, but its coverage was not measured.
-    """
-    return first.upper < second.lower or second.upper < first.lower
-
-
-def centring_of(run: Run, name: str, response: ResponseSummary) -> Step | None:
-    """Return the shift that centres a response; None if it is not off centre.
-
-    The first one with commands, else the least over its tolerance.
-    """
-    off, limited = response.off_centre, response.limited
-    if off is None or limited is None:
-        return None
-    needed, before = off.shifted.needed, limited.yields.fraction_out_of_limit
-    options = [
-        (shift, to_shift(run, name, shift.members, shift.shift, needed))
-        for shift in off.shifts
-    ]
-    step = Step(
-        StepKind.CENTRE, (name,), before=before, trials=needed,
-        after=off.shifted.fraction_out_of_limit, evidence=Evidence.PREDICTED,
-    )  # fmt: skip
-    for shift, commands in (*(each for each in options if each[1]), *options[:1]):
-        return step._replace(
-            parts=shift.members, shift=shift.shift, commands=tuple(commands)
-        )
-    return step
-
-
 def _steps(
     run: Run,
     responses: Responses,
     limits: Limits,
-    centring: Mapping[str, Step],
+    remedy: RemedyFinding | None,
     warnings: Sequence[ReportWarning],
 ) -> Iterator[Step]:
     """Yield the next steps, the first one first."""
@@ -160,12 +130,11 @@ def _steps(
         yield Step(kind, (jump.response,))
     if run.aim:
         return  # a search for trials out of limit says nothing about tolerances
-    yield from (step for step in centring.values() if step.parts)
     for step in (
         _measured(limits),
-        _halved(run, limits),
+        _changed(limits, remedy),
         _more_trials(run, responses, limits),
-        _allocated(run, responses, limits),
+        _allocated(run, limits),
     ):
         if step:
             yield step
@@ -201,37 +170,17 @@ def finer_run(run: Run, responses: Sequence[str]) -> Step | None:
     )
 
 
-def _halved(run: Run, limits: Limits) -> Step | None:
-    """Return the step that halves tolerances of a main cause; None without a gain.
-
-    First what the stored trials show to gain, then what only a fresh run tells.
-    """
-    halvings = {
-        name: limit.halving
-        for name, limit in limits.items()
-        if limit.halving and not limit.reason  # else the numbers are wrong
-    }
-    for name, halving in halvings.items():
-        gains = halving.after.value < halving.before.value
-        if gains and (halving.significant or limits[name].seems_missed):
-            return _halving_step(run, name, halving, Evidence.PREDICTED)
-    for name, halving in halvings.items():
-        if math.isnan(halving.after.value):
-            return _halving_step(run, name, halving, Evidence.UNKNOWN)
-    return None
-
-
-def _halving_step(run: Run, name: str, halving: Halving, evidence: Evidence) -> Step:
-    commands = to_halve(run, halving.parts)
-    kind = StepKind.HALVE if halving.significant else StepKind.TEST_HALF
-    step = Step(
-        kind, (name,), parts=halving.parts, entries=halving.entries,
-        before=halving.before, after=halving.after, evidence=evidence,
-        commands=tuple(commands),
-    )  # fmt: skip
-    if commands or evidence is Evidence.PREDICTED:
-        return step
-    return step._replace(kind=StepKind.NOT_HALVED, reason=str(halving.after.reason))
+def _changed(limits: Limits, remedy: RemedyFinding | None) -> Step | None:
+    """Return the step that changes entries, or says why none helps."""
+    if remedy is None:
+        return None
+    return Step(
+        StepKind.REMEDY,
+        tuple(name for name, limit in limits.items() if limit.verdict != MET),
+        parts=tuple(name for x in remedy.changes for name in x.members),
+        entries=remedy.entries,
+        commands=remedy.commands,
+    )
 
 
 def _more_trials(run: Run, responses: Responses, limits: Limits) -> Step | None:
@@ -270,33 +219,12 @@ def _fewest(trials: Mapping[str, int]) -> str:
     return min(needing, key=lambda name: trials[name], default="")
 
 
-def _allocated(run: Run, responses: Responses, limits: Limits) -> Step | None:
-    """Return the step that searches the cheapest tolerances; None where all is met.
-
-    Without costs in the study, only where halving those of the causes is too little, or
-    enough trials are out of limit and none of their causes is named.
-    """
+def _allocated(run: Run, limits: Limits) -> Step | None:
+    """Return the step that searches the cheapest tolerances, of a study with costs."""
     unmet = {n: limit for n, limit in limits.items() if limit.verdict != MET}
     if not unmet or any(limit.reason for limit in limits.values()):
         return None
-    parts = dict[str, None]()
-    for name, limit in unmet.items():
-        response = responses[name]
-        causes, halving = response.causes, limit.halving
-        if not causes or causes.reason in NOT_BY_TOLERANCES:
-            continue
-        if halving is None:
-            if limit.verdict == NOT_MET and not causes.needed:
-                parts |= dict.fromkeys(response.most_of_variance)
-        elif halving.still_missed or halving.after.value >= halving.before.value:
-            parts |= dict.fromkeys(n for cause in limit.causes for n in cause)
-    # a phase and measured parts have no tolerance
-    priced = [name for name in parts if to_narrow(run, [name])]
-    if not (commands := tuple(to_allocate(run, priced))):
-        return None
-    return Step(
-        StepKind.ALLOCATE,
-        tuple(unmet),
-        parts=tuple(priced) if len(commands) > 1 else (),
-        commands=commands,
+    commands = to_allocate(run)
+    return (
+        Step(StepKind.ALLOCATE, tuple(unmet), commands=commands) if commands else None
     )

@@ -1,21 +1,16 @@
 """The first page: which limits are met, in a table, main causes, next steps."""
 
-import math
 from collections import Counter
 from collections.abc import Collection
 
-from tolstat.answers.cells import limit_row, ppm
+from tolstat.answers.cells import limit_row
 from tolstat.answers.measured_words import few_entries, to_measure
 from tolstat.answers.report.finding_words import (
-    STILL_MISSED,
-    cause_words,
     in_words,
     next_steps,
-    off_centre_words,
     what_next,
 )
 from tolstat.answers.report.report_answer import (
-    Halving,
     LimitFinding,
     NoCause,
     RunSummary,
@@ -67,7 +62,6 @@ def first_page(
     return blocks.shown(
         in_words(summary.early_warnings),
         lead(summary),
-        blocks.Bullets(off_centre_words(summary)),
         limits_table(summary, links, MOST_LIMITS if crowded else None),
         *((steps, picture) if crowded else (picture, steps)),
         in_words(summary.late_warnings),
@@ -142,7 +136,7 @@ def limits_table(
             "response": Cell((link,), text(response.sentence)),
             **limit_row(limited, trials, summary.trials.failed, weighted=weighted),
             "main cause": _cause_cell(response, finding),
-            "what would help": _help_cell(finding),
+            "what would help": _help_cell(summary, name),
         })  # fmt: skip
     caption = rests_on(summary)
     if unseen := summary.unseen_errors:
@@ -187,32 +181,17 @@ def _cause_cell(response: ResponseSummary, finding: LimitFinding) -> Cell:
     return Cell(text(no_cause(finding)), variance)
 
 
-def _help_cell(finding: LimitFinding) -> Cell:
-    """Return what to measure, or what to tighten."""
-    if finding.measured:
-        return Cell(to_measure(finding.measured))
-    return remedy_cell(finding.halving)
-
-
-def remedy_cell(halving: Halving | None) -> Cell:
-    """Return what to tighten, above the fraction out of limit that this leaves.
-
-    Where that is not estimable, the reason stands below. A limit that is met needs
-    nothing.
-    """
-    if halving is None:
+def _help_cell(summary: RunSummary, response: str) -> Cell:
+    """Return what to measure or to change; a limit that is met needs nothing."""
+    findings = summary.findings
+    limit, remedy = findings.limits[response], findings.remedy
+    if limit.measured:
+        return Cell(to_measure(limit.measured))
+    if remedy is None or limit.verdict == MET:
         return Cell(())
-    change = say("halve {}", cause_words(halving))
-    if halving.tolerance:
-        names = listed([*map(Name, halving.entries)])
-        change = text(names, f" to {halving.tolerance}")
-    after = halving.after
-    if math.isnan(after.value):
-        return Cell(change, text(f"effect not estimable: {after.reason}"))
-    effect = STILL_MISSED if halving.still_missed else None
-    if after.sure and not halving.significant:
-        effect = ", no significant change"
-    return Cell(change, text(ppm(after), effect))
+    from tolstat.answers.remedy.remedy_words import remedy_cell  # seldom used
+
+    return remedy_cell(summary.stored_run, remedy, response)
 
 
 def of_variance(share: Estimate) -> Parts:

@@ -20,7 +20,6 @@ from tolstat.answers.report.main_causes import (
     indices_of,
     main_causes,
 )
-from tolstat.answers.report.off_centre import OffCentre, off_centre
 from tolstat.answers.report.report_answer import NoCause, Report, RunSummary
 from tolstat.answers.report.report_warnings import jumping, warnings_of
 from tolstat.answers.report.response_summary import (
@@ -48,7 +47,6 @@ from tolstat.store.stored_run import Run
 
 MOST_DEVIATIONS = 3  # of a worst trial
 MOST_ILLUSTRATED = 12  # responses of a page: their figures take longer than all else
-FEWEST_WITHIN = 0.1  # of the trials, of which those out of limit differ
 
 
 def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
@@ -63,14 +61,12 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         causes, summaries = main_causes(drawn), described_responses(drawn)
         contributions, members = shares.result()
     clusters = jumping(run, drawn.trials_done, dict.fromkeys([*run.limits, *focus]))
-    centres, rough = dict[str, OffCentre | None](), False
+    rough = False
     for name in causes:
         limited = summaries[name].limited
         wrong = limited and limited.yields.reason == INTEGRATION_ERROR
         rough |= bool(wrong)
-        if not (wrong or name in clusters):
-            centres[name] = off_centre(drawn, name, summaries[name])
-        if none := _no_cause(limited, centres.get(name), jumps=name in clusters):
+        if none := _no_cause(limited, jumps=name in clusters):
             causes[name] = causes[name]._replace(reason=none, named=())
         if name in clusters:
             causes[name] = causes[name]._replace(needed=0)
@@ -80,7 +76,6 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
             causes=causes.get(name),
             contributions=contributions.get(name),
             members=members if name in focus else {},
-            off_centre=centres.get(name),
         )
         for name, described in summaries.items()
     }
@@ -95,17 +90,14 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         all_limits=all_limits(drawn),
         responses=responses,
         numbers=numbers_of_study(run),
-        findings=findings_of(run, responses, warnings),
+        findings=findings_of(drawn, responses, warnings),
     )
 
 
-def _no_cause(
-    limited: Limited | None, offset: OffCentre | None, *, jumps: bool
-) -> NoCause | None:
+def _no_cause(limited: Limited | None, *, jumps: bool) -> NoCause | None:
     """Return why no contributor may be named as a cause; None if one may.
 
-    What is wrong has no cause among the parts, and of a response off centre the trials
-    out of limit show none.
+    What is wrong has no cause among the parts.
     """
     if jumps:
         return NoCause.JUMPS
@@ -113,8 +105,7 @@ def _no_cause(
         return NoCause.INTEGRATION_ERROR
     if limited and limited.yields.reason == Caveat.FEW_PARTS:
         return NoCause.FEW_PARTS
-    mostly_out = limited and limited.yields.within.value < FEWEST_WITHIN
-    return NoCause.OFF_CENTRE if offset and (offset.tolerances or mostly_out) else None
+    return None
 
 
 def report_of(

@@ -1,11 +1,10 @@
 """Main causes of the out-of-limit trials of each limit, and of the variance."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from itertools import chain
 from typing import Any
 
-from tolstat.answers.halved_entries import to_narrow
 from tolstat.answers.report.report_answer import NoCause
 from tolstat.answers.report.response_summary import (
     Cause,
@@ -29,13 +28,13 @@ from tolstat.statistics.sensitivity.named_causes import (
     named_causes,
 )
 from tolstat.statistics.sensitivity.pairs import BOTH_FAR, DIFFERENCE, SUM, Together
-from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
 from tolstat.store.assumed import effects_of
 from tolstat.store.run_records import Halved
 from tolstat.store.stored_run import Run
 
 MOST_IN_WORDS = 4  # parts in a sentence
 ROUNDING = 1e-9  # of a share: values above 1 by less are 1
+FIXED = " (fixed)"  # after what no remedy may change
 WAYS = {
     SUM: "both high, or both low",
     DIFFERENCE: "differ: one high, one low",
@@ -91,9 +90,10 @@ def _causes(
         *(part for part in candidates.parts if part.members not in together),
         *(pair for pair in candidates.pairs if pair.far.value <= pair.single),
     ]
+    fixed = _fixed(run) if ordered else frozenset[str]()
     named = [
         NamedCause(
-            _in_words(cause, of_kind.get(cause.members, "")), cause.members,
+            _in_words(cause, of_kind.get(cause.members, ""), fixed), cause.members,
             cause.level, *stored.get(cause.members, unknown),
             together.get(cause.members),
         )
@@ -104,8 +104,7 @@ def _causes(
         meets = [cause for cause in named if cause.halved.upper <= permitted]
         meets.sort(key=lambda cause: (len(cause.members), cause.halved.value))
         named = [*meets, *(cause for cause in named if cause not in meets)]
-    # a phase over a full turn, or measured parts, have no tolerance to change
-    named.sort(key=lambda cause: not to_narrow(run, cause.members))
+    named.sort(key=lambda cause: fixed >= {*cause.members})  # free ones come first
     reason, needed = "", 0
     if count == 0:
         reason = NoCause.NONE_OUT
@@ -118,17 +117,23 @@ def _causes(
     return Causes(count, reason, needed, tuple(named), contributors, kinds)
 
 
-def _in_words(cause: Named | Together, kind: str) -> str:
+def _fixed(run: Run) -> frozenset[str]:
+    from tolstat.answers.remedy.changed_entries import fixed_contributors
+
+    return fixed_contributors(run)
+
+
+def _in_words(cause: Named | Together, kind: str, fixed: Container[str]) -> str:
     """Return a cause in words; `kind`: of part, if it is all of one."""
     n = len(cause.members)
-    names: Sequence[str] = cause.members
+    names: Sequence[str] = [f"{x}{FIXED * (x in fixed)}" for x in cause.members]
     if n > MOST_IN_WORDS:
         names = [*names[: MOST_IN_WORDS - 1], f"{n - MOST_IN_WORDS + 1} more"]
     if isinstance(cause, Together):
         listed = f"{', '.join(names[:-1])} and {names[-1]}"
         return f"{listed} {WAYS.get(cause.how, 'only together')}"
     if n == 1:
-        return cause.members[0]
+        return names[0]
     parts = f"{kind} ({n} parts, " if kind else f"{', '.join(names)} ("
     why = "correlated: any may be the cause" if cause.correlated else "equivalent"
     return f"{parts}{why})"
@@ -193,6 +198,8 @@ def indices_of(drawn: Drawn, name: str) -> SobolIndices:
 
     Groups with a failed trial are left out and counted.
     """
+    from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
+
     groups, broken = drawn.groups(name)
     indices = sobol_indices(groups, list(drawn.sampled.factors))
     return SobolIndices(

@@ -1,12 +1,12 @@
 """The summary, the report and the findings of a run, as types. SI."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
 from tolstat.answers.cells import summary_cells
+from tolstat.answers.remedy.remedy_finding import RemedyFinding
 from tolstat.answers.report.report_warnings import NumbersWarning, ReportWarning
 from tolstat.answers.report.response_summary import (
     ReportedResponse,
@@ -21,8 +21,6 @@ from tolstat.statistics.limits.yields import Caveat, PartsDoubt, Verdict
 from tolstat.statistics.summary import Limited
 from tolstat.units.scale import Scale
 
-UNKNOWN_SHARE = Estimate(math.nan)
-
 
 class NoCause(StrEnum):
     """Why no contributor is named as a cause."""
@@ -31,16 +29,13 @@ class NoCause(StrEnum):
     MOST_OUT = "not named: most trials are out of limit"
     NOT_SIGNIFICANT = "no significant difference"
     RANDOM_ONLY = str(estimate.RANDOM_ONLY)
-    OFF_CENTRE = "off centre"
     JUMPS = "the response jumps"
     INTEGRATION_ERROR = Caveat.INTEGRATION_ERROR.value
     FEW_PARTS = "number of measured parts"
 
 
 # none of the contributors is to be changed for these reasons
-NOT_BY_TOLERANCES = (
-    NoCause.OFF_CENTRE, NoCause.JUMPS, NoCause.INTEGRATION_ERROR, NoCause.FEW_PARTS
-)  # fmt: skip
+NOT_BY_TOLERANCES = (NoCause.JUMPS, NoCause.INTEGRATION_ERROR, NoCause.FEW_PARTS)
 
 
 class StepKind(StrEnum):
@@ -51,37 +46,13 @@ class StepKind(StrEnum):
     FINER_RUN = "run with finer settings"
     MEND_FORMULA = "mend formula"
     CHECK_FORMULA = "check formula"  # a machine may jump so
-    CENTRE = "shift nominal values"
-    HALVE = "halve tolerances"
-    TEST_HALF = "test half tolerances"
-    NOT_HALVED = "tolerances cannot be halved"
+    REMEDY = "change nominal values and tolerances"
     MEASURE_PARTS = "measure more parts"
     ADD_TRIALS = "add trials"
     ALLOCATE = "allocate tolerances"
     SEE_WORST = "simulate the worst trial again"
     DRAW_RESPONSE = "draw another response"
     WRITE_TABLE = "write all trials as a table"
-
-
-class Evidence(StrEnum):
-    """How well the effect of a step is known."""
-
-    PREDICTED = "predicted"  # by the stored trials
-    UNKNOWN = "unknown"  # a fresh run shows it
-
-
-class Halving(NamedTuple):
-    """The effect of half the tolerances of the main cause of a limit."""
-
-    words: str  # the cause
-    parts: tuple[str, ...]  # contributors
-    entries: Mapping[str, str]  # of [deviations], as what-if takes them
-    # half the tolerance where it is the same for all, and all that changes; else empty
-    tolerance: str
-    before: Estimate  # fraction out of limit
-    after: Estimate
-    significant: bool  # whether their intervals do not overlap
-    still_missed: bool  # whether the limit is not met with them
 
 
 class LimitFinding(NamedTuple):
@@ -97,7 +68,6 @@ class LimitFinding(NamedTuple):
     # contributor or kind of part with the largest share of the variance, where no
     # cause is named
     largest_contribution: str = ""
-    halving: Halving | None = None  # None where it is met or no cause is named
     # where few measured parts leave it undecided: how far
     measured: PartsDoubt | None = None
 
@@ -108,15 +78,10 @@ class Step(NamedTuple):
     kind: StepKind
     responses: tuple[str, ...] = ()
     causes_of: tuple[str, ...] = ()  # responses whose causes more trials would tell
-    parts: tuple[str, ...] = ()  # contributors to change
+    parts: tuple[str, ...] = ()  # contributors that change
     entries: Mapping[str, str] = {}  # of [deviations], as what-if takes them
-    shift: float = math.nan  # of the nominal values of the parts, SI
     settings: Mapping[str, str] = {}  # as a study has them
     trials: int = 0  # in all; 0 as they are
-    before: Estimate = UNKNOWN_SHARE  # fraction out of limit of the one response
-    after: Estimate = UNKNOWN_SHARE
-    evidence: Evidence = Evidence.UNKNOWN
-    reason: str = ""  # why it cannot be done
     commands: tuple[str, ...] = ()  # to type, one after the other
 
 
@@ -124,8 +89,7 @@ class Findings(NamedTuple):
     """What is decided about a run, the most important first."""
 
     limits: Mapping[str, LimitFinding]
-    # by response off centre: its shift; without parts where none is known to centre it
-    centring: Mapping[str, Step]
+    remedy: RemedyFinding | None  # None where all is met, or nothing is known
     steps: tuple[Step, ...]
 
     def cells(self, response: str) -> dict[str, str | int]:
@@ -138,6 +102,17 @@ class Findings(NamedTuple):
             "trials that decide": limit.trials_that_decide if limit else 0,
             "next steps": "; ".join(step.kind for step in about),
             "commands": "; ".join(c for step in about for c in step.commands),
+            **self._remedy_cells(response),
+        }
+
+    def _remedy_cells(self, response: str) -> dict[str, str | int]:
+        remedy = self.remedy
+        if remedy is None or response not in self.limits:
+            return {"remedy": "", "remedy proved by trials": 0}
+        entries = (f"{name}={entry}" for name, entry in remedy.entries.items())
+        return {
+            "remedy": "; ".join(entries) or remedy.reason,
+            "remedy proved by trials": remedy.trials,
         }
 
 

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_draw, to_replay, typed_setting
 from tolstat.answers.report.chain_section import chain_blocks, size_words
-from tolstat.answers.report.finding_words import centring_words
 from tolstat.answers.report.first_page import (
     CENTRAL,
     at_least,
@@ -122,7 +121,6 @@ class _ResponseSection:
             values = blocks.paragraph(
                 say(NOT_DRAWN, Number(len(report.illustrated)), draw)
             )
-        centring = report.findings.centring.get(self.name)
         parts = (
             ("Performance", self._performance()),
             ("Mean and sigma", self._kinds_of_interval()),
@@ -139,7 +137,6 @@ class _ResponseSection:
             blocks.note(self._declared()),
             blocks.paragraph(self._point_mass()),
             values,
-            blocks.paragraph(centring_words(self.run, response, centring)),
             *(section(title, *part, level=3) for title, part in parts),
             anchor=self.name,
         )

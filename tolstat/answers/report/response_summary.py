@@ -7,7 +7,6 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from tolstat.answers.report.off_centre import OffCentre
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import WORST_FIRST
 from tolstat.statistics.point_mass import PointMass
@@ -177,7 +176,6 @@ class ResponseSummary(DescribedResponse):
     """A response at the end of a run; weighted trials tell no causes."""
 
     causes: Causes | None  # None without a limit
-    off_centre: OffCentre | None  # None if the limit is met, or its centre is right
     # of a response in focus, as the next; None where nothing deviates
     contributions: Contributions | None
     members: Mapping[str, tuple[str, ...]]  # of each kind of part

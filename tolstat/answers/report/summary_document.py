@@ -10,7 +10,6 @@ from tolstat.answers.next_steps import command
 from tolstat.answers.report.finding_words import (
     in_words,
     next_steps,
-    off_centre_words,
     what_next,
 )
 from tolstat.answers.report.first_page import (
@@ -22,17 +21,17 @@ from tolstat.answers.report.first_page import (
     reading,
     rests_on,
 )
-from tolstat.answers.report.off_centre import limit_rounding
 from tolstat.answers.report.report_answer import RunSummary
 from tolstat.answers.report.response_summary import ResponseSummary
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
-from tolstat.statistics.limits.limit import margins
+from tolstat.statistics.limits.limit import Limit, margins
 from tolstat.statistics.summary import QUANTILES
 from tolstat.units.scale import share_words
 
+LIMIT_ROUNDING = 1e-9  # of a limit
 STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
 AS_SAMPLED = "As sampled: holds if no rarer kind of trial exists than those seen."
 FOR_ANY = "For any distribution instead, as trials are few, or few dominate"
@@ -57,7 +56,6 @@ def summary_document(summary: RunSummary) -> blocks.Document:
         blocks.shown(
             in_words(summary.early_warnings),
             lead(summary),
-            blocks.Bullets(off_centre_words(summary)),
             limits_table(summary),
             responses_table(summary, names),
             blocks.note(more) if others else None,
@@ -154,9 +152,14 @@ def _worst_cases(summary: RunSummary) -> Parts:
                 "failed" if math.isnan(case.value) else Number(case.value, scale))
             for case in cases.values()
             if not margins(np.array(case.value), limit.permitted)
-            >= -limit_rounding(limit, summary.responses[name].nominal)
+            >= -_rounding(limit, summary.responses[name].nominal)
         ]  # fmt: skip
     listing = listed(out, joint="")
     return (
         say("Worst case of the tolerances, out of limit: {}.", listing) if out else ()
     )
+
+
+def _rounding(limit: Limit, size: float) -> float:
+    """Return the distance, SI, from an end of a limit that rounding may cause."""
+    return LIMIT_ROUNDING * max(0.0, *map(abs, (*limit.asked, size)))  # NaN is none

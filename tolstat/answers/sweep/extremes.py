@@ -121,7 +121,7 @@ def extremes_of(run: Run, chosen: Sequence[str] = ()) -> Extremes:
         failed=run.failed, responses=responses,
         meet_all=int(np.count_nonzero(~out_of_any)), best=best, worst=worst,
         focus=tuple(focus),
-        findings=Findings({}, {}, tuple(_next_steps(run, worst, focus))),
+        findings=Findings({}, None, tuple(_next_steps(run, worst, focus))),
         warnings=warnings_of_run(run),
         notes=tuple(notes_of(replace(run, warnings=()), None)),
     )  # fmt: skip

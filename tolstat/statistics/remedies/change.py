@@ -68,6 +68,8 @@ class Design(NamedTuple):
         To which a drawing rounds shifts and half tolerances, SI: see `drawing_step`.
     free : bool[entry]
         False if no remedy may change it.
+    movable : bool[entry]
+        False if no remedy may shift it.
     """
 
     centres: Array
@@ -75,6 +77,12 @@ class Design(NamedTuple):
     halves: Array
     steps: Array
     free: Truths
+    movable: Truths
+
+    @property
+    def shiftable(self) -> Truths:
+        """Which entries a remedy may shift."""
+        return np.asarray(self.free & self.movable)
 
     @property
     def none(self) -> Change:

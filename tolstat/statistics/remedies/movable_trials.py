@@ -16,6 +16,7 @@ from tolstat.statistics.remedies.surface import Surface, fitted_surface
 from tolstat.statistics.sample import Sample
 
 LEAST_TRIALS = 200
+MOST_FITTED = 16_384  # trials of a surface: more tell its slopes hardly better
 DEEP, DEEPEST = 10.0, 0.02  # trials in the tail that shows the spread; its most
 POINT_MASS = 1e-9  # of the room to a limit: a tail without any spread
 RAREST = 1e-9  # permitted trials, where as many fail as are permitted
@@ -75,7 +76,7 @@ class MovableTrials:
         failed = int(np.count_nonzero(~done))
         return replace(
             self, z=z, responses=y, failed=failed, design=design,
-            surface=fitted_surface(z, y),
+            surface=_surface(z, y),
         )  # fmt: skip
 
     def moved(self, change: Change) -> Moved:
@@ -216,5 +217,11 @@ def movable_trials(
         if refused:
             return reason
     z, responses = design.scaled(deviations[done]), responses[done]
-    surface = fitted_surface(z, responses)
+    surface = _surface(z, responses)
     return MovableTrials(z, responses, sample.failed, permitted, out, design, surface)
+
+
+def _surface(z: Array, responses: Array) -> Surface:
+    """Return the surface of a part of the trials, if these are many."""
+    chosen = slice(None, None, -(-len(z) // MOST_FITTED))
+    return fitted_surface(z[chosen], responses[chosen])

@@ -10,7 +10,8 @@ from tolstat.statistics.remedies.centring import CENTRED, centred
 from tolstat.statistics.remedies.movable_trials import MovableTrials, Moved
 
 AIM_PROVED, AIM_PREDICTED = 1.05, 1.15  # score: fresh trials follow, or none do
-PAIRED, TOGETHER = 8, 12  # steepest entries shifted in pairs; all together
+SINGLE = 24  # steepest entries shifted alone
+PAIRED, TOGETHER = 8, 12  # of these in pairs; all together
 LARGER = 1.1, 0.05  # times, plus: what more entries have to gain
 RATIOS = 0.8, 0.63, 0.5, 0.4, 0.32, 0.25
 WIDER = 1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3
@@ -42,9 +43,10 @@ def steepest(moved: Moved) -> Integers:
 
 def _shifted(moved: Moved, aim: float) -> Moved:
     """Shift one entry; if the aim needs it two, or many."""
-    order, best = steepest(moved).tolist(), moved
+    movable, best = moved.origin.design.movable, moved
+    order = [entry for entry in steepest(moved).tolist() if movable[entry]]
     for sets in (
-        [[entry] for entry in order],
+        [[entry] for entry in order[:SINGLE]],
         combinations(order[:PAIRED], 2),
         [order[:TOGETHER]],
     ):

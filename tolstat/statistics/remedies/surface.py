@@ -9,8 +9,9 @@ from tolstat.arrays import Array, Integers
 
 BLOCK = 4096  # trials whose terms are in memory at a time
 TRIALS_PER_TERM = 4  # at least, with products
+MOST_TERMS = 600  # of a fit, whose time grows with their cube
 WELL_EXPLAINED = 0.01  # of sigma: where squares leave less, products do not pay
-SIGNIFICANT, ROUNDING = 3.0, 1e-9  # standard errors; of sigma: second order below is 0
+SIGNIFICANT, ROUNDING = 3.0, 1e-9  # standard errors; of sigma: terms below are 0
 NONLINEAR = 0.25  # part of what bends add that may be wrong
 UNEXPLAINED, REMAINDER = 0.02, 0.5  # of sigma: from there half of it may change
 RANK = 1e-10  # of the largest singular value: terms below it depend on others
@@ -81,7 +82,7 @@ def fitted_surface(z: Array, responses: Array) -> Surface:
     """Fit float64[trial, response] to scaled deviations, float64[trial, contributor].
 
     Products of two contributors take part if there are four trials a term, and if some
-    response is not nearly explained without them.
+    response is not nearly explained without them; of many contributors the main ones.
     """
     trials, contributors = z.shape
     sigma = responses.std(axis=0)
@@ -89,9 +90,15 @@ def fitted_surface(z: Array, responses: Array) -> Surface:
     first, second = np.triu_indices(contributors, 1)
     terms = 1 + 2 * contributors + len(first)
     unexplained = np.any(surface.remainders > WELL_EXPLAINED * sigma)
-    if unexplained and len(first) and terms * TRIALS_PER_TERM < trials:
-        return _fitted(z, responses, first, second)
-    return surface
+    if not (unexplained and len(first) and terms * TRIALS_PER_TERM < trials):
+        return surface
+    if terms > MOST_TERMS:
+        influence = np.abs(surface.slopes) + np.abs(np.einsum("jii->ij", surface.bends))
+        share = influence * z.std(axis=0)[:, None] / np.where(sigma > 0, sigma, 1.0)
+        most = int(np.sqrt(2 * max(MOST_TERMS - 2 * contributors, 0)))
+        main = np.sort(np.argsort(-share.max(axis=1), kind="stable")[:most])
+        first, second = (main[i] for i in np.triu_indices(len(main), 1))
+    return _fitted(z, responses, first, second)
 
 
 def _fitted(z: Array, responses: Array, first: Integers, second: Integers) -> Surface:
@@ -116,8 +123,8 @@ def _fitted(z: Array, responses: Array, first: Integers, second: Integers) -> Su
     free = max(trials - terms, 1)
     remainders = sigma * np.sqrt(np.maximum(trials - explained, 0) / free)
     chance = SIGNIFICANT * remainders / sigma / np.sqrt(trials) + ROUNDING
-    bent = solution[1 + contributors :]
-    bent[np.abs(bent) < chance] = 0.0
+    terms_of_z = solution[1:]  # by chance, a shift along them would lead anywhere
+    terms_of_z[np.abs(terms_of_z) < chance] = 0.0
     solution *= sigma
     linear, squares, products = np.split(solution[1:], [contributors, 2 * contributors])
     bends = np.zeros((len(mean), contributors, contributors))

@@ -13,6 +13,8 @@ from tolstat.statistics.remedies.prediction import Shares, predicted
 from tolstat.statistics.remedies.remedy import smallest_change
 
 WITHOUT_SPREAD = 1e-3  # ratio of all free entries
+MOST_UNEXPLAINED = 0.5  # of a variance that stays
+FINEST = 1e-3 * WITHOUT_SPREAD  # rounding: the spread that is left is small
 MOST_FREED = 2  # fixed entries that are tried as free ones, the main ones first
 
 
@@ -49,29 +51,39 @@ class Unavoidable(NamedTuple):
 def unavoidable(trials: MovableTrials, aim: float) -> Unavoidable | None:
     """Return what no change of the free entries meets; None if a change may."""
     design = trials.design
-    exact = replace(
-        trials, design=design._replace(steps=WITHOUT_SPREAD * design.halves)
-    )
+    exact = replace(trials, design=design._replace(steps=FINEST * design.halves))
     ratios = np.where(design.free, WITHOUT_SPREAD, 1.0)
     without = exact.moved(design.none._replace(ratio=ratios))
-    best = centred(without, np.flatnonzero(design.free).tolist())
-    if best.score >= 1:
+    best = centred(without, np.flatnonzero(design.shiftable).tolist())
+    if best.score >= 1 or _is_remainder(best):
         return None
     contributions = _contributions(best)
     freed = list[Freed]()
-    for entry in np.argsort(-contributions, kind="stable")[:MOST_FREED].tolist():
+    fixed = [i for i in np.argsort(-contributions, kind="stable") if not design.free[i]]
+    for entry in fixed[:MOST_FREED]:
         free = design.free | (np.arange(len(design.free)) == entry)
         helped = smallest_change(
             replace(trials, design=design._replace(free=free)), aim
         )
         if helped.score >= aim:
             half = float(helped.change.ratio[entry] * design.halves[entry])
-            freed.append(Freed(entry, half, helped.change))
+            freed.append(Freed(int(entry), half, helped.change))
     needed = best.middle[:, None] + best.reach * [-1, 1]
     permitted = np.where(best.margins < 1, needed, trials.permitted)
     return Unavoidable(
         predicted(exact, best.change), contributions, permitted, tuple(freed)
     )
+
+
+def _is_remainder(moved: Moved) -> bool:
+    """Return whether most of what spreads is what the surface does not explain.
+
+    That would not stay: a model has no spread of its own.
+    """
+    missed = moved.margins.min(axis=1) < 1
+    variance = moved.responses.var(axis=0)[missed]
+    unexplained = moved.origin.surface.remainders[missed] ** 2
+    return bool(np.any(unexplained > MOST_UNEXPLAINED * variance))
 
 
 def _contributions(moved: Moved) -> Array:

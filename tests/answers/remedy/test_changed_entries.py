@@ -1,8 +1,7 @@
-"""Commands that halve the tolerance of a cause, each run as it is printed."""
+"""Entries after a change: half a tolerance, of every kind of entry, as it is typed."""
 
 from __future__ import annotations
 
-import re
 import shlex
 import tomllib
 from copy import deepcopy
@@ -11,19 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomli_w
-from click.testing import CliRunner
 
 import tolstat
+from tests.answers.remedy.following import follow, halved, typed
 from tests.conftest import ROOT
 from tolstat.answers.allocate import search
-from tolstat.answers.halved_entries import halved_entries
-from tolstat.answers.next_steps import to_allocate, to_halve
-from tolstat.answers.report.chosen_steps import halving_of
-from tolstat.answers.report.finding_words import next_steps
-from tolstat.answers.report.first_page import remedy_cell
+from tolstat.answers.next_steps import to_change
+from tolstat.answers.remedy.changed_entries import fixed_contributors
 from tolstat.answers.report.report_answer import StepKind
-from tolstat.cli.main import main
-from tolstat.render.screen import as_text
 from tolstat.study.study import load
 
 # the entry of a link, half of it about its middle (a lognormal distribution begins at
@@ -76,25 +70,18 @@ def chain(tmp_path, entry, limit, trials=4000):
     return tolstat.run(study)
 
 
-def typed(command):
-    done = CliRunner().invoke(main, shlex.split(command)[1:])
-    assert done.exit_code in (0, 3), done.output
-    return done.output
-
-
 @pytest.mark.parametrize("kind", ENTRIES)
-def test_the_printed_command_halves_as_the_number_promises(tmp_path, kind):
+def test_the_commands_halve_as_the_number_promises(tmp_path, kind):
     entry, half, limit = ENTRIES[kind]
     run = chain(tmp_path, entry, limit)
-    shown = CliRunner().invoke(main, ["show", str(run.path)]).output
-    command, again = re.findall("^   (tolstat (?:what-if|run) .*)$", shown, re.M)[:2]
-    assert typed(command).partition("run it: ")[2].strip() == again
-    study = tomllib.loads((tmp_path / "chain-halved.toml").read_text())
+    write, again = to_change(run, halved(run, "a"))
+    follow((write, again))
+    study = tomllib.loads((tmp_path / "chain.remedy.toml").read_text())
     wanted = half if isinstance(half, dict) else {"tolerance": half}
     assert study["links"]["a"] == {"nominal": "50 mm", **wanted}
-    typed(f"{again} --trials 100000")
-    (fresh,) = tolstat.summary(tmp_path / "chain-halved.h5").limits.values()
-    promised = tolstat.summary(run).responses["gap"].causes.main.halved
+    typed(f"{again} --trials 100000 --force")
+    (fresh,) = tolstat.summary(tmp_path / "chain.remedy.h5").limits.values()
+    promised = tolstat.summary(run).responses["gap"].causes.contributors["a"].halved
     found = fresh.yields.fraction_out_of_limit
     if promised.value == promised.value:
         assert found.upper >= promised.lower and found.lower <= promised.upper
@@ -104,7 +91,7 @@ def test_measured_parts_have_no_tolerance_to_halve(tmp_path):
     sizes = "\n".join(str(50 + i * 0.01) for i in range(-40, 41))
     (tmp_path / "parts.csv").write_text(f"size [mm]\n{sizes}\n")
     run = chain(tmp_path, {"data": "parts.csv", "column": "size"}, "<= 0.3 mm")
-    assert not to_halve(run, ["a"])
+    assert "a" in fixed_contributors(run) and not halved(run, "a")
 
 
 # the middles meet the limits with half the widths, the zones as drawn do not: ppm by
@@ -145,7 +132,7 @@ def test_half_the_widths_about_the_same_middles_meet_the_limit(tmp_path, kind):
     assert found.lower <= now * 1e-6 <= found.upper
     if both := run.diagnostics.halved["gap"].get(("a", "b")):  # named as one cause
         assert both.beyond.lower <= then * 1e-6 <= both.beyond.upper
-    entries = halved_entries(run, ["a", "b"])
+    entries = halved(run, "a", "b")
     fresh = tolstat.fresh_study(run, entries)
     table = tomllib.loads(fresh) | {"trials": 40_000}
     again = tolstat.run(table, output=tmp_path / "half.h5")
@@ -186,64 +173,33 @@ THREE = {
 }  # fmt: skip
 
 
-def lines(run):
-    """The commands that the summary of a run suggests, in their order."""
-    shown = CliRunner().invoke(main, ["show", str(run.path)]).output
-    shown = re.sub(r" \\\n +", " ", shown)
-    return re.findall("^   (tolstat .*)$", shown, re.MULTILINE)
-
-
-def test_the_search_for_tolerances_is_written_with_prices(tmp_path):
+def test_a_search_for_tolerances_is_offered_where_costs_are(tmp_path):
     study, path = deepcopy(THREE), tmp_path / "three.toml"
-    study["limits"]["gap"] = {"limit": "0.42..0.58 mm", "yield": "80 %"}
     path.write_text(tomli_w.dumps(study))
-    write, search = lines(tolstat.run(path))
-    typed(write)
-    place = shlex.split(search)[2]
-    priced = load(Path(place)).deviating.priced
-    prices = {each.name: each.cost(each.specified_choice) for each in priced}
-    assert prices == {"H": pytest.approx(1), "a": pytest.approx(1)}
+    steps = tolstat.summary(tolstat.run(path)).findings.steps
+    assert StepKind.ALLOCATE not in [step.kind for step in steps]
     study["links"]["H"]["cost"] = {"law": "reciprocal", "at": "+-0.3 mm", "price": 3}
     path.write_text(tomli_w.dumps(study))
-    *_, search = lines(tolstat.run(path, force=True))
-    assert search.split()[1:3] == ["allocate", str(path)]
-
-
-def test_a_step_says_that_halving_is_too_little(tmp_path):
-    found = tolstat.summary(tolstat.run(THREE, output=tmp_path / "three.h5"))
-    assert found.responses["gap"].causes.main.halved.lower > 0.0027
-    halve, *_ = found.findings.steps
-    assert halve.kind is StepKind.HALVE
-    assert found.findings.limits["gap"].halving.still_missed
-    (halve, *_) = [as_text(each) for each in next_steps(found)]
-    assert ", still not met." in halve
+    *_, step = tolstat.summary(tolstat.run(path, force=True)).findings.steps
+    assert step.kind is StepKind.ALLOCATE
+    assert step.commands[0].split()[1:3] == ["allocate", str(path)]
 
 
 def test_a_class_of_gears_halves_as_its_zone_and_a_full_turn_stays(tmp_path):
     path = tmp_path / "grades.h5"
     run = tolstat.run(ROOT / "runs/khpt75-grades.toml", trials=16, output=path)
-    command, _ = to_halve(run, ["runout_7", "runout_phase_7", "tooth_position_1"])
-    name, *entries = shlex.split(command)[1:5]
+    entries = halved(run, "runout_7", "runout_phase_7", "tooth_position_1")
     zone = run.assumed["tooth_position_1"].tolerance[1] * 1e6
-    assert name == "what-if" and "runout_phase" not in command
-    assert f"tooth_position_1=+-{zone / 2:g} um" in entries
-    (runout,) = (each for each in entries if each.startswith("runout_7"))
-    typed(command)
-    written = tomllib.loads((tmp_path / "grades-halved.toml").read_text())
-    entry = {"tolerance": runout.partition("=")[2], "distribution": "weibull"}
-    assert written["deviations"]["runout_7"] == {**entry, "shape": 2}
-    both, _ = to_halve(run, ["tooth_position_1", "tooth_position_2"])
-    assert "'tooth_position=+-" in both
-
-
-def test_the_next_step_says_why_a_cause_cannot_be_halved(tmp_path):
-    sizes = "\n".join(str(50 + i * 0.01) for i in range(-40, 41))
-    (tmp_path / "parts.csv").write_text(f"size [mm]\n{sizes}\n")
-    entry = {"data": "parts.csv", "column": "size"}
-    found = tolstat.summary(chain(tmp_path, entry, "<= 0.3 mm"))
-    assert StepKind.NOT_HALVED in [step.kind for step in found.findings.steps]
-    said = [as_text(each) for each in next_steps(found)]
-    assert "a cannot be halved: it has no tolerance." in said
+    assert not any("runout_phase" in name for name in entries)
+    assert entries["tooth_position"] == f"+-{zone / 2:g} um"
+    write, _ = to_change(run, entries)
+    typed(write)
+    name = shlex.split(write)[-1]
+    written = tomllib.loads(Path(name).read_text())["deviations"]
+    Path(name).unlink()
+    assert written["tooth_position"] == entries["tooth_position"]
+    runout = {"tolerance": entries["runout_7"], "distribution": "weibull", "shape": 2}
+    assert written["runout_7"] == runout  # another size has another zone
 
 
 KEYED = {
@@ -255,41 +211,34 @@ KEYED = {
 }
 
 
+LAW = {"law": "reciprocal", "at": "+-0.2 mm", "price": 1}
+
+
 @pytest.mark.parametrize("key", KEYED)
-def test_a_price_that_is_proposed_fits_the_other_keys(tmp_path, key):
-    run = chain(tmp_path, {"tolerance": "+-0.2 mm", **KEYED[key]}, "<= 0.1 mm")
-    write, _ = to_allocate(run, ["a"])
-    typed(write)
-    (priced,) = load(tmp_path / "chain-priced.toml").deviating.priced
+def test_a_price_fits_the_other_keys(key):
+    study = deepcopy(THREE)
+    study["links"]["a"] |= {"tolerance": "+-0.2 mm", "cost": LAW, **KEYED[key]}
+    (priced,) = load(study).deviating.priced
     assert priced.cost(priced.specified_choice) == pytest.approx(1)
 
 
-def test_a_price_is_proposed_though_the_mean_lies_near_an_end(tmp_path):
+def test_a_price_fits_though_the_mean_lies_near_an_end():
     """The shift of the mean moves with the tolerance, as a plateau does."""
-    entry = {"tolerance": "+-0.2 mm", "shift": "0.195 mm"}
-    run = chain(tmp_path, entry, "<= 0.1 mm")
-    write, _ = to_allocate(run, ["a"])
-    typed(write)
-    (priced,) = load(tmp_path / "chain-priced.toml").deviating.priced
+    study = deepcopy(THREE)
+    study["links"]["a"] |= {"shift": "0.195 mm", "cost": LAW}
+    (priced,) = load(study).deviating.priced
     tightest, _ = priced.ends
     (narrow,) = priced.distributions(tightest).values()
     assert narrow.shift == pytest.approx(0.195e-3 / 4)
 
 
-@pytest.mark.parametrize(
-    ("key", "limit"),
-    [
-        ("plateau", "<= 0.1 mm"), ("mode", "-0.06..0.18 mm"),
-        ("shift", "-0.25..-0.05 mm"),
-    ],
-)  # fmt: skip
-def test_the_table_names_no_tolerance_that_is_refused_alone(tmp_path, key, limit):
-    run = chain(tmp_path, {"tolerance": "+-0.2 mm", **KEYED[key]}, limit)
-    found = tolstat.summary(run).responses["gap"]
-    halving = halving_of(run, found, found.limited)
-    assert halving.tolerance == ""
-    said = as_text(remedy_cell(halving).main)
-    assert said in ("halve a", "halve a and b")  # not "to +-0.1 mm"
+@pytest.mark.parametrize("key", KEYED)
+def test_other_keys_move_with_the_tolerance(tmp_path, key):
+    run = chain(tmp_path, {"tolerance": "+-0.2 mm", **KEYED[key]}, "<= 0.1 mm")
+    write, again = to_change(run, halved(run, "a"))
+    before, after = run.assumed["a"], follow((write, again)).assumed["a"]
+    assert after.sigma == pytest.approx(before.sigma / 2, rel=1e-6)
+    assert after.centre == pytest.approx(before.centre)
 
 
 def test_links_whose_deviation_stands_elsewhere(tmp_path):
@@ -303,7 +252,7 @@ def test_links_whose_deviation_stands_elsewhere(tmp_path):
     }  # fmt: skip
     run = tolstat.run(study, output=tmp_path / "b.h5")
     assert tolstat.summary(run).verdicts == {"gap": "not met"}
-    entries = halved_entries(run, ["b_1", "b_2"])
+    entries = halved(run, "b_1", "b_2")
     assert entries == {"b": "-0.09..-0.03 mm"}
     written = tomllib.loads(tolstat.fresh_study(run, entries))["deviations"]["b"]
     assert written == {"tolerance": "-0.09..-0.03 mm", "distribution": "uniform"}

@@ -1,0 +1,1 @@
+"""The remedy of a run: what meets all its limits together."""

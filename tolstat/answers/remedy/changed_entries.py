@@ -1,0 +1,134 @@
+"""What a remedy may change in the study of a run, and its entries after a change."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.model.description import Contributor
+from tolstat.statistics.remedies.change import Change, Design, drawing_step
+from tolstat.store.assumed import is_turn
+from tolstat.store.stored_run import Run
+from tolstat.study.distribution_entry import Entry, typed
+from tolstat.study.editor import StudyEditor, together
+from tolstat.study.nominal_size import DeviationReader
+from tolstat.study.problems import toml_of
+from tolstat.study.remedy_keys import is_fixed, step_of
+from tolstat.study.settings_section import NOMINAL
+from tolstat.units.grammar import quantity
+
+
+class ChangeableEntries(NamedTuple):
+    """The entries with a tolerance, in the order of `design`."""
+
+    names: tuple[str, ...]  # as the study has them
+    members: tuple[tuple[str, ...], ...]  # contributors
+    design: Design
+
+    @property
+    def contributors(self) -> list[str]:
+        """All contributors, in the order of the design."""
+        return [name for members in self.members for name in members]
+
+
+def changeable_entries(run: Run) -> ChangeableEntries:
+    """Return the entries of a run whose parts deviate, and what of them is free."""
+    editor = StudyEditor(run.study.table, run.contributors)
+    groups = dict[str, list[str]]()
+    for name, assumed in run.assumed.items():
+        if assumed.tolerance.half > 0:
+            groups.setdefault(assumed.entry, []).append(name)
+    steps, movable, fixed = list[float](), list[bool](), fixed_contributors(run)
+    for members in groups.values():
+        first = members[0]
+        keys, part = editor.entry_of(first).keys, editor.parts[first]
+        factor = run.scales[first].factor
+        step = step_of(keys, part) or drawing_step(_half(run, members), factor)
+        steps.append(step)
+        movable.append(part.gear is None)
+    idle = (x for x in groups.values() if {*x} <= {*run.diagnostics.idle})
+    stays = fixed.union(*idle)
+    names = tuple(groups)
+    entries = np.repeat(np.arange(len(names)), [len(x) for x in groups.values()])
+    columns = [name for members in groups.values() for name in members]
+    halves = np.array([_half(run, members) for members in groups.values()])
+    design = Design(
+        np.array([run.assumed[name].centre for name in columns]), entries, halves,
+        np.array(steps), np.array([stays.isdisjoint(x) for x in groups.values()]),
+        np.array(movable, bool),
+    )  # fmt: skip
+    return ChangeableEntries(names, tuple(map(tuple, groups.values())), design)
+
+
+def fixed_contributors(run: Run) -> frozenset[str]:
+    """Return the contributors that no remedy may change."""
+    editor = StudyEditor(run.study.table, run.contributors)
+    keys = {name: entry.keys for entry in editor.entries() for name in entry.members}
+    return frozenset(
+        name
+        for name in run.assumed
+        if _stays(run, name, keys.get(name, {}), editor.parts[name])
+    )
+
+
+def _stays(run: Run, name: str, keys: Mapping[str, object], part: Contributor) -> bool:
+    """Return whether a contributor is fixed, or deviates by a full turn."""
+    assumed = run.assumed[name]
+    turns = is_turn(run.units[name], assumed.tolerance)
+    return is_fixed(keys, part) or turns or not assumed.has_tolerance
+
+
+def _half(run: Run, members: list[str]) -> float:
+    return max(run.assumed[name].tolerance.half for name in members)
+
+
+def changed_entries(
+    run: Run, entries: ChangeableEntries, change: Change
+) -> dict[str, Entry]:
+    """Return entries of [deviations] after a change, as what-if takes them.
+
+    A link that is only shifted gets another nominal, an entry with `nominal_shift`
+    another one of that; any other tolerance is written as it lies then.
+    """
+    editor, design = StudyEditor(run.study.table, run.contributors), entries.design
+    changed = dict[str, Entry]()
+    for i in sorted({*change.shifted.tolist(), *change.tightened.tolist()}):
+        shift, ratio = float(change.shift[i] * design.halves[i]), float(change.ratio[i])
+        new = {
+            member: _changed(run, editor, member, shift=shift, ratio=ratio)
+            for member in entries.members[i]
+        }
+        changed |= together(entries.names[i], new)
+    return changed
+
+
+def typed_tolerance(
+    run: Run, member: str, ratio: float = 1.0, *, shift: float = 0.0
+) -> str:
+    """Return the tolerance of a contributor after a change, as a study types it."""
+    part = next(part for part in run.contributors if part.name == member)
+    zone = run.assumed[member].changed_zone(shift, ratio)
+    return typed(zone, run.scales[member], DeviationReader(part))
+
+
+def _changed(
+    run: Run, editor: StudyEditor, member: str, *, shift: float, ratio: float
+) -> Entry:
+    assumed, scale = run.assumed[member], run.scales[member]
+    reader = DeviationReader(editor.parts[member])
+    keys = editor.entry_of(member).keys
+    if "nominal_shift" in keys and shift:
+        by = typed(assumed.nominal_shift + shift, scale, reader)
+        zone = typed_tolerance(run, member, ratio)
+        new = editor.changed(member, zone)[member].keys if ratio < 1 else keys
+        return {k: new[k] for k in new if k != NOMINAL} | {"nominal_shift": by}
+    if shift and ratio == 1 and member in editor.links:
+        size = editor.entry_of(member, nominal=True).keys[NOMINAL]
+        nominal = scale.factor * (quantity(str(size), scale.unit) + shift)
+        return {NOMINAL: f"{nominal:.10g} {scale.mark}".strip()}
+    return typed_tolerance(run, member, ratio, shift=shift)
+
+
+def worded_entries(entries: Mapping[str, Entry]) -> dict[str, str]:
+    """Return entries as a person types them."""
+    return {n: x if isinstance(x, str) else toml_of(x) for n, x in entries.items()}

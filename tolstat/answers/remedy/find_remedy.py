@@ -1,0 +1,283 @@
+"""What meets all limits of a run together: searched, and proved where that is quick."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.answers.next_steps import to_change
+from tolstat.answers.remedy.changed_entries import (
+    ChangeableEntries,
+    changeable_entries,
+    changed_entries,
+    typed_tolerance,
+    worded_entries,
+)
+from tolstat.answers.remedy.remedy_finding import (
+    EntryChange,
+    Evidence,
+    FreedEntry,
+    RemedyFinding,
+    RemedyStep,
+    Unavoidable,
+)
+from tolstat.answers.remedy.tightened_causes import Causes, tightened_causes
+from tolstat.answers.sampled_trials import Drawn
+from tolstat.arrays import Array
+from tolstat.errors import TolstatError
+from tolstat.execution.compatibility import study_of
+from tolstat.execution.run_loop import evaluate_stages
+from tolstat.execution.stages import SampledStages
+from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.statistics.remedies import unavoidable as minimum
+from tolstat.statistics.remedies.change import Change
+from tolstat.statistics.remedies.movable_trials import (
+    LEAST_TRIALS,
+    MovableTrials,
+    NoRemedy,
+    movable_trials,
+)
+from tolstat.statistics.remedies.prediction import (
+    Proof,
+    Shares,
+    predicted,
+    proved,
+    steps,
+)
+from tolstat.statistics.remedies.remedy import (
+    AIM_PREDICTED,
+    AIM_PROVED,
+    smallest_change,
+)
+from tolstat.store.stored_run import Run
+from tolstat.study.study import Study, load
+
+FRESH_TRIALS = 20_000  # of a proof
+QUICK, QUICK_INTEGRATED = 10.0, 1.0  # s, that a proof may take; of equations of motion
+NOTHING_HELPS = "no change of the free tolerances and centres is known to help"
+TOLD = (NoRemedy.FREE, NoRemedy.FAILED)  # other refusals say nothing to a reader
+
+
+class _ProofError(Exception):
+    """Fresh trials prove nothing; the message says why."""
+
+
+class _Tried(NamedTuple):
+    """A change, and how it does."""
+
+    change: Change
+    after: Shares
+    met: bool
+    improves: bool
+    evidence: Evidence
+
+
+def remedy_of(drawn: Drawn, causes: Causes) -> RemedyFinding | None:
+    """Return what meets all limits of a complete run of sampled trials.
+
+    None where nothing can be said: too few trials, say. The main causes of limits that
+    are not met are tightened where a surface of the responses shows nothing that helps.
+    """
+    run = drawn.run
+    entries = changeable_entries(run)
+    if not entries.names:
+        return None
+    columns = [drawn.values(name) for name in entries.contributors]
+    trials = movable_trials(
+        np.stack(columns, axis=1),
+        np.stack([drawn.values(name) for name in run.limits], axis=1),
+        drawn.sample, [*run.limits.values()], entries.design,
+    )  # fmt: skip
+    if isinstance(trials, NoRemedy):
+        return RemedyFinding(reason=trials.value) if trials in TOLD else None
+    if rest := minimum.unavoidable(trials, AIM_PROVED):
+        return RemedyFinding(unavoidable=_unavoidable(run, entries, rest))
+    return _Search(drawn, entries, trials, causes).finding()
+
+
+class _Search:
+    """The search of a remedy of a run."""
+
+    def __init__(
+        self,
+        drawn: Drawn,
+        entries: ChangeableEntries,
+        trials: MovableTrials,
+        causes: Causes,
+    ) -> None:
+        self.drawn, self.causes = drawn, causes
+        self.run, self.entries, self.trials = drawn.run, entries, trials
+        self.seed = drawn.sampled.seed
+        self.note = ""  # why nothing is proved
+
+    def finding(self) -> RemedyFinding:
+        """Return the remedy, or why there is none."""
+        before = predicted(self.trials, self.trials.design.none)
+        tried, found = self._tried(before), list[RemedyStep]()
+        if tried is not None and tried.improves:
+            found = [*self._steps(tried, before)]
+        elif (tried := self._by_weights(before)) is not None:
+            changes = self._changes(tried.change)
+            pair = before.joint.complement, tried.after.joint.complement
+            found = [RemedyStep(changes, *pair)]
+        else:
+            return RemedyFinding(reason=NOTHING_HELPS, note=self.note)
+        pairs = zip(before.limits, tried.after.limits, strict=True)
+        changed = changed_entries(self.run, self.entries, tried.change)
+        entries = worded_entries(changed)
+        return RemedyFinding(
+            tuple(found), tried.evidence,
+            trials=FRESH_TRIALS if tried.evidence is Evidence.PROVED else 0,
+            met=tried.met, limits=dict(zip(self.run.limits, pairs, strict=True)),
+            entries=entries, commands=to_change(self.run, entries), note=self.note,
+        )  # fmt: skip
+
+    def _tried(self, before: Shares) -> _Tried | None:
+        """Return a change that was searched, proved where that is quick."""
+        if (study := self._quick_study()) is not None:
+            try:
+                proof = proved(self.trials, _FreshTrials(self, study))
+                return proof and _proved(proof)
+            except (_ProofError, TolstatError) as error:
+                self.note = str(error)
+        permitted = self.trials.permitted_out
+        change = smallest_change(self.trials, AIM_PREDICTED).change
+        if not (change.size or len(change.tightened)):
+            return None
+        after = predicted(self.trials, change)
+        met, improves = after.permitted(permitted), after.improve(before, permitted)
+        return _Tried(change, after, met, improves, Evidence.PREDICTED)
+
+    def _by_weights(self, before: Shares) -> _Tried | None:
+        """Return tighter causes that help, by weights; proved where that is quick."""
+        try:
+            study = study_of(self.run)
+        except TolstatError:
+            return None  # a custom model, or data that are gone
+        permitted, best = self.trials.permitted_out, None
+        for change, after in tightened_causes(
+            self.drawn, study, self.entries, self.causes
+        ):
+            met = after.permitted(permitted)
+            if not after.improve(before, permitted):
+                continue
+            if best is None or met or after.joint.value < best.after.joint.value:
+                best = _Tried(
+                    change, after, met=met, improves=True, evidence=Evidence.PREDICTED
+                )
+            if met:
+                break
+        if best is None or (quick := self._quick_study()) is None:
+            return best
+        try:
+            sample = _FreshTrials(self, quick)(best.change)
+        except (_ProofError, TolstatError) as error:
+            self.note = str(error)
+            return best
+        fresh = self.trials.sampled_again(best.change, *sample)
+        after = predicted(fresh, fresh.design.none)
+        proof = _Tried(
+            best.change, after, met=after.permitted(permitted),
+            improves=after.improve(before, permitted), evidence=Evidence.PROVED,
+        )  # fmt: skip
+        return proof if proof.improves else None
+
+    def _steps(self, tried: _Tried, before: Shares) -> Iterator[RemedyStep]:
+        """Yield the steps of a change that a surface predicts."""
+        after, found = before.joint, [*steps(self.trials, tried.change)]
+        for number, step in enumerate(found, 1):
+            last = number == len(found)  # as proved
+            new = tried.after.joint if last else step.after.joint
+            pair = after.complement, new.complement
+            yield RemedyStep(self._changes(step.change), *pair)
+            after = new
+
+    def _quick_study(self) -> Study | None:
+        """Return the study if its fresh trials are quick, else None."""
+        run = self.run
+        if run.machine:
+            return None  # the model of a caller may be another one by now
+        try:
+            study = study_of(run)
+        except TolstatError:
+            return None  # its data are gone
+        seconds = float(run.times.get("seconds", np.inf)) / max(run.ended, 1)
+        most = QUICK_INTEGRATED if study.model.integrates else QUICK
+        return study if seconds * FRESH_TRIALS <= most else None
+
+    def _changes(self, change: Change) -> tuple[EntryChange, ...]:
+        halves = self.entries.design.halves
+        return tuple(
+            EntryChange(
+                self.entries.names[i], self.entries.members[i],
+                shift=float(change.shift[i] * halves[i]),
+                tolerance=typed_tolerance(
+                    self.run, self.entries.members[i][0], float(change.ratio[i])
+                ) if change.ratio[i] < 1 else "",
+            )
+            for i in sorted({*change.shifted.tolist(), *change.tightened.tolist()})
+        )  # fmt: skip
+
+
+class _FreshTrials:
+    """Evaluates fresh trials of changed studies; each time of another seed."""
+
+    def __init__(self, search: _Search, study: Study) -> None:
+        self._search, self._study, self._rounds = search, study, 0
+
+    def __call__(self, change: Change) -> tuple[Array, Array]:
+        """Return deviations and responses of fresh trials."""
+        search, self._rounds = self._search, self._rounds + 1
+        editor = self._study.editor()
+        for name, entry in changed_entries(search.run, search.entries, change).items():
+            editor.change(name, entry)
+        words = np.random.SeedSequence([search.seed, FRESH_TRIALS, self._rounds])
+        editor.table |= {"sampling": "random", "trials": FRESH_TRIALS}
+        study = load(
+            editor.table, model=self._study.model, seed=int(words.generate_state(1)[0]),
+            folder=search.run.data_folder,
+        )  # fmt: skip
+        stages = SampledStages(study)
+        with Workers() as workers:
+            evaluate_stages(
+                study.model, stages, stages.trials, workers, lambda progress: None
+            )
+        trials, names = stages.trials, [c.name for c in study.description.contributors]
+        columns = [names.index(name) for name in search.entries.contributors]
+        responses = [trials.response(name) for name in search.run.limits]
+        done = int(np.isfinite(responses).all(axis=0).sum())
+        if done < LEAST_TRIALS:
+            raise _ProofError(f"only {done} of {FRESH_TRIALS} fresh trials do not fail")
+        return trials.deviations[:, columns], np.stack(responses, axis=1)
+
+
+def _proved(proof: Proof) -> _Tried:
+    return _Tried(proof.change, proof.after, proof.met, proof.improves, Evidence.PROVED)
+
+
+def _unavoidable(
+    run: Run, entries: ChangeableEntries, rest: minimum.Unavoidable
+) -> Unavoidable:
+    """Return what stays out of limit, by name."""
+    permitted = zip(run.limits.items(), rest.permitted.tolist(), strict=True)
+    return Unavoidable(
+        rest.shares.joint,
+        {
+            entries.names[i]: float(rest.contributions[i])
+            for i in np.argsort(-rest.contributions, kind="stable").tolist()
+            if rest.contributions[i] > 0
+        },
+        {
+            name: (lower, upper)
+            for (name, limit), (lower, upper) in permitted
+            if (lower, upper) != tuple(limit.permitted)
+        },
+        tuple(
+            FreedEntry(
+                entries.names[x.entry],
+                members := entries.members[x.entry],
+                typed_tolerance(run, members[0], float(x.change.ratio[x.entry])),
+            )
+            for x in rest.freed
+        ),
+    )

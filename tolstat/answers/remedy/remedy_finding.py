@@ -1,0 +1,69 @@
+"""What meets all limits of a run together, as types. SI."""
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import NamedTuple
+
+from tolstat.statistics.estimate import Estimate
+
+
+class Evidence(StrEnum):
+    """How well the effect of a change is known."""
+
+    PREDICTED = "predicted"  # by the stored trials
+    PROVED = "proved"  # by fresh trials
+
+
+class EntryChange(NamedTuple):
+    """A change of an entry."""
+
+    entry: str
+    members: tuple[str, ...]  # contributors
+    shift: float  # of the centre; 0 if it stays
+    tolerance: str  # the tighter one, of the first member; empty if it stays
+
+
+class RemedyStep(NamedTuple):
+    """Changes that belong together."""
+
+    changes: tuple[EntryChange, ...]
+    before: Estimate  # yield of all limits, after the earlier steps
+    after: Estimate
+
+
+class FreedEntry(NamedTuple):
+    """A fixed entry that would meet all limits, were it free."""
+
+    entry: str
+    members: tuple[str, ...]
+    tolerance: str  # of the first member
+
+
+class Unavoidable(NamedTuple):
+    """What stays out of limit if the free entries do not deviate at all."""
+
+    share: Estimate  # out of any limit
+    causes: Mapping[str, float]  # share of the variance, by fixed entry
+    limits: Mapping[str, tuple[float, float]]  # wider ones that would be met
+    freed: tuple[FreedEntry, ...]
+
+
+class RemedyFinding(NamedTuple):
+    """What meets all limits together; without steps, why nothing does."""
+
+    steps: tuple[RemedyStep, ...] = ()
+    evidence: Evidence = Evidence.PREDICTED
+    trials: int = 0  # fresh ones that prove it
+    met: bool = False  # all limits
+    # fraction out of each limit that is missed or gets worse: before, after
+    limits: Mapping[str, tuple[Estimate, Estimate]] = {}
+    entries: Mapping[str, str] = {}  # of [deviations], as what-if takes them
+    unavoidable: Unavoidable | None = None
+    reason: str = ""  # why no step is known
+    note: str = ""  # why a change is not proved
+    commands: tuple[str, ...] = ()  # that write and run the changed study
+
+    @property
+    def changes(self) -> tuple[EntryChange, ...]:
+        """The changes of all steps."""
+        return tuple(change for step in self.steps for change in step.changes)

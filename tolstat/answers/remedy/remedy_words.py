@@ -1,0 +1,120 @@
+"""A remedy in words."""
+
+import math
+
+from tolstat.answers.cells import ppm
+from tolstat.answers.remedy.remedy_finding import (
+    EntryChange,
+    Evidence,
+    RemedyFinding,
+    RemedyStep,
+    Unavoidable,
+)
+from tolstat.document.blocks import Cell
+from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
+from tolstat.store.stored_run import Run
+from tolstat.units.scale import KNOWN, PER_CENT, figures
+
+MOST_IN_CELL = 3  # changes that a cell of a table names
+NOT_BY_FREE = "no change of free dimensions"
+
+
+def remedy_words(run: Run, remedy: RemedyFinding) -> tuple[Parts, ...]:
+    """Say what to change, a sentence each step; or why nothing helps."""
+    if remedy.unavoidable:
+        return (_unavoidable(run, remedy.unavoidable),)
+    note = f" Not proved: {remedy.note}." if remedy.note else None
+    if not remedy.steps:
+        return (text(f"No remedy: {remedy.reason}.", note),)
+    *earlier, last = remedy.steps
+    sentences = [text(_step(run, step), ".") for step in earlier]
+    met = "all limits met" if remedy.met else "not all limits are surely met"
+    evidence = "predicted from the trials of this run"
+    if remedy.evidence is Evidence.PROVED:
+        evidence = f"proved by {remedy.trials} new trials"
+    write, again = map(Typed, remedy.commands)
+    sentences.append(
+        text(
+            _step(run, last),
+            f"; {met}, {evidence}.",
+            *_worse(remedy),
+            note,
+            say(" Write its study: {} Run it: {}", write, again),
+        )
+    )
+    return tuple(sentences)
+
+
+def remedy_cell(run: Run, remedy: RemedyFinding, response: str) -> Cell:
+    """Return the changes, above the fraction out of a limit that they leave."""
+    if remedy.unavoidable:
+        return Cell(text(NOT_BY_FREE))
+    if not remedy.steps:
+        return Cell(())
+    changes, (_, after) = remedy.changes, remedy.limits[response]
+    words = listed([_change(run, change) for change in changes])
+    if len(changes) > MOST_IN_CELL:
+        words = text(f"{len(changes)} changes, see below")
+    return Cell(words, text(ppm(after), f", {remedy.evidence}"))
+
+
+def _step(run: Run, step: RemedyStep) -> Parts:
+    """Say what a step changes, and what it does to the yield of all limits."""
+    first, *others = [_change(run, change) for change in step.changes]
+    word = str(first[0])
+    capital = text(word[0].upper() + word[1:], *first[1:])
+    before, after = step.before.value, step.after
+    return say(
+        "{}: yield, all limits, from {} to {}", listed([capital, *others]),
+        Number(before, PER_CENT), Number(after, PER_CENT),
+    )  # fmt: skip
+
+
+def _change(run: Run, change: EntryChange) -> Parts:
+    if change.tolerance:
+        return say(f"tighten {{}} to {change.tolerance}", Name(change.entry))
+    scale = run.scales[change.members[0]]
+    by = f"{figures(scale.factor * change.shift, KNOWN)} {scale.mark}".strip()
+    return say(f"move {{}} by {by}", Name(change.entry))
+
+
+def _worse(remedy: RemedyFinding) -> list[Parts]:
+    """Return sentences on limits that more trials miss than before."""
+    return [
+        say(" {} gets worse, from {} to {}.", Name(name), ppm(before), ppm(after))
+        for name, (before, after) in remedy.limits.items()
+        if after.lower > before.upper
+    ]
+
+
+def _unavoidable(run: Run, rest: Unavoidable) -> Parts:
+    """Say what stays out of limit, where it comes from, and what would help."""
+    causes = [
+        say("{} ({} of the variance)", Name(name), Number(share, PER_CENT))
+        for name, share in rest.causes.items()
+    ]
+    options = [
+        text("widen ", Name(name), f" to {_limit(run, name, ends)}")
+        for name, ends in rest.limits.items()
+    ]
+    widen = [listed(options)] if options else []
+    tighten = [
+        text("tighten ", Name(freed.entry), f" to {freed.tolerance}")
+        for freed in rest.freed
+    ]
+    return text(
+        say("No change of the free dimensions meets all limits: without their spread "
+            "{} stay out of limit", ppm(rest.share)),
+        text(", from ", listed(causes)) if causes else None, ".",
+        say(" What would help: {}.", listed([*widen, *tighten], "or"))
+        if widen or tighten else None,
+    )  # fmt: skip
+
+
+def _limit(run: Run, name: str, ends: tuple[float, float]) -> str:
+    scale = run.scales[name]
+    lower, upper = (scale.number(end) for end in ends)
+    mark = f" {scale.mark}" if scale.mark else ""
+    if math.isinf(ends[0]):
+        return f"<= {upper}{mark}"
+    return f">= {lower}{mark}" if math.isinf(ends[1]) else f"{lower}..{upper}{mark}"

@@ -1,0 +1,66 @@
+"""Tighter tolerances of main causes, from weighted trials.
+
+For responses that no surface explains, such as one that is zero in most trials.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.answers.remedy.changed_entries import ChangeableEntries, changed_entries
+from tolstat.answers.sampled_trials import Drawn
+from tolstat.answers.what_if.reweighted_trials import reweighted_scenario
+from tolstat.errors import TolstatError
+from tolstat.statistics.intervals.weighted_estimates import weighted_share
+from tolstat.statistics.remedies.change import Change
+from tolstat.statistics.remedies.prediction import Shares
+from tolstat.study.study import Study
+
+RATIOS = 0.7, 0.5
+MOST_CAUSES = 3
+
+Causes = Sequence[tuple[str, ...]]  # contributors, the main cause first
+
+
+class Tightened(NamedTuple):
+    """A change of tolerances, and what weighted trials show of it."""
+
+    change: Change
+    after: Shares
+
+
+def tightened_causes(
+    drawn: Drawn, study: Study, entries: ChangeableEntries, causes: Causes
+) -> Iterator[Tightened]:
+    """Yield tighter tolerances that the trials cover, the smallest change first.
+
+    Of each cause, and of the first ones together.
+    """
+    each = [{*cause} for cause in causes[:MOST_CAUSES]]
+    together = accumulate(each, lambda first, second: first | second)
+    for members in [*each, *[union for union in together if union not in each]]:
+        for ratio in RATIOS:
+            change = entries.design.none
+            for i, parts in enumerate(entries.members):
+                if entries.design.free[i] and not members.isdisjoint(parts):
+                    change = change.with_entry(i, ratio=ratio)
+            change = entries.design.rounded(change)
+            if not len(change.tightened):
+                break
+            try:
+                yield Tightened(change, _weighted(drawn, study, entries, change))
+            except TolstatError:
+                break  # too few trials tell of it
+
+
+def _weighted(
+    drawn: Drawn, study: Study, entries: ChangeableEntries, change: Change
+) -> Shares:
+    run = drawn.run
+    changed = changed_entries(run, entries, change)
+    weights = reweighted_scenario(run, changed, study, drawn).weights
+    out = [run.beyond(name)[drawn.trials] for name in run.limits]
+    joint = weighted_share(np.any(out, axis=0), weights)
+    return Shares(joint, tuple(weighted_share(column, weights) for column in out))
