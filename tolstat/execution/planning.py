@@ -28,6 +28,7 @@ from tolstat.execution.stages import Trials
 from tolstat.model.checked import impossible, model_warnings, numbers_of
 from tolstat.model.contract import Answers
 from tolstat.model.description import Contributor, Response
+from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import settings_of
 from tolstat.model.view import typed_unit
 from tolstat.statistics.measured.populations import MeasuredSample
@@ -40,6 +41,7 @@ from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import setting_name
 from tolstat.study.study import Study
+from tolstat.study.study_schema import CASES
 
 NO_STEPS = (
     "The audit cannot shorten the steps of this model: it has no setting max_step. An "
@@ -101,7 +103,8 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
                 name in study.typed,
             )
             for name, s in declared.items()
-        },
+        }
+        | _cases(study),
         limits=study.limits,
         assumed=assumed,
         measured=tuple(_measured_samples(study.deviating)),
@@ -123,6 +126,14 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
             *model_warnings(model, study.settings, _reaches(study)),
         ),
     )
+
+
+def _cases(study: Study) -> dict[str, records.Chosen]:
+    """Return the cases of a study beside its settings."""
+    if not (cases := study.document.cases):
+        return {}
+    words = "what each case changes; trials are evaluated in all cases"
+    return {CASES: records.Chosen(as_typed(cases), words, True)}
 
 
 def _reaches(study: Study) -> dict[str, Spread]:

@@ -202,7 +202,7 @@ class Plan:
         """Swept settings, contributors and responses."""
         return [*self.swept, *self.contributors, *self.responses]
 
-    @property
+    @cached_property
     def units(self) -> dict[str, str]:
         """SI unit of each column; "1" where there is none."""
         return {column.name: column.unit for column in self.described}

@@ -23,7 +23,9 @@ MOST = 1e150  # of a number, so that its square is one
 RARE = (STAGE, SPREAD, DISTANCE, WEIGHT)  # columns of the sampler
 LISTED = ("grid", "table")  # samplings of studies that list their trials
 LONGEST = 1e10  # s of a run
-SECTIONS = ("settings", "deviations", "limits", "links", "grid", "correlation")
+SECTIONS = (
+    "settings", "deviations", "limits", "links", "gaps", "cases", "grid", "correlation",
+)  # fmt: skip
 SIDES = {"least", "largest"}
 
 
@@ -196,6 +198,7 @@ def _diagnostics(run: Run) -> bool:
     responses = [response.name for response in run.responses]
     stored = run.diagnostics
     estimates = [e.beyond for row in stored.halved.values() for e in row.values()]
+    halved = {members for row in stored.halved.values() for members in row}
     cases = [case for sides in stored.worst_cases.values() for case in sides.values()]
     return (
         within(stored.slopes, responses)
@@ -208,7 +211,7 @@ def _diagnostics(run: Run) -> bool:
         and all(within(case.deviations, parts) for case in cases)
         and all(number_or_none(case.value) for case in cases)
         and all(finite(*case.deviations.values()) for case in cases)
-        and all(within(m, parts) for row in stored.halved.values() for m in row)
+        and all(within(members, parts) for members in halved)
         and all(ascending(e.lower, e.value, e.upper) for e in estimates)
     )
 

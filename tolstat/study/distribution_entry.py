@@ -219,10 +219,11 @@ def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
         return reader.zone(text)
     general = general_class(text) is not None
     if contributor.unit != "m" and not (general and contributor.unit == "rad"):
+        shown = scale_of(contributor.unit, contributor.shown).shown
+        kind = "a plain number; give its unit" if shown == "1" else f"given in {shown}"
         raise GradeError(
             f"{text} is of lengths{' and angles' if general else ''}; "
-            f"{contributor.name} is given in "
-            f"{scale_of(contributor.unit, contributor.shown).shown}"
+            f"{contributor.name} is {kind}"
         )
     if contributor.unit == "rad":
         if size is None:
