@@ -84,7 +84,7 @@ def study(rng, kind, fit, parts, contributors, ratio):
     scale = {n: 1.0 if n == "other" else contributors**-0.5 for n in x}
     y = np.sum([scale[name] * values for name, values in x.items()], axis=0)
     limits = {"y": Limit(-np.inf, limit(kind, contributors, ratio), 1 - PERMITTED)}
-    doubts = doubts_of(MeasuredTrials(tuple(samples), x, {"y": y}, limits), ())
+    doubts = doubts_of(MeasuredTrials(tuple(samples), x, {"y": y}, limits), (), ())
     sample = Sample(np.full(TRIALS, Status.DONE))
     return yield_of(
         y, sample, limits["y"].permitted, 1 - PERMITTED, measured=doubts["y"].share

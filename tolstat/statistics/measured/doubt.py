@@ -78,11 +78,13 @@ class MeasuredTrials(NamedTuple):
 
 
 def doubts_of(
-    trials: MeasuredTrials, shares: Sequence[float]
+    trials: MeasuredTrials,
+    shares: Sequence[float],
+    more: Sequence[int] = MORE_PARTS,
 ) -> dict[str, ResponseDoubt]:
     """Return how uncertain each response is by the measured parts; `JOINT`: all limits.
 
-    `shares` are those of quantiles.
+    `shares` are those of quantiles, and `more` numbers of parts that may decide.
     """
     entries = {sample.name: sample.parts for sample in trials.samples}
     few = min(entries.values()) < LEAST_PARTS
@@ -94,14 +96,16 @@ def doubts_of(
         names = [*trials.responses, JOINT]
         limited = {*trials.limits, JOINT}
         return {n: ResponseDoubt(doubt if n in limited else None, None) for n in names}
-    return _Doubts(trials.thinned(MOST_TRIALS), shares).by_response()
+    return _Doubts(trials.thinned(MOST_TRIALS), shares, more).by_response()
 
 
 class _Doubts:
     """The doubts of all responses, by moving the trials to other populations."""
 
-    def __init__(self, trials: MeasuredTrials, shares: Sequence[float]) -> None:
-        self.trials, self.shares = trials, shares
+    def __init__(
+        self, trials: MeasuredTrials, shares: Sequence[float], more: Sequence[int]
+    ) -> None:
+        self.trials, self.shares, self.more = trials, shares, more
         self.movable = _Movable(trials, np.random.default_rng(0))
         fits = {s.fit for s in trials.samples if s.fit_decides}
         self.assumed = " and ".join(sorted(fits))
@@ -165,7 +169,7 @@ class _Doubts:
         """Return how many measured parts would decide limits."""
         trials, needed = self.trials.thinned(TRIALS_OF_MORE), dict[str, int]()
         movable = _Movable(trials, np.random.default_rng(0))
-        for parts in MORE_PARTS:
+        for parts in self.more:
             samples = [
                 sample if sample.parts >= parts else sample.enlarged(parts)
                 for sample in trials.samples
