@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 
-from tolstat.answers.measured_words import condition
 from tolstat.document.blocks import Cell, Given
 from tolstat.document.inline import (
     Name,
@@ -62,8 +61,12 @@ def verdict_cell(judged: Yield, *, weighted: bool = False) -> Cell:
     How many weighted trials would is not known.
     """
     word = Word(judged.verdict, judged.verdict)
-    if judged.reason:
+    if judged.measured and judged.reason:
+        from tolstat.answers.measured_words import condition  # seldom used
+
         return Cell((word,), condition(judged))
+    if judged.reason:
+        return Cell((word,), text(f"({judged.reason})"))
     if judged.needed:
         return Cell((word,), text("about ", counted(judged.needed, "trial"), " decide"))
     if judged.verdict == UNDECIDED and not weighted:

@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from itertools import groupby
 
 from tolstat.answers.cells import ppm
-from tolstat.answers.measured_words import few_parts, measured_alone, to_measure
 from tolstat.answers.next_steps import as_typed
 from tolstat.answers.report.chosen_steps import MOST_NAMED
 from tolstat.answers.report.off_centre import OffCentre, Outside
@@ -130,6 +129,8 @@ def _finer_run(run: Run, step: Step) -> Parts:
 
 
 def _measure(step: Step, findings: Findings) -> Parts:
+    from tolstat.answers.measured_words import to_measure  # seldom used
+
     shares = [findings.limits[name].measured for name in step.responses]
     most = max(filter(None, shares), key=lambda share: share.needed or math.inf)
     names = listed([*map(Name, step.responses)])
@@ -267,10 +268,10 @@ def _sentence(warning: ReportWarning) -> Parts:
             return _verdict(warning)
         case NumbersWarning():
             return _numbers(warning)
-        case PartsWarning(name, share):
-            return few_parts(name, share)
-        case AllPartsWarning(entries):
-            return measured_alone(entries)
+        case PartsWarning() | AllPartsWarning():
+            from tolstat.answers.measured_words import warning_words  # seldom used
+
+            return warning_words(warning)
 
 
 def _jump(warning: JumpWarning) -> Parts:

@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Collection
 
 from tolstat.answers.cells import limit_row, ppm
-from tolstat.answers.measured_words import few_entries, to_measure
 from tolstat.answers.report.finding_words import (
     STILL_MISSED,
     cause_words,
@@ -190,6 +189,8 @@ def _cause_cell(response: ResponseSummary, finding: LimitFinding) -> Cell:
 def _help_cell(finding: LimitFinding) -> Cell:
     """Return what to measure, or what to tighten."""
     if finding.measured:
+        from tolstat.answers.measured_words import to_measure  # seldom used
+
         return Cell(to_measure(finding.measured))
     return remedy_cell(finding.halving)
 
@@ -249,6 +250,8 @@ def no_cause(finding: LimitFinding) -> str:
     if finding.no_cause == NoCause.RANDOM_ONLY:
         return RANDOM_TRIALS
     if finding.measured:
+        from tolstat.answers.measured_words import few_entries  # seldom used
+
         return f"{finding.no_cause} ({', '.join(few_entries(finding.measured))})"
     tell = f"; about {finding.trials_that_tell} trials would tell"
     return f"{finding.no_cause}{tell if finding.trials_that_tell else ''}"

@@ -17,7 +17,7 @@ from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.inline import Number, Row
 from tolstat.statistics import estimate
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.yields import Caveat, PartsDoubt, Verdict
+from tolstat.statistics.limits.yields import Caveat, PartsUncertainty, Verdict
 from tolstat.statistics.summary import Limited
 from tolstat.units.scale import Scale
 
@@ -99,7 +99,7 @@ class LimitFinding(NamedTuple):
     largest_contribution: str = ""
     halving: Halving | None = None  # None where it is met or no cause is named
     # where few measured parts leave it undecided: how far
-    measured: PartsDoubt | None = None
+    measured: PartsUncertainty | None = None
 
 
 class Step(NamedTuple):

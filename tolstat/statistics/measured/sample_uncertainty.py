@@ -16,7 +16,7 @@ from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.limit import Limit, margins
-from tolstat.statistics.limits.yields import JOINT, PartsDoubt
+from tolstat.statistics.limits.yields import JOINT, PartsUncertainty
 from tolstat.statistics.measured.populations import (
     LEAST_PARTS,
     MeasuredSample,
@@ -28,7 +28,7 @@ from tolstat.statistics.remedies.surface import (
     UNEXPLAINED,
     fitted_surface,
 )
-from tolstat.statistics.summary import ENDS, MovedNumbers, ResponseDoubt
+from tolstat.statistics.summary import ENDS, MovedNumbers, ResponseUncertainty
 
 DRAWS, DRAWS_OF_MORE = 400, 100
 MOST_TRIALS, TRIALS_OF_MORE, TRIALS_OF_NUMBERS = 100_000, 20_000, 4096
@@ -77,11 +77,11 @@ class MeasuredTrials(NamedTuple):
         )  # fmt: skip
 
 
-def doubts_of(
+def uncertainties_of(
     trials: MeasuredTrials,
     shares: Sequence[float],
     more: Sequence[int] = MORE_PARTS,
-) -> dict[str, ResponseDoubt]:
+) -> dict[str, ResponseUncertainty]:
     """Return how uncertain each response is by the measured parts; `JOINT`: all limits.
 
     `shares` are those of quantiles, and `more` numbers of parts that may decide.
@@ -92,15 +92,18 @@ def doubts_of(
         none = Estimate(
             math.nan, reason=NoInterval(Lack.PARTS, parts=min(entries.values()))
         )
-        doubt = PartsDoubt(entries, "", none, none, (0.0, 1.0))
+        uncertainty = PartsUncertainty(entries, "", none, none, (0.0, 1.0))
         names = [*trials.responses, JOINT]
         limited = {*trials.limits, JOINT}
-        return {n: ResponseDoubt(doubt if n in limited else None, None) for n in names}
-    return _Doubts(trials.thinned(MOST_TRIALS), shares, more).by_response()
+        return {
+            n: ResponseUncertainty(uncertainty if n in limited else None, None)
+            for n in names
+        }
+    return _Uncertainties(trials.thinned(MOST_TRIALS), shares, more).by_response()
 
 
-class _Doubts:
-    """The doubts of all responses, by moving the trials to other populations."""
+class _Uncertainties:
+    """The uncertainties of all responses, by moving the trials to other populations."""
 
     def __init__(
         self, trials: MeasuredTrials, shares: Sequence[float], more: Sequence[int]
@@ -110,7 +113,7 @@ class _Doubts:
         fits = {s.fit for s in trials.samples if s.fit_decides}
         self.assumed = " and ".join(sorted(fits))
 
-    def by_response(self) -> dict[str, ResponseDoubt]:
+    def by_response(self) -> dict[str, ResponseUncertainty]:
         deciding = self._drawn(self.movable, DRAWS, [*self.trials.samples])
         free = deciding
         if self.assumed:
@@ -122,18 +125,18 @@ class _Doubts:
         ]
         needed = self._needed(open_limits) if open_limits else {}
         entries = {sample.name: sample.parts for sample in self.trials.samples}
-        doubts = {}
+        uncertainties = {}
         for name in (*self.trials.responses, JOINT):
             share = None
             if name in deciding.out:
                 interval = deciding.interval(name)
                 fitted = interval if self.assumed else Estimate(math.nan)
-                share = PartsDoubt(
+                share = PartsUncertainty(
                     entries, self.assumed, fitted, free.interval(name),
                     deciding.of_parts(name), needed.get(name, 0),
                 )  # fmt: skip
-            doubts[name] = ResponseDoubt(share, deciding.numbers.get(name))
-        return doubts
+            uncertainties[name] = ResponseUncertainty(share, deciding.numbers.get(name))
+        return uncertainties
 
     def _drawn(
         self,
@@ -160,7 +163,7 @@ class _Doubts:
         return 1 if drawn.stored[name] > permitted else -1
 
     def _decided(self, name: str, drawn: "_Drawn") -> bool:
-        """Tell whether the parts alone leave no doubt on which side the share is."""
+        """Tell whether the parts alone decide on which side the share is."""
         permitted = 1 - self.trials.limits[name].demanded
         lower, upper = drawn.of_parts(name)
         return lower > permitted if self._side(name, drawn) > 0 else upper <= permitted
