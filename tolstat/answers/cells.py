@@ -17,7 +17,7 @@ from tolstat.document.inline import (
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import UNDECIDED, Yield
-from tolstat.statistics.summary import QUANTILES, Limited, Summary
+from tolstat.statistics.summary import QUANTILES, Limited, Performance, Summary
 from tolstat.units.scale import AS_IS, PER_CENT, PPM, Scale, share_words
 
 Cells = dict[str, Number | str]
@@ -86,6 +86,29 @@ def ppk_cell(estimate: Estimate) -> Cell:
     return Cell((), text(Number(estimate.value), f": {estimate.reason}"))
 
 
+def index_cell(performance: Performance) -> Cell:
+    """Return Ppk above Pp, where the limit has two ends."""
+    cell, (pp, _) = ppk_cell(performance.ppk), performance
+    if not pp.sure:
+        return cell
+    return Cell(cell.main, text(*cell.below, "Pp ", Number(pp.value)))
+
+
+def moments_cell(summary: Summary) -> Cell:
+    """Return Ppk by moments above Pp; small where the response is not normal there.
+
+    Mean and sigma tell the fraction out of limit of a normal response only.
+    """
+    limited = summary.limited
+    if limited is None:
+        return Cell(())
+    normal, ppk = summary.normal_tails, limited.moments.ppk
+    if normal or not ppk.sure:
+        return index_cell(limited.moments)
+    why = "not normal" if normal is False else "if it is normal"
+    return Cell((), text(Number(ppk.value), f": {why}"))
+
+
 def changes(both: Mapping[str, tuple[str, str]]) -> Parts:
     """Return changes by name; names with equal changes stand together."""
     equal: dict[tuple[str, str], list[str]] = {}
@@ -146,6 +169,9 @@ def summary_cells(summary: Summary, scale: Scale, whose: str = "") -> Cells:
     """Return cells of a wide table: the numbers of a response, and of its limit."""
     limited = summary.limited
     cells = limit_cells(limited, scale)
-    cells["Ppk by percentiles"] = Number(limited.percentiles.ppk if limited else NONE)
+    for method in ("percentiles", "moments"):
+        pp, ppk = getattr(limited, method) if limited else (NONE, NONE)
+        cells[f"Ppk by {method}"] = Number(ppk)
+        cells[f"Pp by {method}"] = Number(pp)
     named = {f"{whose}{head}": cell for head, cell in cells.items()}
     return number_cells(summary, scale, whose) | named

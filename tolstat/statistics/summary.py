@@ -208,6 +208,27 @@ class Summary:
     limited: Limited | None  # None without a limit
 
     @property
+    def normal_tails(self) -> bool | None:
+        """Whether the outermost 0.135 % lie as in a normal response, at each limit.
+
+        None where too few trials show it.
+        """
+        if self.limited is None or not (self.mean.sure and self.sigma.sure):
+            return None
+        lower, upper = self.limited.limit.permitted
+        sides = {LOW: (lower, -3.0), HIGH: (upper, 3.0)}
+        shown = list[bool]()
+        for share, (end, scores) in sides.items():
+            tail = self.quantiles[share]
+            if not math.isfinite(end):
+                continue
+            if not tail.sure:
+                return None
+            far = self.mean.value + scores * self.sigma.value
+            shown.append(tail.lower <= far <= tail.upper)
+        return all(shown)
+
+    @property
     def weighted(self) -> bool:
         """Whether trials are weighted: without extremes, or a number that decides."""
         return math.isnan(self.least) and math.isfinite(self.quantiles[0.5].value)

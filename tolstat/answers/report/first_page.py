@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Collection
 
-from tolstat.answers.cells import limit_row, ppm
+from tolstat.answers.cells import index_cell, limit_row, moments_cell, ppm
 from tolstat.answers.report.finding_words import (
     STILL_MISSED,
     cause_words,
@@ -47,7 +47,8 @@ CENTRAL = " of the central 99 %"  # of the trials: others are clipped
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
     "anytime-valid, trials may be added. Equivalent Ppk: of a normal response with the "
-    "same fraction out of limit."
+    "same fraction out of limit. Ppk by moments: of mean and sigma, for a normal "
+    "response. By percentiles: for any (ISO 22514-2)."
 )
 RANDOM_TRIALS = "causes are named for random trials only"
 
@@ -140,6 +141,8 @@ def limits_table(
         rows.append({
             "response": Cell((link,), text(response.sentence)),
             **limit_row(limited, trials, summary.trials.failed, weighted=weighted),
+            "Ppk by moments": moments_cell(response),
+            "Ppk by percentiles": index_cell(limited.percentiles),
             "main cause": _cause_cell(response, finding),
             "what would help": _help_cell(finding),
         })  # fmt: skip
@@ -153,7 +156,9 @@ def limits_table(
         caption = say("{}{}. {}", first, Name(ALL_LIMITS, "limits"), caption)
     return blocks.table_of(
         rows, "Limits", words=("main cause", "what would help"), caption=caption,
-        look="verdicts", spare=["what would help", "equivalent Ppk"],
+        look="verdicts",
+        spare=["Ppk by percentiles", "Ppk by moments", "what would help",
+               "equivalent Ppk"],
     )  # fmt: skip
 
 
