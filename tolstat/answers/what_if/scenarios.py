@@ -113,8 +113,7 @@ def what_if(
     reportable(baseline)
     study = study_of(run, model=model)
     check_assumed(run, study)
-    one = isinstance(deviations, Mapping)
-    scenarios: list[Entries] = [deviations] if one else [*deviations]
+    scenarios = [deviations] if isinstance(deviations, Mapping) else [*deviations]
     if evaluate is None:
         evaluate = any(scenarios) and is_cheap(run, study)
     answers = []
@@ -126,7 +125,7 @@ def what_if(
             answers.append(_evaluated(baseline, again, scenario, study))
         else:
             answers.append(_reweighted(baseline, scenario, study))
-    if one:
+    if isinstance(deviations, Mapping):
         return answers[0]
     return Scenarios(run.title, run.path.name, run.model, tuple(answers))
 
