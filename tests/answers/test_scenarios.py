@@ -119,8 +119,8 @@ def test_several_scenarios_stand_side_by_side(run):
     assert len(table) == 3 and table["scenario"].nunique() == 3
     (gallery,) = (x for x in blocks_of(found.document()) if isinstance(x, Gallery))
     (figure,) = gallery.figures
-    names = [layer.name for layer in figure.picture.panels[0].layers]
-    assert names[:4] == ["baseline", *(x.words for x in found.scenarios)]
+    names = [layer.name for layer in figure.picture.panels[0].layers[:4]]
+    assert names == ["baseline", *(x.words for x in found.scenarios)]
     page = found.html()
     assert "<svg" in page and "<img" not in page
 

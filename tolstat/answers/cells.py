@@ -17,7 +17,7 @@ from tolstat.document.inline import (
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import UNDECIDED, Yield
-from tolstat.statistics.summary import QUANTILES, Limited, Performance, Summary
+from tolstat.statistics.summary import QUANTILES, Limited, Summary
 from tolstat.units.scale import AS_IS, PER_CENT, PPM, Scale, share_words
 
 Cells = dict[str, Number | str]
@@ -86,27 +86,27 @@ def ppk_cell(estimate: Estimate) -> Cell:
     return Cell((), text(Number(estimate.value), f": {estimate.reason}"))
 
 
-def index_cell(performance: Performance) -> Cell:
-    """Return Ppk above Pp, where the limit has two ends."""
-    cell, (pp, _) = ppk_cell(performance.ppk), performance
-    if not pp.sure:
-        return cell
-    return Cell(cell.main, text(*cell.below, "Pp ", Number(pp.value)))
-
-
-def moments_cell(summary: Summary) -> Cell:
-    """Return Ppk by moments above Pp; small where the response is not normal there.
+def indices_words(summary: Summary) -> Parts:
+    """Return Ppk by moments and by percentiles with Pp, where they hold.
 
     Mean and sigma tell the fraction out of limit of a normal response only.
     """
     limited = summary.limited
-    if limited is None:
-        return Cell(())
-    normal, ppk = summary.normal_tails, limited.moments.ppk
-    if normal or not ppk.sure:
-        return index_cell(limited.moments)
-    why = "not normal" if normal is False else "if it is normal"
-    return Cell((), text(Number(ppk.value), f": {why}"))
+    methods = {"by moments": "moments", "by percentiles": "percentiles"}
+    if limited is None or not summary.normal_tails:
+        del methods["by moments"]
+    known = list[Parts]()
+    for words, method in methods.items() if limited else ():
+        pp, ppk = getattr(limited, method)
+        if ppk.sure:
+            width = say(", Pp {}", _with_ends(pp)) if pp.sure else None
+            known.append(text(f"{words} ", _with_ends(ppk), width))
+    return listed(known, "") if known else ()
+
+
+def _with_ends(index: Estimate) -> str:
+    value, lower, upper = AS_IS.interval(*index[:3])
+    return f"{value} ({lower} to {upper})"
 
 
 def changes(both: Mapping[str, tuple[str, str]]) -> Parts:

@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Collection
 
-from tolstat.answers.cells import index_cell, limit_row, moments_cell, ppm
+from tolstat.answers.cells import indices_words, limit_row, ppm
 from tolstat.answers.report.finding_words import (
     STILL_MISSED,
     cause_words,
@@ -69,6 +69,7 @@ def first_page(
         lead(summary),
         blocks.Bullets(off_centre_words(summary)),
         limits_table(summary, links, MOST_LIMITS if crowded else None),
+        performance(summary),
         *((steps, picture) if crowded else (picture, steps)),
         in_words(summary.late_warnings),
         *map(blocks.note, summary.trials.notes if summary.trials.ran else ()),
@@ -141,8 +142,6 @@ def limits_table(
         rows.append({
             "response": Cell((link,), text(response.sentence)),
             **limit_row(limited, trials, summary.trials.failed, weighted=weighted),
-            "Ppk by moments": moments_cell(response),
-            "Ppk by percentiles": index_cell(limited.percentiles),
             "main cause": _cause_cell(response, finding),
             "what would help": _help_cell(finding),
         })  # fmt: skip
@@ -156,10 +155,20 @@ def limits_table(
         caption = say("{}{}. {}", first, Name(ALL_LIMITS, "limits"), caption)
     return blocks.table_of(
         rows, "Limits", words=("main cause", "what would help"), caption=caption,
-        look="verdicts",
-        spare=["Ppk by percentiles", "Ppk by moments", "what would help",
-               "equivalent Ppk"],
+        look="verdicts", spare=["what would help", "equivalent Ppk"],
     )  # fmt: skip
+
+
+def performance(summary: RunSummary) -> blocks.Paragraph | None:
+    """Say Ppk by moments and by percentiles of the first limits, where they hold."""
+    sentences = [
+        say("{} {}", Name(name), words)
+        for name in [*summary.limits][:MOST_LIMITS]
+        if (words := indices_words(summary.responses[name]))
+    ]
+    if not sentences:
+        return None
+    return blocks.note(say("Beside the equivalent Ppk: {}.", listed(sentences, "")))
 
 
 def _unseen_words(errors: UnseenErrors) -> str:

@@ -19,6 +19,7 @@ from tolstat.answers.report.first_page import (
     lead,
     limits_table,
     of_variance,
+    performance,
     reading,
     rests_on,
 )
@@ -59,6 +60,7 @@ def summary_document(summary: RunSummary) -> blocks.Document:
             lead(summary),
             blocks.Bullets(off_centre_words(summary)),
             limits_table(summary),
+            performance(summary),
             responses_table(summary, names),
             blocks.note(more) if others else None,
             blocks.paragraph(_worst_cases(summary)),
