@@ -7,7 +7,7 @@ quadratic surface of the trials, and each keeps its remainder.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.limit import Limit, margins
 from tolstat.statistics.limits.yields import JOINT, PartsUncertainty
 from tolstat.statistics.measured.populations import (
+    FEW_PARTS,
     LEAST_PARTS,
     MeasuredSample,
     Population,
@@ -114,10 +115,15 @@ class _Uncertainties:
         self.assumed = " and ".join(sorted(fits))
 
     def by_response(self) -> dict[str, ResponseUncertainty]:
-        deciding = self._drawn(self.movable, DRAWS, [*self.trials.samples])
+        samples = self.trials.samples
+        deciding = self._drawn(self.movable, DRAWS, samples)
         free = deciding
         if self.assumed:
-            free = self._drawn(self.movable, DRAWS, [*self.trials.samples], free=True)
+            free = self._drawn(self.movable, DRAWS, samples, free=True)
+        if min(sample.parts for sample in samples) < FEW_PARTS:
+            inside = self._drawn(self.movable, DRAWS, samples, tails=False)
+            deciding = deciding.from_least_of(inside)
+            free = free.from_least_of(inside)
         open_limits = [
             name
             for name in self.trials.limits
@@ -145,12 +151,15 @@ class _Uncertainties:
         samples: Sequence[MeasuredSample],
         *,
         free: bool = False,
+        tails: bool = True,
         numbers: bool = True,
     ) -> "_Drawn":
         """Return what becomes of the trials in so many draws of the populations."""
-        generator = np.random.default_rng(1)
+        generator, fits = np.random.default_rng(1), tails and not free
         populations = [
-            sample.populations(draws, generator, fitted=sample.fit_decides and not free)
+            sample.populations(
+                draws, generator, fitted=sample.fit_decides and fits, tails=tails
+            )
             for sample in samples
         ]
         return _Drawn.of(
@@ -286,6 +295,14 @@ class _Drawn:
             {n: np.array(x) for n, x in out.items() if x}, stored, counted.number,
             moved_numbers,
         )  # fmt: skip
+
+    def from_least_of(self, other: "_Drawn") -> "_Drawn":
+        """Return the same with the least shares of others, where these are less."""
+        out = {}
+        for name, shares in self.out.items():
+            least = np.sort(shares[:, 0]), np.sort(other.out[name][:, 0])
+            out[name] = np.column_stack([np.minimum(*least), shares[:, 1]])
+        return replace(self, out=out)
 
     def of_parts(self, name: str) -> tuple[float, float]:
         """Return the ends of a share, by the parts alone."""
