@@ -106,7 +106,7 @@ def what_if(
     --------
     >>> found = tolstat.what_if("runs/stack-up.h5", {"housing": "+-0.06 mm"})
     >>> found.all_limits.scenario.within
-    0.999756 (0.998899 to 0.999981)
+    0.9999 (0.999247 to 1)
     """
     run = open_run(run)
     baseline = with_limits(run, limits) if limits else run
