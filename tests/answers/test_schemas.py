@@ -21,7 +21,7 @@ from tolstat.answers.report.report_answer import Report, RunSummary
 from tolstat.answers.run_entries import RunIndex, stored_runs
 from tolstat.answers.sweep.extremes import Extremes
 from tolstat.answers.views.replay import Replay
-from tolstat.answers.what_if.what_if_answer import WhatIf
+from tolstat.answers.what_if.what_if_answer import Scenarios, WhatIf
 from tolstat.cli.check import LimitCheck, checked
 from tolstat.render.serialize import as_json
 
@@ -29,8 +29,8 @@ SCHEMAS = ROOT / "tolstat" / "answers" / "schemas"
 ANSWERS = {
     "allocate": Allocation, "check": LimitCheck, "compare": Comparison,
     "extremes": Extremes,
-    "rare": RareSummary, "report": Report, "runs": RunIndex, "summary": RunSummary,
-    "trial": Replay, "what_if": WhatIf,
+    "rare": RareSummary, "report": Report, "runs": RunIndex,
+    "scenarios": Scenarios, "summary": RunSummary, "trial": Replay, "what_if": WhatIf,
 }  # fmt: skip
 WIDEST = 88
 
@@ -110,6 +110,8 @@ def test_a_what_if_matches_its_schema(gears):
     line = {"tolerance": "+-0.012 mm", "distribution": "uniform"}
     valid(tolstat.what_if(gears, {"R_out": line}))
     valid(tolstat.what_if(gears, {"R_out": line}, limits={}))
+    valid(tolstat.what_if(gears, {"R_out": line}, evaluate=False))
+    valid(tolstat.what_if(gears, [{"R_out": line}, {"R_out": "+-0.01 mm"}]))
 
 
 def test_a_comparison_matches_its_schema(gears, tmp_path):

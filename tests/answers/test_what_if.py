@@ -196,7 +196,7 @@ def entries(run, asked, **more):
 def test_a_refusal_of_a_valid_scenario_names_the_command_to_run(tmp_path):
     run = chain_of(tmp_path, trials=1500, seed=8)
     wide = ["H=+-0.4 mm", 'd={ tolerance = "+-0.3 mm", cp = 1.1 }']
-    refused = CliRunner().invoke(main, ["what-if", str(run.path), *wide])
+    refused = CliRunner().invoke(main, ["what-if", str(run.path), *wide, "--reweight"])
     (typed,) = re.findall("`tolstat (.*)` writes the study", refused.output)
     path = tmp_path / "chain.what-if.toml"
     assert refused.exit_code == 2 and shlex.split(typed)[-1] == str(path)
@@ -214,7 +214,7 @@ def test_a_refusal_of_a_valid_scenario_names_the_command_to_run(tmp_path):
         "d_1": "normal, +-0.3 mm, cp 1.1",
         "d_2": "normal, +-0.3 mm, cp 1.1",
     }
-    refused = CliRunner().invoke(main, ["what-if", str(run.path), *wide])
+    refused = CliRunner().invoke(main, ["what-if", str(run.path), *wide, "--reweight"])
     assert "chain.what-if-2.toml" in refused.output
 
 
@@ -495,6 +495,7 @@ def stack(tmp_path_factory):
 
     def ask(command, *arguments):
         asked = [command, str(path), *arguments, "--machine", place]
+        asked += ["--reweight"] * (command == "what-if")
         return CliRunner().invoke(main, asked)
 
     return ask
@@ -594,7 +595,8 @@ def test_numbers_of_the_baseline_are_not_in_what_if(tmp_path):
     ("arguments", "said"),
     [
         (("what-if", "part"), "NAME=TOLERANCE"),
-        (("what-if", "part=+-0.02 mm", "part=+-0.01 mm"), "is given twice"),
+        (("what-if", "part=h8", "part=h9", "or", "part=h7"), "is given twice"),
+        (("what-if", "part=h8", "or"), "between two scenarios"),
         (("what-if", "part={ tolerance"), "part={ tolerance"),
         (("what-if", "part=+-0.02 mm", "-o", "no/x.html"), "no such folder"),
         (("report", "--limit", "gap"), "such as"),

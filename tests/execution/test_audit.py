@@ -211,3 +211,18 @@ def test_a_contributor_named_audit_does_not_change_the_choice():
     chosen = random_trials(5, 5000) - first
     batch = Random().unit_samples(5, {"audit": 0}, len(first))[:, 0]
     assert np.mean(chosen == (100 * batch).astype(int)) < 0.2
+
+
+def test_a_sure_audit_bounds_what_it_cannot_see(study):
+    """ceil(3.7/(p0 - p_upper)) random trials, for the limit that needs most."""
+    text = study.read_text()
+    limits = text[text.index("[limits]") :]
+    met = limits.replace(
+        limits.splitlines()[1], 'force = { limit = "<= 20 N", yield = "97 %" }'
+    )
+    study.write_text('audit = "sure"\n' + text.replace(limits, met))
+    run = tolstat.run(study, model=Cliff())
+    yields = tolstat.summary(run).limits["force"].yields
+    room = 0.03 - yields.fraction_out_of_limit.upper
+    number = int(np.count_nonzero(run.audited.at_random))
+    assert number == min(np.ceil(3.7 / room), run.trials) > 0.01 * run.trials

@@ -155,7 +155,7 @@ CHANGES = {
     ),
     "limit NaN": (attributes("gap", limit_lower=np.nan), "a limit is wrong"),
     "limit upside down": (attributes("gap", limit_lower=9.0), "a limit is wrong"),
-    "demand": (attributes("gap", limit_demand="Ppk many"), "complete run"),
+    "demand": (attributes("gap", limit_typed_ppk=np.inf), "a limit is wrong"),
     "tolerance": (assumed(tolerance_lower=np.nan), "an assumption"),
     "shares in common": (assumed(common=2.0), "an assumption"),
     "centre": (assumed(centre=np.inf), "an assumption"),

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 
-from tolstat.answers.measured_words import condition
 from tolstat.document.blocks import Cell, Given
 from tolstat.document.inline import (
     Name,
@@ -62,8 +61,12 @@ def verdict_cell(judged: Yield, *, weighted: bool = False) -> Cell:
     How many weighted trials would is not known.
     """
     word = Word(judged.verdict, judged.verdict)
-    if judged.reason:
+    if judged.measured and judged.reason:
+        from tolstat.answers.measured_words import condition  # seldom used
+
         return Cell((word,), condition(judged))
+    if judged.reason:
+        return Cell((word,), text(f"({judged.reason})"))
     if judged.needed:
         return Cell((word,), text("about ", counted(judged.needed, "trial"), " decide"))
     if judged.verdict == UNDECIDED and not weighted:
@@ -81,6 +84,29 @@ def ppk_cell(estimate: Estimate) -> Cell:
     if estimate.sure or estimate.needs_more or not math.isfinite(estimate.value):
         return Cell((Number(estimate, AS_IS),))
     return Cell((), text(Number(estimate.value), f": {estimate.reason}"))
+
+
+def indices_words(summary: Summary) -> Parts:
+    """Return Ppk by moments and by percentiles with Pp, where they hold.
+
+    Mean and sigma tell the fraction out of limit of a normal response only.
+    """
+    limited = summary.limited
+    methods = {"by moments": "moments", "by percentiles": "percentiles"}
+    if limited is None or not summary.normal_tails:
+        del methods["by moments"]
+    known = list[Parts]()
+    for words, method in methods.items() if limited else ():
+        pp, ppk = getattr(limited, method)
+        if ppk.sure:
+            width = say(", Pp {}", _with_ends(pp)) if pp.sure else None
+            known.append(text(f"{words} ", _with_ends(ppk), width))
+    return listed(known, "") if known else ()
+
+
+def _with_ends(index: Estimate) -> str:
+    value, lower, upper = AS_IS.interval(*index[:3])
+    return f"{value} ({lower} to {upper})"
 
 
 def changes(both: Mapping[str, tuple[str, str]]) -> Parts:
@@ -143,6 +169,9 @@ def summary_cells(summary: Summary, scale: Scale, whose: str = "") -> Cells:
     """Return cells of a wide table: the numbers of a response, and of its limit."""
     limited = summary.limited
     cells = limit_cells(limited, scale)
-    cells["Ppk by percentiles"] = Number(limited.percentiles.ppk if limited else NONE)
+    for method in ("percentiles", "moments"):
+        pp, ppk = getattr(limited, method) if limited else (NONE, NONE)
+        cells[f"Ppk by {method}"] = Number(ppk)
+        cells[f"Pp by {method}"] = Number(pp)
     named = {f"{whose}{head}": cell for head, cell in cells.items()}
     return number_cells(summary, scale, whose) | named

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 
+from tolstat.answers.report.report_warnings import AllPartsWarning, PartsWarning
 from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
-from tolstat.statistics.limits.yields import Caveat, PartsDoubt, Yield
+from tolstat.statistics.limits.yields import Caveat, PartsUncertainty, Yield
 from tolstat.statistics.measured.populations import LEAST_PARTS
 from tolstat.units.scale import PPM
 
@@ -11,7 +12,7 @@ FIGURES = 3
 ALL_THERE_ARE = "All numbers hold only if these parts are all there are."
 
 
-def ends(share: PartsDoubt) -> Parts:
+def ends(share: PartsUncertainty) -> Parts:
     """Write the intervals of a fraction out of limit, each with what it assumes."""
     whatever = _interval(share.for_any.lower, share.for_any.upper)
     if not share.assumed:
@@ -39,7 +40,7 @@ def condition(judged: Yield) -> Parts:
     return text(f"({judged.reason_words})")
 
 
-def to_measure(share: PartsDoubt) -> Parts:
+def to_measure(share: PartsUncertainty) -> Parts:
     """Say how many parts to measure."""
     names = listed([Name(name) for name in few_entries(share)])
     if share.fewest < LEAST_PARTS:
@@ -49,7 +50,7 @@ def to_measure(share: PartsDoubt) -> Parts:
     return say("measure {} of {}", counted(share.needed, "part"), names)
 
 
-def few_entries(share: PartsDoubt) -> list[str]:
+def few_entries(share: PartsUncertainty) -> list[str]:
     """Return the entries whose parts are fewer than those that would decide."""
     entries = share.entries
     most = share.needed or max(entries.values()) + 1
@@ -58,8 +59,15 @@ def few_entries(share: PartsDoubt) -> list[str]:
     return [name for name, parts in entries.items() if parts < most]
 
 
-def few_parts(response: str, share: PartsDoubt) -> Parts:
-    """Say what a limit is in doubt by, and how many parts would decide."""
+def warning_words(warning: PartsWarning | AllPartsWarning) -> Parts:
+    """Say what the measured parts leave undecided."""
+    if isinstance(warning, AllPartsWarning):
+        return measured_alone(warning.entries)
+    return few_parts(warning.response, warning.share)
+
+
+def few_parts(response: str, share: PartsUncertainty) -> Parts:
+    """Say what a limit is in uncertainty by, and how many parts would decide."""
     entries = share.entries
     numbers = listed([
         say("{} of {}", counted(entries[name], "part"), Name(name))

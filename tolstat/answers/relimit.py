@@ -83,8 +83,10 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
         for response in expand(name, list(read)):
             if isinstance(entry, str) and response in before:
                 old, new = before[response], read[response]
-                demand = old.demand if old.ends == new.ends else ""
-                read[response] = new._replace(demanded=old.demanded, demand=demand)
+                new = new._replace(demanded=old.demanded)
+                if old.ends == new.ends:
+                    new = new._replace(demand=old.demand, typed_ppk=old.typed_ppk)
+                read[response] = new
     both = {**before, **read}
     names = [response.name for response in run.responses]
     limits_words = "; ".join(f"{name} {limit.words}" for name, limit in read.items())

@@ -12,9 +12,9 @@ from tolstat.errors import Advice, QuestionError, Remedy
 from tolstat.statistics.integration_error import AuditedResponse, response_ends
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import NO_LIMIT, within
-from tolstat.statistics.limits.yields import PartsDoubt
+from tolstat.statistics.limits.yields import PartsUncertainty
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.summary import QUANTILES, ResponseDoubt
+from tolstat.statistics.summary import QUANTILES, ResponseUncertainty
 from tolstat.status import Status
 from tolstat.store.run_records import Sampled
 from tolstat.store.stored_run import Run
@@ -72,7 +72,7 @@ class Drawn:
         return {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
 
     @cached_property
-    def doubts(self) -> dict[str, ResponseDoubt]:
+    def uncertainties(self) -> dict[str, ResponseUncertainty]:
         """How uncertain responses are by the measured parts; `JOINT`: all limits.
 
         Empty without measured parts, and of a rare run: its trials lie in the tails.
@@ -80,9 +80,9 @@ class Drawn:
         run, done = self.run, self.sample.done
         if not run.measured or run.aim or np.count_nonzero(done) < LEAST_DONE:
             return {}
-        from tolstat.statistics.measured.doubt import (  # seldom used
+        from tolstat.statistics.measured.sample_uncertainty import (  # seldom used
             MeasuredTrials,
-            doubts_of,
+            uncertainties_of,
         )
 
         deviations = self.deviating(done)
@@ -100,12 +100,12 @@ class Drawn:
             None if weights is None else weights.values[done],
             float(weights.values[failed].sum()) if weights else float(failed.sum()),
         )
-        return doubts_of(trials, QUANTILES)
+        return uncertainties_of(trials, QUANTILES)
 
-    def doubt(self, name: str) -> PartsDoubt | None:
+    def uncertainty(self, name: str) -> PartsUncertainty | None:
         """Return how uncertain a limit is by measured parts; `JOINT`: all of them."""
-        doubt = self.doubts.get(name)
-        return doubt and doubt.share
+        uncertainty = self.uncertainties.get(name)
+        return uncertainty and uncertainty.share
 
     def ends(self, name: str) -> Array | None:
         """Return the responses that integration errors allow, as of `response_ends`.

@@ -107,7 +107,7 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
         | _cases(study),
         limits=study.limits,
         assumed=assumed,
-        measured=tuple(_measured_samples(study.deviating)),
+        measured=tuple(measured_samples(study.deviating)),
         correlation=_ranks(study),
         independent=independent,
         words=words_of(model.failures),
@@ -211,7 +211,7 @@ def _ranks(study: Study) -> dict[str, dict[str, float]]:
     return ranks
 
 
-def _measured_samples(deviating: Deviations) -> Iterator[MeasuredSample]:
+def measured_samples(deviating: Deviations) -> Iterator[MeasuredSample]:
     """Yield the measured parts, once for all contributors that are sampled from them.
 
     They have the name of the first entry that they stand in.

@@ -22,7 +22,7 @@ from tolstat.statistics.estimate import (
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.intervals.moments import Ends, Reach
 from tolstat.statistics.limits.limit import Limit, ppk_of
-from tolstat.statistics.limits.yields import PartsDoubt, Yield, yield_of
+from tolstat.statistics.limits.yields import PartsUncertainty, Yield, yield_of
 from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
 LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
@@ -208,6 +208,27 @@ class Summary:
     limited: Limited | None  # None without a limit
 
     @property
+    def normal_tails(self) -> bool | None:
+        """Whether the outermost 0.135 % lie as in a normal response, at each limit.
+
+        None where too few trials show it.
+        """
+        if self.limited is None or not (self.mean.sure and self.sigma.sure):
+            return None
+        lower, upper = self.limited.limit.permitted
+        sides = {LOW: (lower, -3.0), HIGH: (upper, 3.0)}
+        shown = list[bool]()
+        for share, (end, scores) in sides.items():
+            tail = self.quantiles[share]
+            if not math.isfinite(end):
+                continue
+            if not tail.sure:
+                return None
+            far = self.mean.value + scores * self.sigma.value
+            shown.append(tail.lower <= far <= tail.upper)
+        return all(shown)
+
+    @property
     def weighted(self) -> bool:
         """Whether trials are weighted: without extremes, or a number that decides."""
         return math.isnan(self.least) and math.isfinite(self.quantiles[0.5].value)
@@ -235,10 +256,10 @@ class MovedNumbers(NamedTuple):
         )
 
 
-class ResponseDoubt(NamedTuple):
+class ResponseUncertainty(NamedTuple):
     """How uncertain a response is by the measured parts."""
 
-    share: PartsDoubt | None  # None without a limit
+    share: PartsUncertainty | None  # None without a limit
     numbers: MovedNumbers | None  # None where the parts are too few
 
 
@@ -249,19 +270,19 @@ def summarize(
     declared: Ends | None = None,
     ends: Array | None = None,
     audited: AuditedResponse | None = None,
-    doubt: ResponseDoubt | None = None,
+    uncertainty: ResponseUncertainty | None = None,
 ) -> Summary:
     """Summarize a response: float64[trial], SI, NaN in trials that are not done.
 
     `declared` is the declared range of the response; an open end is infinite. `ends`
-    and `audited` are those of `yield_of`. `doubt` widens all intervals.
+    and `audited` are those of `yield_of`. `uncertainty` widens all intervals.
     """
     done = values[sample.done]
     limited = None
     if limit is not None and (sample.weights or sample.ran.any()):
         judged = yield_of(
             values, sample, limit.permitted, limit.demanded, ends, audited,
-            doubt.share if doubt else None,
+            uncertainty.share if uncertainty else None,
         )  # fmt: skip
         limited = Limited(
             limit,
@@ -284,13 +305,13 @@ def summarize(
         quantiles_at(values, sample, QUANTILES, permitted),
         limited,
     )
-    if doubt and doubt.numbers:
-        return _widened(summary, doubt.numbers)
+    if uncertainty and uncertainty.numbers:
+        return _widened(summary, uncertainty.numbers)
     return summary
 
 
 def _widened(summary: Summary, moved: MovedNumbers) -> Summary:
-    """Return a summary whose intervals hold the doubt of measured parts, too."""
+    """Return a summary whose intervals hold the uncertainty of measured parts, too."""
     limited, sigma = summary.limited, moved.sigma
     low, middle, high = (
         summary.quantiles[share].value + moved.quantiles[share]

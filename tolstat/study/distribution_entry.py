@@ -323,10 +323,10 @@ def is_shift(change: Any) -> bool:
 def with_shift(
     keys: Mapping[str, Any], shift: str, part: Contributor
 ) -> dict[str, Any]:
-    """Return the keys of an entry with another shift; "+=" and "-=" add to it.
+    """Return the keys of an entry with another shift.
 
-    Of a distribution that has no shift of its own, the nominal with its tolerance
-    shifts.
+    "+=" and "-=" move the nominal with its tolerance, from where it is. So does the
+    shift of a distribution that has no key of this name.
 
     Raises
     ------
@@ -341,12 +341,13 @@ def with_shift(
         raise DistributionError(f"{wrong[0]} no tolerance to shift")
     if zone_of(distribution_of(keys, part)) is None:
         raise DistributionError("it has no tolerance to shift; give a whole entry")
-    key = "shift" if "shift" in fields and "mean" not in keys else "nominal_shift"
-    sign, text = shift[:1], shift[2:] if shift[1:2] == "=" else shift
-    by = reader.difference(text.strip())
-    if text != shift:
+    adds = shift[:2] in ("+=", "-=")
+    text = shift[2:].strip() if adds else shift
+    by = reader.difference(text)
+    key = "shift" if not adds and "shift" in fields else "nominal_shift"
+    if adds:
         before = reader.difference(str(keys[key])) if key in keys else 0.0
-        by = before - by if sign == "-" else before + by
+        by = before - by if shift[0] == "-" else before + by
     unit = reader.shown_unit(unit_of(text))
     return {**keys, key: typed(by, scale_of(part.unit, unit), reader)}
 

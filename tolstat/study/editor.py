@@ -8,7 +8,7 @@ contributor, or of all parts of a name, is one of these:
 - a table: the entry as a whole; a batch stays one;
 - a table with `nominal` alone: another size of a link, with the same deviation;
 - a table with `shift` alone: parts of another mean, with the same tolerance;
-  "+=0.02 mm" adds to a shift;
+  "+=0.02 mm" moves the nominal and its tolerance;
 - a `NominalShift`.
 
 Parts that shared the entry and do not change keep it. A batch changes as a whole.

@@ -1,5 +1,6 @@
 """The section [limits] of a study, read."""
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -46,7 +47,11 @@ def read_limit(entry: str | dict[str, Any], unit: str, shown_in: str = "") -> Li
     limit = Limit(*limit_of(read.limit, unit, shown_in), words=read.limit.strip())
     typed = f"Ppk {figures(read.ppk, KNOWN)}" if read.ppk is not None else ""
     typed = f"{figures(read.ppm, KNOWN)} ppm" if read.ppm is not None else typed
-    return limit._replace(demanded=_demanded(read, limit.ends), demand=typed)
+    return limit._replace(
+        demanded=_demanded(read, limit.ends),
+        demand=typed,
+        typed_ppk=math.nan if read.ppk is None else float(read.ppk),
+    )
 
 
 def _demanded(entry: LimitEntry, ends: int) -> float:

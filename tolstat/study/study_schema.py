@@ -60,6 +60,7 @@ class Document(Entry):
         'the name of a sampling, in quotes, or a response, { rare = "extra_loss" }',
         "random",
     )
+    audit: Literal["sure"] | None = key('only audit = "sure"', None)
     table: str | None = key(
         'the name of a CSV file, such as table = "machines.csv"', None
     )

@@ -23,8 +23,11 @@ from scipy.stats import anderson
 
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, Caveat, yield_of
-from tolstat.statistics.measured.doubt import MeasuredTrials, doubts_of
 from tolstat.statistics.measured.populations import MeasuredSample
+from tolstat.statistics.measured.sample_uncertainty import (
+    MeasuredTrials,
+    uncertainties_of,
+)
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 
@@ -84,10 +87,16 @@ def study(rng, kind, fit, parts, contributors, ratio):
     scale = {n: 1.0 if n == "other" else contributors**-0.5 for n in x}
     y = np.sum([scale[name] * values for name, values in x.items()], axis=0)
     limits = {"y": Limit(-np.inf, limit(kind, contributors, ratio), 1 - PERMITTED)}
-    doubts = doubts_of(MeasuredTrials(tuple(samples), x, {"y": y}, limits), ())
+    uncertainties = uncertainties_of(
+        MeasuredTrials(tuple(samples), x, {"y": y}, limits), (), ()
+    )
     sample = Sample(np.full(TRIALS, Status.DONE))
     return yield_of(
-        y, sample, limits["y"].permitted, 1 - PERMITTED, measured=doubts["y"].share
+        y,
+        sample,
+        limits["y"].permitted,
+        1 - PERMITTED,
+        measured=uncertainties["y"].share,
     )
 
 

@@ -21,6 +21,7 @@ from tolstat.answers.allocate.linear_schemes import linear_choices, means_off_li
 from tolstat.answers.allocate.search import Search
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.errors import DistributionError, StudyError
+from tolstat.execution.planning import measured_samples
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
@@ -216,6 +217,7 @@ def _answer(search: Search, lengths: _Lengths) -> Allocation:
         fresh_trials=runs.lengths,
         trade_off=tuple(sorted(points, key=lambda p: p.fraction_out_of_any_limit)),
         off_limit={} if proof.met else dict(means_off_limit(runs, proof)),
+        measured={x.name: x.parts for x in measured_samples(study.deviating)},
         title=study.title,
         study=runs.study_text(
             choice, trials=scheme.trials, seed=scheme.seed, sampling="random"

@@ -75,6 +75,7 @@ class Allocation(Answer):
     fresh_trials: tuple[int, ...]  # of each fresh run, in the order they were made
     trade_off: tuple[Point, ...]
     off_limit: dict[str, OffLimit]  # limits that are missed because of their mean
+    measured: dict[str, int]  # parts by entry, that all verdicts take as all there are
     title: str = field(metadata={"json": False})
     # with these tolerances, and the trials of the proof, as a file
     study: str = field(metadata={"json": False})

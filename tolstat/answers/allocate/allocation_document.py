@@ -17,6 +17,7 @@ from tolstat.answers.allocate.allocation import (
 from tolstat.answers.allocate.fresh_runs import Scheme
 from tolstat.answers.allocate.search import Point
 from tolstat.answers.cells import ppm
+from tolstat.answers.measured_words import measured_alone
 from tolstat.document import blocks
 from tolstat.document.inline import (
     Name,
@@ -171,6 +172,12 @@ def _notes(allocation: Allocation) -> Iterator[Parts]:
         counted(sum(fresh_trials), "trial"),
         counted(len(fresh_trials), "fresh run"),
     )
+    if allocation.measured:
+        yield measured_alone(allocation.measured)
+        yield text(
+            "Write the study found (-o) and run it: its verdicts hold what few parts "
+            "do not tell."
+        )
     if allocation.integrates:
         yield text(
             "Integration errors are not audited here. Write the study found (-o) "

@@ -218,8 +218,8 @@ def _limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
         for values, limit, ran in zip(pair.values(name), limits, samples, strict=True)
     ]
     before, after = (
-        ran.share(flags, ran.ran, proportion)
-        for flags, ran in zip(out, samples, strict=True)
+        _widened(design, name, ran.share(flags, ran.ran, proportion))
+        for design, flags, ran in zip(both, out, samples, strict=True)
     )
     ppks = by_share(before, limits[0]), by_share(after, limits[1])
     more, together, worse, better = difference(before, after), 0.0, None, None
@@ -241,6 +241,12 @@ def _limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
         (limits[0].words, limits[1].words), (before, after), worse, better, more, ppks,
         ppk_more, moments,
     )  # fmt: skip
+
+
+def _widened(design: Drawn, name: str, share: Estimate) -> Estimate:
+    """Return a fraction out of limit, as uncertain as few measured parts make it."""
+    uncertainty = design.uncertainty(name)
+    return uncertainty.widened(share) if uncertainty else share
 
 
 def _range_of_difference(

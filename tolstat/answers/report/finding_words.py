@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterable
 from itertools import groupby
 
-from tolstat.answers.measured_words import few_parts, measured_alone, to_measure
 from tolstat.answers.next_steps import as_typed
 from tolstat.answers.report.report_answer import (
     Findings,
@@ -115,6 +114,8 @@ def _finer_run(run: Run, step: Step) -> Parts:
 
 
 def _measure(step: Step, findings: Findings) -> Parts:
+    from tolstat.answers.measured_words import to_measure  # seldom used
+
     shares = [findings.limits[name].measured for name in step.responses]
     most = max(filter(None, shares), key=lambda share: share.needed or math.inf)
     names = listed([*map(Name, step.responses)])
@@ -165,10 +166,10 @@ def _sentence(warning: ReportWarning) -> Parts:
             return _verdict(warning)
         case NumbersWarning():
             return _numbers(warning)
-        case PartsWarning(name, share):
-            return few_parts(name, share)
-        case AllPartsWarning(entries):
-            return measured_alone(entries)
+        case PartsWarning() | AllPartsWarning():
+            from tolstat.answers.measured_words import warning_words  # seldom used
+
+            return warning_words(warning)
 
 
 def _jump(warning: JumpWarning) -> Parts:

@@ -3,8 +3,7 @@
 from collections import Counter
 from collections.abc import Collection
 
-from tolstat.answers.cells import limit_row
-from tolstat.answers.measured_words import few_entries, to_measure
+from tolstat.answers.cells import indices_words, limit_row
 from tolstat.answers.report.finding_words import (
     in_words,
     next_steps,
@@ -43,7 +42,8 @@ CENTRAL = " of the central 99 %"  # of the trials: others are clipped
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
     "anytime-valid, trials may be added. Equivalent Ppk: of a normal response with the "
-    "same fraction out of limit."
+    "same fraction out of limit. Ppk by moments: of mean and sigma, for a normal "
+    "response. By percentiles: for any (ISO 22514-2)."
 )
 RANDOM_TRIALS = "causes are named for random trials only"
 
@@ -63,6 +63,7 @@ def first_page(
         in_words(summary.early_warnings),
         lead(summary),
         limits_table(summary, links, MOST_LIMITS if crowded else None),
+        performance(summary),
         *((steps, picture) if crowded else (picture, steps)),
         in_words(summary.late_warnings),
         *map(blocks.note, summary.trials.notes if summary.trials.ran else ()),
@@ -152,6 +153,18 @@ def limits_table(
     )  # fmt: skip
 
 
+def performance(summary: RunSummary) -> blocks.Paragraph | None:
+    """Say Ppk by moments and by percentiles of the first limits, where they hold."""
+    sentences = [
+        say("{} {}", Name(name), words)
+        for name in [*summary.limits][:MOST_LIMITS]
+        if (words := indices_words(summary.responses[name]))
+    ]
+    if not sentences:
+        return None
+    return blocks.note(say("Beside the equivalent Ppk: {}.", listed(sentences, "")))
+
+
 def _unseen_words(errors: UnseenErrors) -> str:
     most = PER_CENT.at_most(errors.share.upper)
     return (
@@ -186,6 +199,8 @@ def _help_cell(summary: RunSummary, response: str) -> Cell:
     findings = summary.findings
     limit, remedy = findings.limits[response], findings.remedy
     if limit.measured:
+        from tolstat.answers.measured_words import to_measure  # seldom used
+
         return Cell(to_measure(limit.measured))
     if remedy is None or limit.verdict == MET:
         return Cell(())
@@ -228,6 +243,8 @@ def no_cause(finding: LimitFinding) -> str:
     if finding.no_cause == NoCause.RANDOM_ONLY:
         return RANDOM_TRIALS
     if finding.measured:
+        from tolstat.answers.measured_words import few_entries  # seldom used
+
         return f"{finding.no_cause} ({', '.join(few_entries(finding.measured))})"
     tell = f"; about {finding.trials_that_tell} trials would tell"
     return f"{finding.no_cause}{tell if finding.trials_that_tell else ''}"

@@ -17,7 +17,7 @@ from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.inline import Number, Row
 from tolstat.statistics import estimate
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.yields import Caveat, PartsDoubt, Verdict
+from tolstat.statistics.limits.yields import Caveat, PartsUncertainty, Verdict
 from tolstat.statistics.summary import Limited
 from tolstat.units.scale import Scale
 
@@ -69,7 +69,7 @@ class LimitFinding(NamedTuple):
     # cause is named
     largest_contribution: str = ""
     # where few measured parts leave it undecided: how far
-    measured: PartsDoubt | None = None
+    measured: PartsUncertainty | None = None
 
 
 class Step(NamedTuple):

@@ -14,7 +14,7 @@ from tolstat.arrays import Array, Integers
 from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import Movement
-from tolstat.statistics.limits.yields import PartsDoubt
+from tolstat.statistics.limits.yields import PartsUncertainty
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -88,7 +88,7 @@ class PartsWarning(NamedTuple):
     """A limit that few measured parts leave undecided."""
 
     response: str
-    share: PartsDoubt
+    share: PartsUncertainty
     kind: str = "measured parts"
 
 
@@ -168,7 +168,7 @@ def _of_measured_parts(drawn: Drawn) -> Iterator[PartsWarning | AllPartsWarning]
     if run.aim and run.measured:
         yield AllPartsWarning({sample.name: sample.parts for sample in run.measured})
     for name, limit in run.limits.items():
-        if (share := drawn.doubt(name)) is None:
+        if (share := drawn.uncertainty(name)) is None:
             continue
         permitted, (lower, upper) = 1 - limit.demanded, share.interval[1:3]
         if not (lower > permitted or upper <= permitted):

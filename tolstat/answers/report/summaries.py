@@ -49,7 +49,7 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
             response.range,
             drawn.ends(response.name),
             drawn.audited(response.name),
-            drawn.doubts.get(response.name),
+            drawn.uncertainties.get(response.name),
         )
         for response in drawn.run.responses
     }
@@ -94,8 +94,8 @@ def all_limits(drawn: Drawn) -> AllLimits | None:
     if not limits or not drawn.sample.ran.any():
         return None
     values = {name: drawn.values(name) for name in limits}
-    sample, doubt = drawn.sample_for(*limits), drawn.doubt(JOINT)
-    within = joint_yield(values, sample, limits, doubt)
+    sample, uncertainty = drawn.sample_for(*limits), drawn.uncertainty(JOINT)
+    within = joint_yield(values, sample, limits, uncertainty)
     n = len(limits)
     return AllLimits(n, within, min(n * (1 - CONFIDENCE) / 2, 1.0))
 

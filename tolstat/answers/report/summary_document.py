@@ -18,6 +18,7 @@ from tolstat.answers.report.first_page import (
     lead,
     limits_table,
     of_variance,
+    performance,
     reading,
     rests_on,
 )
@@ -57,6 +58,7 @@ def summary_document(summary: RunSummary) -> blocks.Document:
             in_words(summary.early_warnings),
             lead(summary),
             limits_table(summary),
+            performance(summary),
             responses_table(summary, names),
             blocks.note(more) if others else None,
             blocks.paragraph(_worst_cases(summary)),

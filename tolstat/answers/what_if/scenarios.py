@@ -30,6 +30,7 @@ from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.editor import Entries
+from tolstat.study.settings_section import NOMINAL
 from tolstat.study.study import Study
 
 
@@ -105,15 +106,14 @@ def what_if(
     --------
     >>> found = tolstat.what_if("runs/stack-up.h5", {"housing": "+-0.06 mm"})
     >>> found.all_limits.scenario.within
-    0.999756 (0.998899 to 0.999981)
+    0.9999 (0.999247 to 1)
     """
     run = open_run(run)
     baseline = with_limits(run, limits) if limits else run
     reportable(baseline)
     study = study_of(run, model=model)
     check_assumed(run, study)
-    several = not isinstance(deviations, Mapping)
-    scenarios = list(deviations) if several else [deviations]
+    scenarios = [deviations] if isinstance(deviations, Mapping) else [*deviations]
     if evaluate is None:
         evaluate = any(scenarios) and is_cheap(run, study)
     answers = []
@@ -125,7 +125,7 @@ def what_if(
             answers.append(_evaluated(baseline, again, scenario, study))
         else:
             answers.append(_reweighted(baseline, scenario, study))
-    if not several:
+    if isinstance(deviations, Mapping):
         return answers[0]
     return Scenarios(run.title, run.path.name, run.model, tuple(answers))
 
@@ -145,10 +145,13 @@ def _reweighted(run: Run, deviations: Entries, study: Study) -> WhatIf:
 def _evaluated(run: Run, again: Run, deviations: Entries, study: Study) -> WhatIf:
     editor = study.editor()
     changes = {
-        name: Change(entry.get("nominal", "") if entry else "", text, 1.0)
+        name: Change(
+            str(editor.links.get(name, {}).get(NOMINAL, "")),
+            f"{NOMINAL} {change[NOMINAL]}",
+            1.0,
+        )
         for name, change in deviations.items()
-        if editor.is_size(name, change)
-        for text, entry in [(f"nominal {change['nominal']}", editor.links.get(name))]
+        if isinstance(change, dict) and editor.is_size(name, change)
     }
     changes |= {
         name: Change(before.words, after.words, 1.0)

@@ -40,7 +40,8 @@ def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
     if study.sampler is None:
         selection = Selection.joined(random_trials(seed, len(trials.deviations)))
         return evaluated_again(study, trials, selection, workers)
-    selection = select(trials, study.limits, seed)
+    sure = study.document.audit == "sure"
+    selection = select(trials, study.limits, seed, sure=sure)
     audited = evaluated_again(study, trials, selection, workers)
     if audited is None:
         return None

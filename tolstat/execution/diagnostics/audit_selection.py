@@ -4,6 +4,7 @@ They are chosen at random, next to a limit, among the worst and those out of lim
 over the range.
 """
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.deviations.samplers import uniform
 from tolstat.execution.stages import Trials
+from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.statistics.limits.limit import NO_LIMIT, Limit, within, worst_trials
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Reason
@@ -26,6 +28,7 @@ IN_REACH = 20  # trials at least, evaluated because they may cross a limit
 OUT = 20  # random ones of the trials out of limit, for each limited response
 # of these at least, where trials moved; or a hundredth of all
 OUT_MOVED = 100
+UNSEEN = 3.7  # random trials that none moves of bound a share of this over their number
 THIRD = 8  # trials of a kind: those that moved most, random ones, over the range
 
 Purposes = Mapping[str, Mapping[Reason, Integers]]  # trials, by response and reason
@@ -59,6 +62,31 @@ class Selection(NamedTuple):
         return cls(trials, np.isin(trials, at_random), reasons)
 
 
+def random_number(trials: Trials, limits: Mapping[str, Limit]) -> int:
+    """Return how many random trials show that errors turn no limit that is met.
+
+    If none of them moves, at most 3.7 over their number of all trials do, with a
+    certainty of 97.5 %. That fits between what is permitted and the upper end of the
+    fraction out of limit.
+    """
+    ran = trials.status != Status.NOT_RUN
+    number = int(np.count_nonzero(ran))
+    needed = [0]
+    for name, limit in limits.items():
+        good = within(trials.response(name), limit.permitted)
+        out = int(np.count_nonzero(ran & ~good))
+        room = 1 - limit.demanded - anytime_valid(out, number).upper if number else 0.0
+        if room > 0:
+            needed.append(math.ceil(UNSEEN / room))
+    return min(max(needed), len(trials.deviations))
+
+
+def more_random(seed: int, trials: int, number: int) -> Integers:
+    """Return so many random trials, ascending; an extension keeps most of them."""
+    order = np.argsort(uniform(seed, "audit", trials, "surely"), kind="stable")
+    return np.sort(order[:number])
+
+
 def random_trials(seed: int, trials: int) -> Integers:
     """Return a random trial of each hundred, ascending; an extension keeps them."""
     first = np.arange(0, trials, EVERY)
@@ -67,14 +95,16 @@ def random_trials(seed: int, trials: int) -> Integers:
     return np.asarray(first + (u * np.minimum(EVERY, trials - first)).astype(np.int64))
 
 
-def select(trials: Trials, limits: Mapping[str, Limit], seed: int) -> Selection:
+def select(
+    trials: Trials, limits: Mapping[str, Limit], seed: int, *, sure: bool = False
+) -> Selection:
     """Return the trials to evaluate again, where deviations are sampled.
 
     One trial of each hundred is chosen at random. Each limited response adds those next
     to its limit, the worst, random ones of those out of limit, and some over its range:
     random ones are too few to include rare cases. Without limits every response adds
     its smallest and largest value. The choice depends on numbers of trials and on
-    responses, not on workers.
+    responses, not on workers. `sure` adds random ones: see `random_number`.
     """
     names = [*limits] or [response.name for response in trials.description.responses]
     # another hundredth of the trials: so the stretch evaluated about a limit keeps its
@@ -88,7 +118,12 @@ def select(trials: Trials, limits: Mapping[str, Limit], seed: int) -> Selection:
     }
     for name, limit in limits.items():
         purposes[name][Reason.OUT] = random_out(trials, name, limit, seed, OUT)
-    return Selection.joined(random_trials(seed, len(trials.deviations)), purposes)
+    at_random, number = random_trials(seed, len(trials.deviations)), 0
+    if sure:
+        number = random_number(trials, limits)
+    if number > len(at_random):
+        at_random = more_random(seed, len(trials.deviations), number)
+    return Selection.joined(at_random, purposes)
 
 
 def select_more(

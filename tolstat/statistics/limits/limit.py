@@ -27,6 +27,8 @@ class Limit(NamedTuple):
         The values as the study writes them.
     demand : str
         The demand as the study writes it, "Ppk 1.33" or "2000 ppm"; empty for a yield.
+    typed_ppk : float
+        The Ppk of such a demand; NaN for any other.
     """
 
     lower: float
@@ -34,6 +36,7 @@ class Limit(NamedTuple):
     demanded: float = DEMANDED
     words: str = ""
     demand: str = ""
+    typed_ppk: float = math.nan
 
     @property
     def permitted(self) -> tuple[float, float]:
@@ -58,8 +61,9 @@ class Limit(NamedTuple):
     @property
     def ppk(self) -> float:
         """The demanded yield as the Ppk of a normal response."""
-        typed = self.demand.partition("Ppk ")[2]
-        return float(typed) if typed else ppk_of(1 - self.demanded, self.ends)
+        if not math.isnan(self.typed_ppk):
+            return self.typed_ppk
+        return ppk_of(1 - self.demanded, self.ends)
 
 
 NO_LIMIT = Limit(-math.inf, math.inf)

@@ -56,7 +56,7 @@ JOINT = ""  # in place of a response: all limits
 DOMINATE = 0.8  # of the width of an interval: then more trials tell little
 
 
-class PartsDoubt(NamedTuple):
+class PartsUncertainty(NamedTuple):
     """A fraction out of limit as uncertain as the measured parts.
 
     Attributes
@@ -129,8 +129,8 @@ class Yield(NamedTuple):
     # 1e9, and if integration errors leave it undecided
     needed: int
     reason: Caveat = Caveat.NONE  # why it is undecided although trials would tell
-    # how far the measured parts leave it in doubt; None without any
-    measured: PartsDoubt | None = None
+    # how far the measured parts leave it in uncertainty; None without any
+    measured: PartsUncertainty | None = None
 
     @property
     def reason_words(self) -> str:
@@ -158,7 +158,7 @@ def yield_of(
     demanded: float = DEMANDED,
     ends: Array | None = None,
     audited: AuditedResponse | None = None,
-    measured: PartsDoubt | None = None,
+    measured: PartsUncertainty | None = None,
 ) -> Yield:
     """Estimate the yield of a limit.
 
@@ -197,7 +197,7 @@ def yield_of(
 
 
 def _caveat_of(
-    measured: PartsDoubt,
+    measured: PartsUncertainty,
     judged: Verdict,
     shares: tuple[Estimate, Estimate],
     demanded: float,
@@ -248,7 +248,7 @@ def joint_yield(
     responses: Mapping[str, Array],
     sample: Sample,
     limits: Mapping[str, Ends],
-    measured: PartsDoubt | None = None,
+    measured: PartsUncertainty | None = None,
 ) -> Estimate:
     """Estimate the yield, all limits, of at least one limit by response, SI."""
     inside = [within(responses[name], limit) for name, limit in limits.items()]

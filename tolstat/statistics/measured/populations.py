@@ -10,6 +10,7 @@ from scipy.special import ndtr, ndtri
 from tolstat.arrays import Array
 
 LEAST_PARTS = 5  # fewer tell nothing of the tails
+FEW_PARTS = 10  # of fewer, tails as long as the others drawn are too long too often
 DOUBTFUL_FIT = 0.05  # p-value below which a fit is not believed
 LOGNORMAL = "lognormal"
 
@@ -64,12 +65,20 @@ class MeasuredSample:
         return np.asarray(np.clip(place / self.parts, 2.0**-53, 1 - 2.0**-53))
 
     def populations(
-        self, draws: int, generator: np.random.Generator, *, fitted: bool
+        self,
+        draws: int,
+        generator: np.random.Generator,
+        *,
+        fitted: bool,
+        tails: bool = True,
     ) -> Iterator[Population]:
-        """Return draws of the population, of the fitted family or of any kind."""
+        """Return draws of the population, of the fitted family or of any kind.
+
+        Without `tails` no part lies outside those that were measured.
+        """
         if fitted:
             return self._fitted(draws, generator)
-        return self._any(draws, generator)
+        return self._any(draws, generator) if tails else self._inside(draws, generator)
 
     def enlarged(self, parts: int) -> "MeasuredSample":
         """Return so many parts as of the same population, with its mean and sigma."""
@@ -102,6 +111,18 @@ class MeasuredSample:
             return deviations
 
         return map(population, means.tolist(), spreads.tolist())
+
+    def _inside(
+        self, draws: int, generator: np.random.Generator
+    ) -> Iterator[Population]:
+        """Yield populations of the parts alone, by a Bayesian bootstrap."""
+        for places in generator.dirichlet(np.ones(self.parts), draws).cumsum(axis=1):
+
+            def deviations(u: Array, places: Array = places) -> Array:
+                inside = np.searchsorted(places, u)
+                return self.values[np.minimum(inside, self.parts - 1)]
+
+            yield deviations
 
     def _any(self, draws: int, generator: np.random.Generator) -> Iterator[Population]:
         """Yield populations with the parts in the middle, and exponential tails.

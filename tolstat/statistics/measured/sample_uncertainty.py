@@ -7,7 +7,7 @@ quadratic surface of the trials, and each keeps its remainder.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +16,9 @@ from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.limit import Limit, margins
-from tolstat.statistics.limits.yields import JOINT, PartsDoubt
+from tolstat.statistics.limits.yields import JOINT, PartsUncertainty
 from tolstat.statistics.measured.populations import (
+    FEW_PARTS,
     LEAST_PARTS,
     MeasuredSample,
     Population,
@@ -28,7 +29,7 @@ from tolstat.statistics.remedies.surface import (
     UNEXPLAINED,
     fitted_surface,
 )
-from tolstat.statistics.summary import ENDS, MovedNumbers, ResponseDoubt
+from tolstat.statistics.summary import ENDS, MovedNumbers, ResponseUncertainty
 
 DRAWS, DRAWS_OF_MORE = 400, 100
 MOST_TRIALS, TRIALS_OF_MORE, TRIALS_OF_NUMBERS = 100_000, 20_000, 4096
@@ -77,12 +78,14 @@ class MeasuredTrials(NamedTuple):
         )  # fmt: skip
 
 
-def doubts_of(
-    trials: MeasuredTrials, shares: Sequence[float]
-) -> dict[str, ResponseDoubt]:
+def uncertainties_of(
+    trials: MeasuredTrials,
+    shares: Sequence[float],
+    more: Sequence[int] = MORE_PARTS,
+) -> dict[str, ResponseUncertainty]:
     """Return how uncertain each response is by the measured parts; `JOINT`: all limits.
 
-    `shares` are those of quantiles.
+    `shares` are those of quantiles, and `more` numbers of parts that may decide.
     """
     entries = {sample.name: sample.parts for sample in trials.samples}
     few = min(entries.values()) < LEAST_PARTS
@@ -90,27 +93,37 @@ def doubts_of(
         none = Estimate(
             math.nan, reason=NoInterval(Lack.PARTS, parts=min(entries.values()))
         )
-        doubt = PartsDoubt(entries, "", none, none, (0.0, 1.0))
+        uncertainty = PartsUncertainty(entries, "", none, none, (0.0, 1.0))
         names = [*trials.responses, JOINT]
         limited = {*trials.limits, JOINT}
-        return {n: ResponseDoubt(doubt if n in limited else None, None) for n in names}
-    return _Doubts(trials.thinned(MOST_TRIALS), shares).by_response()
+        return {
+            n: ResponseUncertainty(uncertainty if n in limited else None, None)
+            for n in names
+        }
+    return _Uncertainties(trials.thinned(MOST_TRIALS), shares, more).by_response()
 
 
-class _Doubts:
-    """The doubts of all responses, by moving the trials to other populations."""
+class _Uncertainties:
+    """The uncertainties of all responses, by moving the trials to other populations."""
 
-    def __init__(self, trials: MeasuredTrials, shares: Sequence[float]) -> None:
-        self.trials, self.shares = trials, shares
+    def __init__(
+        self, trials: MeasuredTrials, shares: Sequence[float], more: Sequence[int]
+    ) -> None:
+        self.trials, self.shares, self.more = trials, shares, more
         self.movable = _Movable(trials, np.random.default_rng(0))
         fits = {s.fit for s in trials.samples if s.fit_decides}
         self.assumed = " and ".join(sorted(fits))
 
-    def by_response(self) -> dict[str, ResponseDoubt]:
-        deciding = self._drawn(self.movable, DRAWS, [*self.trials.samples])
+    def by_response(self) -> dict[str, ResponseUncertainty]:
+        samples = self.trials.samples
+        deciding = self._drawn(self.movable, DRAWS, samples)
         free = deciding
         if self.assumed:
-            free = self._drawn(self.movable, DRAWS, [*self.trials.samples], free=True)
+            free = self._drawn(self.movable, DRAWS, samples, free=True)
+        if min(sample.parts for sample in samples) < FEW_PARTS:
+            inside = self._drawn(self.movable, DRAWS, samples, tails=False)
+            deciding = deciding.from_least_of(inside)
+            free = free.from_least_of(inside)
         open_limits = [
             name
             for name in self.trials.limits
@@ -118,18 +131,18 @@ class _Doubts:
         ]
         needed = self._needed(open_limits) if open_limits else {}
         entries = {sample.name: sample.parts for sample in self.trials.samples}
-        doubts = {}
+        uncertainties = {}
         for name in (*self.trials.responses, JOINT):
             share = None
             if name in deciding.out:
                 interval = deciding.interval(name)
                 fitted = interval if self.assumed else Estimate(math.nan)
-                share = PartsDoubt(
+                share = PartsUncertainty(
                     entries, self.assumed, fitted, free.interval(name),
                     deciding.of_parts(name), needed.get(name, 0),
                 )  # fmt: skip
-            doubts[name] = ResponseDoubt(share, deciding.numbers.get(name))
-        return doubts
+            uncertainties[name] = ResponseUncertainty(share, deciding.numbers.get(name))
+        return uncertainties
 
     def _drawn(
         self,
@@ -138,12 +151,15 @@ class _Doubts:
         samples: Sequence[MeasuredSample],
         *,
         free: bool = False,
+        tails: bool = True,
         numbers: bool = True,
     ) -> "_Drawn":
         """Return what becomes of the trials in so many draws of the populations."""
-        generator = np.random.default_rng(1)
+        generator, fits = np.random.default_rng(1), tails and not free
         populations = [
-            sample.populations(draws, generator, fitted=sample.fit_decides and not free)
+            sample.populations(
+                draws, generator, fitted=sample.fit_decides and fits, tails=tails
+            )
             for sample in samples
         ]
         return _Drawn.of(
@@ -156,7 +172,7 @@ class _Doubts:
         return 1 if drawn.stored[name] > permitted else -1
 
     def _decided(self, name: str, drawn: "_Drawn") -> bool:
-        """Tell whether the parts alone leave no doubt on which side the share is."""
+        """Tell whether the parts alone decide on which side the share is."""
         permitted = 1 - self.trials.limits[name].demanded
         lower, upper = drawn.of_parts(name)
         return lower > permitted if self._side(name, drawn) > 0 else upper <= permitted
@@ -165,7 +181,7 @@ class _Doubts:
         """Return how many measured parts would decide limits."""
         trials, needed = self.trials.thinned(TRIALS_OF_MORE), dict[str, int]()
         movable = _Movable(trials, np.random.default_rng(0))
-        for parts in MORE_PARTS:
+        for parts in self.more:
             samples = [
                 sample if sample.parts >= parts else sample.enlarged(parts)
                 for sample in trials.samples
@@ -279,6 +295,14 @@ class _Drawn:
             {n: np.array(x) for n, x in out.items() if x}, stored, counted.number,
             moved_numbers,
         )  # fmt: skip
+
+    def from_least_of(self, other: "_Drawn") -> "_Drawn":
+        """Return the same with the least shares of others, where these are less."""
+        out = {}
+        for name, shares in self.out.items():
+            least = np.sort(shares[:, 0]), np.sort(other.out[name][:, 0])
+            out[name] = np.column_stack([np.minimum(*least), shares[:, 1]])
+        return replace(self, out=out)
 
     def of_parts(self, name: str) -> tuple[float, float]:
         """Return the ends of a share, by the parts alone."""
