@@ -98,14 +98,19 @@ class Trials:
         if stage.stop <= self.sampled:
             return False
         if (room := stage.stop - len(self.status)) > 0:
-            self.deviations = _longer(self.deviations, room)
-            self.responses = _longer(self.responses, room)
-            self.status = np.pad(self.status, (0, room))
+            self.lengthen(_longer(self.deviations, room))
         rows = slice(stage.first, stage.stop)
         self.deviations[rows], self.sampled = stage.deviations, stage.stop
         for name, values in stage.columns.items():
             self.drawn[name][rows] = values
         return True
+
+    def lengthen(self, deviations: Array) -> None:
+        """Take more trials: the deviations of those before, and of new ones."""
+        room = len(deviations) - len(self.status)
+        self.deviations, self.sampled = deviations, len(deviations)
+        self.responses = _longer(self.responses, room)
+        self.status = np.pad(self.status, (0, room))
 
     def missing(self, stage: Stage) -> list[Case]:
         """Return the parts of cases that have not run, up to the end of a stage."""

@@ -38,6 +38,7 @@ from tolstat.study.memory_needed import large, too_large
 from tolstat.study.nominal_size import SHARES
 from tolstat.study.problems import Problems
 from tolstat.study.sampling import (
+    Rule,
     Until,
     aim_of,
     note_faults,
@@ -224,15 +225,15 @@ def load(
     source: Source,
     *,
     model: Model | None = None,
-    trials: int | None = None,
+    trials: int | Rule | None = None,
     seed: int | None = None,
     folder: Path | None = None,
 ) -> Study:
     """Return a study, read and checked.
 
-    Trials, seed and a custom model replace those of the study. Its data files lie in
-    the folder, by default that of the study. A StudyError lists every problem: key,
-    value, what is allowed.
+    Trials (or their rule), seed and a custom model replace those of the study. Its data
+    files lie in the folder, by default that of the study. A StudyError lists every
+    problem: key, value, what is allowed.
     """
     path = None if isinstance(source, Mapping) else Path(source)
     folder = folder or (path.parent if path else None)
@@ -281,7 +282,7 @@ def load(
             names = [response.name for response in description.responses]
             aim = aim_of(sampling, response, limits, names)
     until = None
-    if isinstance(document.trials, dict):
+    if isinstance(document.trials, dict | str):
         with problems.noting("trials", document.trials):
             until = read_until(document.trials, description, limits)
     problems.raise_if_any()
