@@ -106,6 +106,13 @@ def to_extend(run: Run, trials: int) -> str:
     return command("extend", run.path, "--trials", trials, machine=run.machine)
 
 
+def to_decide(run: Run) -> str:
+    """Return the command that decides the limits of a run; empty where none can."""
+    if run.sampling != "random":
+        return ""
+    return command("decide", run.path, machine=run.machine)
+
+
 def to_halve(run: Run, parts: Sequence[str]) -> tuple[str, ...]:
     """Return the commands that write and run a study with some tolerances halved.
 

@@ -14,7 +14,7 @@ from tolstat.model.description import StudyNumber
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
-from tolstat.store.run_records import Audited, Chosen
+from tolstat.store.run_records import Audited, Chosen, Stopped
 from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.units.scale import PER_CENT, Scale
 
@@ -85,6 +85,7 @@ class RunAnswer(AboutRun):
 
     trials: TrialCounts
     assumptions: Assumptions
+    stopped: Stopped | None  # how a stopping rule ended it; None without one
 
 
 def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
@@ -103,6 +104,7 @@ def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
             deviations, run.correlation, run.settings, run.assumptions,
             run.diagnostics.missing,
         ),
+        "stopped": run.stopped,
     }  # fmt: skip
 
 
@@ -166,19 +168,27 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
     if numbers := [_in_words(run, number) for number in run.numbers if number.of]:
         notes.append("from tolerances alone: " + ", ".join(numbers))
     if run.stopped:
-        reached = "reached" if run.stopped.reached else "not reached"
-        stages = ", ".join(map(str, run.stopped.stages))
-        rules = "; ".join(run.stopped.rules)
-        text = f"{rules}: {reached}, checked after {stages} trials"
-        if math.isfinite(needed := run.stopped.wanted) and needed:
-            text += f"; about {needed:.0f} would be needed"
-        notes.append(text)
+        notes.append(_stopped(run, run.stopped))
     if run.path == IN_MEMORY:
         notes.append(
             f'commands name {SAVED}, which tolstat.save(run, "{SAVED}") writes: the '
             "run is in memory"
         )
     return notes
+
+
+def _stopped(run: Run, stopped: Stopped) -> str:
+    stages, rules = ", ".join(map(str, stopped.stages)), "; ".join(stopped.rules)
+    if stopped.decides:
+        every = "every limit is" if stopped.reached else "not every limit is"
+        seconds = f"{run.times['seconds']:.2g} s"
+        text = f"{rules}: {every} decided after {stages} trials ({seconds})"
+    else:
+        reached = "reached" if stopped.reached else "not reached"
+        text = f"{rules}: {reached}, checked after {stages} trials"
+    if math.isfinite(needed := stopped.wanted) and needed:
+        text += f"; about {needed:.0f} would be needed"
+    return text
 
 
 def _failed(run: Run, sample: Sample | None) -> str:

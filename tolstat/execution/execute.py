@@ -7,7 +7,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 from tolstat.errors import Advice, Remedy, RunFileError, StoppedError
 from tolstat.execution import compatibility
@@ -235,7 +235,7 @@ def decide(
                 Path(source), crew, trials=rule, model=model, regardless=regardless,
                 progress=progress,
             )  # fmt: skip
-        study = load(cast(Source, source), model=model, trials=rule)
+        study = load(source, model=model, trials=rule)
         path = Path(output) if output is not None else study.path and run_of(study.path)
         return execute(study, path, crew, force=force, progress=progress)
 

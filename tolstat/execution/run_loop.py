@@ -107,11 +107,7 @@ def carry_out(
     nominal trial is stored already. `rerun`: failed trials are evaluated again at the
     end. A complete run keeps its diagnostics.
     """
-    trials, until = stages.trials, None
-    if study.until and study.until.budget:
-        until = UntilDecided(study)
-    elif study.until:
-        until = UntilPrecise(study)
+    trials, until = stages.trials, _until(study)
     try:
         with suppress(Interrupted), chdir("."):  # a model may leave it
             try:
@@ -146,6 +142,13 @@ def carry_out(
                 file.write_again(ended, workers)
     except LostError as error:
         raise file.failed(error) from error
+
+
+def _until(study: Study) -> UntilDecided | UntilPrecise | None:
+    """Return what proposes the stages of a stopping rule; None without one."""
+    if study.until and study.until.budget:
+        return UntilDecided(study)
+    return UntilPrecise(study) if study.until else None
 
 
 class BlockCheck:

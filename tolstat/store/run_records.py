@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.model.description import Contributor, Response, StudyNumber
+from tolstat.statistics.deciding.looks import DECIDE
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
@@ -220,6 +221,11 @@ class Stopped(NamedTuple):
     # trials that the rule needed at its last look: 0 if it was met, infinite if there
     # was no interval yet
     wanted: float = 0.0
+
+    @property
+    def decides(self) -> bool:
+        """Whether the rule asks for the verdict of every limit."""
+        return self.rules[0].startswith(DECIDE)
 
 
 class Reason(IntFlag):

@@ -9,6 +9,7 @@ from tolstat.deviations.draw import SAMPLERS, factors
 from tolstat.deviations.names import expand
 from tolstat.errors import ModelError, StudyError, UnitError, allowed_names
 from tolstat.model.description import Description, Response
+from tolstat.statistics.deciding.looks import DECIDE
 from tolstat.statistics.sample_size import Precision, Statistic
 from tolstat.statistics.sensitivity.sobol_indices import LEAST_GROUPS
 from tolstat.study.deviations_section import Deviations
@@ -29,7 +30,7 @@ GIVEN = ("grid", "table")  # samplings whose trials are given
 KINDS = ("mean", "sigma", "median", "beyond")  # of a stopping rule
 EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
 Rule = str | Mapping[str, Any]  # a stopping rule: the key `trials` of a study
-DECIDE, AT_MOST = "decide", ", at most "  # a stopping rule, and its budget
+AT_MOST = ", at most "  # before the budget of a rule
 FIRST_ROWS, MOST_ROWS = 8192, 4_000_000  # trials of such a run: first, at most
 
 

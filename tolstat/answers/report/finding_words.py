@@ -5,6 +5,7 @@ from itertools import groupby
 
 from tolstat.answers.cells import ppm
 from tolstat.answers.next_steps import as_typed
+from tolstat.answers.predicted_time import predicted_time
 from tolstat.answers.report.chosen_steps import MOST_NAMED
 from tolstat.answers.report.off_centre import OffCentre, Outside
 from tolstat.answers.report.report_answer import (
@@ -90,7 +91,7 @@ def step_words(run: Run, step: Step, findings: Findings) -> Parts:
         case StepKind.FINER_RUN:
             return _finer_run(run, step)
         case StepKind.ADD_TRIALS:
-            return _add_trials(step)
+            return _add_trials(run, step)
         case StepKind.ALLOCATE if len(typed) == 1:
             return say("Find the cheapest tolerances that meet all limits: {}.", *typed)
         case StepKind.ALLOCATE:
@@ -123,11 +124,12 @@ def _finer_run(run: Run, step: Step) -> Parts:
     )  # fmt: skip
 
 
-def _add_trials(step: Step) -> Parts:
+def _add_trials(run: Run, step: Step) -> Parts:
     purposes = [say("decide {}", Name(name)) for name in step.responses]
     purposes += [say("find the causes of {}", Name(name)) for name in step.causes_of]
     trials = counted(step.trials, "trial")
-    in_all = [text(" in all: ", Typed(command)) for command in step.commands]
+    time = f" in all ({predicted_time(run, step.trials)}): "
+    in_all = [text(time, Typed(command)) for command in step.commands]
     return say("Add trials to {}: about {}{}.", listed(purposes), trials,
                in_all or ", in a new run of the study")  # fmt: skip
 
