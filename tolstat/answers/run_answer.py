@@ -19,6 +19,7 @@ from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.units.scale import PER_CENT, Scale
 
 MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
+MOST_NUMBERS = 12  # from tolerances alone, in a note: the page has all
 
 
 class TrialCounts(NamedTuple):
@@ -166,7 +167,9 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
         notes.append(f"the nominal trial: {nominal}")
     notes += [*run.warnings, *run.notes]
     if numbers := [_in_words(run, number) for number in run.numbers if number.of]:
-        notes.append("from tolerances alone: " + ", ".join(numbers))
+        more = "" if len(numbers) <= MOST_NUMBERS else ", and others"
+        words = ", ".join(numbers[:MOST_NUMBERS])
+        notes.append(f"from tolerances alone: {words}{more}")
     if run.stopped:
         notes.append(_stopped(run, run.stopped))
     if run.path == IN_MEMORY:
@@ -180,9 +183,9 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
 def _stopped(run: Run, stopped: Stopped) -> str:
     stages, rules = ", ".join(map(str, stopped.stages)), "; ".join(stopped.rules)
     if stopped.decides:
-        every = "every limit is" if stopped.reached else "not every limit is"
+        enough = "are enough" if stopped.reached else "are not enough"
         seconds = f"{run.times['seconds']:.2g} s"
-        text = f"{rules}: {every} decided after {stages} trials ({seconds})"
+        text = f"{rules}: {stages} trials {enough} for every limit ({seconds})"
     else:
         reached = "reached" if stopped.reached else "not reached"
         text = f"{rules}: {reached}, checked after {stages} trials"
