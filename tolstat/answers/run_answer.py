@@ -18,6 +18,7 @@ from tolstat.store.run_records import Audited, Chosen, Stopped
 from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.units.scale import PER_CENT, Scale
 
+UNITS = (("hours", 3600.0), ("minutes", 60.0))  # of predicted times
 MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
 MOST_NUMBERS = 12  # from tolerances alone, in a note: the page has all
 
@@ -144,6 +145,19 @@ def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
             allowed = allowed_names(name, names)
             raise QuestionError(f"response {name}: unknown; {allowed}")
     return list(dict.fromkeys(chosen)) or list(run.limits) or names[:MOST_IN_FOCUS]
+
+
+def predicted_time(run: Run, trials: int) -> str:
+    """Return about how long a run takes until it has so many trials, in words.
+
+    At the rate of its trials so far. They took the compilation and the audit, too: so
+    it may take less.
+    """
+    seconds = run.times["seconds"] / max(run.ended, 1) * max(trials - run.ended, 0)
+    for unit, length in UNITS:
+        if seconds >= length:
+            return f"about {max(seconds / length, 2):.0f} {unit}"
+    return "less than a minute"
 
 
 def notes_of(run: Run, sample: Sample | None) -> list[str]:

@@ -21,8 +21,13 @@ from tolstat.execution.diagnostics.influence import (
 )
 from tolstat.execution.diagnostics.worst_cases import worst_cases
 from tolstat.execution.planning import columns_of
-from tolstat.execution.stages import Proposer, SampledStages, Trials, UntilPrecise
-from tolstat.execution.until_decided import UntilDecided
+from tolstat.execution.stages import (
+    Proposer,
+    SampledStages,
+    StoppingRule,
+    Trials,
+    UntilPrecise,
+)
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
@@ -107,7 +112,7 @@ def carry_out(
     nominal trial is stored already. `rerun`: failed trials are evaluated again at the
     end. A complete run keeps its diagnostics.
     """
-    trials, until = stages.trials, _until(study)
+    trials, until = stages.trials, _stopping_rule(study)
     try:
         with suppress(Interrupted), chdir("."):  # a model may leave it
             try:
@@ -121,7 +126,7 @@ def carry_out(
                         study.model, until or stages, trials, workers, tell, file=file,
                         check=BlockCheck(study, trials, workers),
                     )  # fmt: skip
-                    if not (isinstance(until, UntilDecided) and until.rows):
+                    if not (until and until.rows):
                         break
                     study = workers.call(until.lengthen, trials)
                     columns = columns_of(study, trials)
@@ -144,9 +149,10 @@ def carry_out(
         raise file.failed(error) from error
 
 
-def _until(study: Study) -> UntilDecided | UntilPrecise | None:
-    """Return what proposes the stages of a stopping rule; None without one."""
+def _stopping_rule(study: Study) -> StoppingRule | None:
     if study.until and study.until.budget:
+        from tolstat.execution.until_decided import UntilDecided  # seldom
+
         return UntilDecided(study)
     return UntilPrecise(study) if study.until else None
 

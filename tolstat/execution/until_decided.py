@@ -6,40 +6,36 @@ from dataclasses import replace
 import numpy as np
 
 from tolstat.arrays import Truths
-from tolstat.execution.stages import Stage, Trials
+from tolstat.execution.stages import Shortfall, Stage, StoppingRule, Trials
 from tolstat.statistics.deciding.looks import (
     looks_from,
     trials_that_settle,
     undecided,
 )
 from tolstat.statistics.sample import Sample
+from tolstat.statistics.sample_size import FIRST_STAGE
 from tolstat.store.run_records import Stopped
 from tolstat.study.study import Study
 
 GROWTH = 2  # times as many rows, once all of them have run
 
 
-class UntilDecided:
+class UntilDecided(StoppingRule):
     """Stages of a tenth until every limit is decided, or the budget is used up.
 
     Looks do not depend on where a run was interrupted: it ends as it would have.
-
-    Attributes
-    ----------
-    rows : int
-        How many rows its trials need to go on; 0 if these are enough.
     """
 
     def __init__(self, study: Study) -> None:
-        assert study.until and study.until.budget  # checked with the study
-        self._study, self.rows, self._until = study, 0, study.until
-        self._budget, self._began = study.until.budget, 0.0
+        super().__init__(study)
+        assert self._until.budget  # else it asks for a precision
+        self._budget, self._began = self._until.budget, 0.0
         self._sample, self._open = Sample(np.empty(0, np.uint8)), dict[str, Truths]()
 
     def next(self, trials: Trials) -> Stage | None:
         """Return the trials up to the next look; None at the end, or without rows."""
         self.rows, rows, most = 0, len(trials.status), self._budget.most
-        self._began = self._began or time.monotonic()
+        self._began, shortfall = self._began or time.monotonic(), None
         not_run = np.flatnonzero(trials.status == 0)
         ended = int(not_run[0]) if len(not_run) else rows
         look = min(next(looks_from(ended)), most)
@@ -49,25 +45,24 @@ class UntilDecided:
             spent = ended >= self._budget.trials and seconds >= self._budget.seconds
             if spent or not self._open:
                 return None
+            if ended == FIRST_STAGE and not self._budget.seconds:
+                wanted = self.stopped.wanted
+                if wanted > most:
+                    shortfall = Shortfall(wanted, self._until.rules, most)
             look = min(next(looks_from(ended + 1)), most)
         if look > rows:
             self.rows = min(max(GROWTH * rows, look), most)
             if replace(self._study, trials=self.rows).unfit:  # too little memory
                 self.rows = 0
             return None
-        return Stage(ended, trials.deviations[ended:look], self._study.cases)
+        deviations, cases = trials.deviations[ended:look], self._study.cases
+        return Stage(ended, deviations, cases, shortfall=shortfall)
 
     def _look(self, trials: Trials) -> None:
         names = [response.name for response in trials.description.responses]
         responses = dict(zip(names, trials.responses.T, strict=True))
         self._sample = Sample(trials.status)
         self._open = undecided(responses, self._sample, self._study.limits)
-
-    def lengthen(self, trials: Trials) -> Study:
-        """Sample more trials, as many as are to be `rows`; return the study of all."""
-        self._study = replace(self._study, trials=self.rows)
-        trials.lengthen(self._study.deviations())
-        return self._study
 
     @property
     def stopped(self) -> Stopped:

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.model.description import Contributor, Response, StudyNumber
-from tolstat.statistics.deciding.looks import DECIDE
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.measured.populations import MeasuredSample
+from tolstat.statistics.sample_size import DECIDE
 from tolstat.store.assumed import Assumed
 from tolstat.store.stored_fields import ELSEWHERE, Stored
 from tolstat.toml import toml_table

@@ -9,8 +9,7 @@ from tolstat.deviations.draw import SAMPLERS, factors
 from tolstat.deviations.names import expand
 from tolstat.errors import ModelError, StudyError, UnitError, allowed_names
 from tolstat.model.description import Description, Response
-from tolstat.statistics.deciding.looks import DECIDE
-from tolstat.statistics.sample_size import Precision, Statistic
+from tolstat.statistics.sample_size import DECIDE, Precision, Statistic
 from tolstat.statistics.sensitivity.sobol_indices import LEAST_GROUPS
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import Points

@@ -7,7 +7,6 @@ from itertools import groupby
 from tolstat.answers.cells import ppm
 from tolstat.answers.measured_words import few_parts, measured_alone, to_measure
 from tolstat.answers.next_steps import as_typed
-from tolstat.answers.predicted_time import predicted_time
 from tolstat.answers.report.chosen_steps import MOST_NAMED
 from tolstat.answers.report.off_centre import OffCentre, Outside
 from tolstat.answers.report.report_answer import (
@@ -30,6 +29,7 @@ from tolstat.answers.report.report_warnings import (
     VerdictWarning,
 )
 from tolstat.answers.report.response_summary import ResponseSummary
+from tolstat.answers.run_answer import predicted_time
 from tolstat.deviations.names import general
 from tolstat.document import blocks
 from tolstat.document.inline import (

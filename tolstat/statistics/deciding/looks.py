@@ -17,7 +17,6 @@ from tolstat.statistics.sample_size import (
     trials_needed,
 )
 
-DECIDE = "decide"  # how a rule begins that asks for the verdict of every limit
 GROWTH = 1.1  # trials of a look over those of the look before
 
 
