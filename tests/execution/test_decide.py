@@ -76,8 +76,16 @@ def test_a_run_is_continued_until_it_is_decided(decided, study, trials, tmp_path
     run = tolstat.decide(path, model=Toy())
     np.testing.assert_array_equal(run.column("gap"), decided.column("gap"))
     assert run.stopped == decided.stopped and run.rules == decided.rules
+    before = path.read_bytes()
     again = tolstat.decide(path, model=Toy())
-    assert same(again, run)
+    assert same(again, run) and path.read_bytes() == before
+
+
+def test_a_run_that_is_decided_is_unchanged(study, tmp_path):
+    path = tmp_path / "run.h5"
+    text = CLOSE.replace("3 mm", "1 mm")
+    run = tolstat.run(study("1000", text=text), model=Toy(), output=path)
+    assert same(tolstat.decide(path, model=Toy()), run)
 
 
 def test_a_stopped_one_ends_as_if_it_had_not_been(decided, study, tmp_path):

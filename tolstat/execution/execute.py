@@ -21,6 +21,7 @@ from tolstat.execution.stages import (
 )
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Model
+from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.files_beside import Lock, check_replaceable
 from tolstat.store.memory_recorder import MemoryRecorder
@@ -213,7 +214,7 @@ def decide(
     -------
     Run
         Its trials are those of any run of this length. `run.stopped.reached` tells
-        whether all limits are decided.
+        whether all limits are decided. A run that decides them already is unchanged.
 
     Raises
     ------
@@ -296,6 +297,8 @@ def go_on(
         run = open_run(lock.path, damaged=True)
         if trials is not None:
             compatibility.check_extensible(run, trials)
+            if not isinstance(trials, int) and _is_decided(run):
+                return run
         study = compatibility.study_of(run, trials, model)
         with unchanged_if_stopped(run):
             stages = drawn_again(run, study, workers)
@@ -314,6 +317,15 @@ def go_on(
             carry_out(study, stages, file, workers, tell, nominal=nominal, rerun=rerun)
     del stages, status, plan  # frees memory before the stored trials are read
     return file.recorded()
+
+
+def _is_decided(run: Run) -> bool:
+    """Return whether the trials of a run decide all of its limits."""
+    from tolstat.statistics.deciding.looks import undecided  # seldom
+
+    responses, sample = {n: run.column(n) for n in run.limits}, Sample(run.status)
+    whole = run.complete and bool(run.limits) and not run.damage
+    return whole and not undecided(responses, sample, run.limits)
 
 
 def _tell_impossible(

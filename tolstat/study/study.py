@@ -290,7 +290,9 @@ def load(
     until = None
     if isinstance(document.trials, dict | str):
         with problems.noting("trials", document.trials):
-            until = read_until(document.trials, description, limits)
+            # a wrong limit has been noted
+            limited = limits or document.limits
+            until = read_until(document.trials, description, limited)
     problems.raise_if_any()
     nominal, what = np.zeros((1, len(description.contributors))), "the nominal trial"
     problems.required(
