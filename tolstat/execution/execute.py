@@ -194,7 +194,7 @@ def decide(
     progress: Telling | None = None,
     executor: Executor | None = None,
 ) -> Run:
-    """Run a study, or go on with a run, until every limit is met or not met.
+    """Run a study, or continue a run, until every limit is met or not met.
 
     Each verdict is wrong in at most 2.5 % of runs, whatever the distributions.
 
