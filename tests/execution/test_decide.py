@@ -8,7 +8,7 @@ import pytest
 import tolstat
 from tests.conftest import Toy
 from tests.execution.same_runs import Enough, same
-from tolstat.errors import RunFileError, StudyError
+from tolstat.errors import Remedy, RunFileError, StudyError
 from tolstat.execution.execute import execute, go_on
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.deciding.looks import looks_from
@@ -79,6 +79,18 @@ def test_a_run_is_continued_until_it_is_decided(decided, study, trials, tmp_path
     before = path.read_bytes()
     again = tolstat.decide(path, model=Toy())
     assert same(again, run) and path.read_bytes() == before
+
+
+def test_a_refusal_says_how_to_decide_regardless(study, tmp_path):
+    path = tmp_path / "run.h5"
+    file = study("4096")
+    tolstat.run(file, model=Toy(), output=path)
+    file.write_text(file.read_text().replace("seed = 1", "seed = 2"))
+    with pytest.raises(RunFileError, match="cannot be resumed") as refused:
+        tolstat.decide(path, model=Toy())
+    assert Remedy.DECIDE_REGARDLESS in [one.remedy for one in refused.value.advice]
+    run = tolstat.decide(path, model=Toy(), regardless=True)
+    assert run.stopped.reached and run.sampled.seed == 1
 
 
 def test_a_run_that_is_decided_is_unchanged(study, tmp_path):

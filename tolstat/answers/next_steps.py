@@ -250,6 +250,10 @@ def _typed(advice: Advice) -> str:
         Remedy.REPLACE_RUN: (("run", path, "--force"), "replaces it"),
         Remedy.REPAIR: (resume, "repairs it"),
         Remedy.RESUME: (resume, "continues it"),
+        Remedy.DECIDE_REGARDLESS: (
+            ("decide", path, "--regardless"),
+            "continues with what the run has stored",
+        ),
         Remedy.RESUME_REGARDLESS: (
             (*(extend if trials else resume), "--regardless"),
             "continues with what the run has stored",

@@ -347,10 +347,12 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
     ]
     if warnings and not regardless:
         more = study.trials if longer and not study.until else 0
+        decides = study.until and run.complete
+        again = Remedy.DECIDE_REGARDLESS if decides else Remedy.RESUME_REGARDLESS
         raise RunFileError(
             f"{run.path} cannot be resumed as the same run: " + "; ".join(warnings),
             Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
-            Advice(Remedy.RESUME_REGARDLESS, run.path, run.machine, more),
+            Advice(again, run.path, run.machine, more),
         )
     if warnings:
         notes = (*notes, f"resumed at {now()} although " + "; ".join(warnings))
