@@ -227,7 +227,7 @@ def decide(
     --------
     >>> run = tolstat.decide("runs/stack-up.h5")
     >>> run.stopped.reached, run.trials
-    (True, 10000)
+    (True, 11776)
     """
     rule = deciding(at_most)
     with Workers(workers, executor=executor) as crew:
