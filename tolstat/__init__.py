@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # `__getattr__` loads these names
     from tolstat.answers.what_if.fresh_study import fresh_study
     from tolstat.answers.what_if.scenarios import what_if
     from tolstat.catalogue import names as models
-    from tolstat.execution.execute import extend, resume, run
+    from tolstat.execution.execute import decide, extend, resume, run
     from tolstat.execution.verification import verify
     from tolstat.model.contract import History, Model, Outcome
     from tolstat.model.description import (
@@ -50,7 +50,7 @@ __all__ = [
     "Axis", "Band", "Chain", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
     "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "as_model",
-    "column", "compare", "evaluate", "extend", "fresh_study", "limited", "models",
+    "column", "compare", "decide", "evaluate", "extend", "fresh_study", "limited", "models",
     "new_study", "open", "replay", "report", "resume", "run", "save", "setting",
     "summary", "trajectory", "verify", "view", "what_if",
 ]  # fmt: skip

@@ -55,6 +55,7 @@ STUDIES = {
     "saltelli": of("saltelli"),
     "grid": GRID,
     "until": HEAD.replace("trials = 1000", UNTIL) + DEVIATING,
+    "decide": HEAD.replace("1000", '"decide"') + DEVIATING,
 }
 
 

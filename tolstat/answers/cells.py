@@ -18,6 +18,7 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import UNDECIDED, Yield
 from tolstat.statistics.summary import QUANTILES, Limited, Summary
+from tolstat.store.run_records import Stopped
 from tolstat.units.scale import AS_IS, PER_CENT, PPM, Scale, share_words
 
 Cells = dict[str, Number | str]
@@ -35,7 +36,12 @@ def demand_words(limit: Limit) -> str:
 
 
 def limit_row(
-    limited: Limited, trials: int = 0, failed: int = 0, *, weighted: bool = False
+    limited: Limited,
+    trials: int = 0,
+    failed: int = 0,
+    *,
+    weighted: bool = False,
+    stopped: Stopped | None = None,
 ) -> dict[str, Given]:
     """Return cells of a table: a limit with its demand, verdict and results.
 
@@ -47,7 +53,7 @@ def limit_row(
     fraction = ppm(yields.fraction_out_of_limit, trials)
     return {
         "limit": limit_cell(limited.limit),
-        "verdict": verdict_cell(yields, weighted=weighted),
+        "verdict": verdict_cell(yields, weighted=weighted, stopped=stopped),
         "out of limit, ppm": Cell((fraction,), good if failed else ()),
         "equivalent Ppk": Cell(
             (Number(ppk),), say("demanded {}", Number(limited.limit.ppk))
@@ -55,8 +61,10 @@ def limit_row(
     }
 
 
-def verdict_cell(judged: Yield, *, weighted: bool = False) -> Cell:
-    """Return a verdict, above its reason or the trials that would decide it.
+def verdict_cell(
+    judged: Yield, *, weighted: bool = False, stopped: Stopped | None = None
+) -> Cell:
+    """Return a verdict, above its reason or the trials that decided or would decide it.
 
     How many weighted trials would is not known.
     """
@@ -71,6 +79,9 @@ def verdict_cell(judged: Yield, *, weighted: bool = False) -> Cell:
         return Cell((word,), text("about ", counted(judged.needed, "trial"), " decide"))
     if judged.verdict == UNDECIDED and not weighted:
         return Cell((word,), text("more than 1e9 trials may decide"))
+    if stopped and stopped.decides:
+        trials = counted(stopped.stages[-1], "trial")
+        return Cell((word,), text("decided after ", trials))
     return Cell((word,))
 
 

@@ -93,6 +93,13 @@ def to_extend(run: Run, trials: int) -> str:
     return command("extend", run.path, "--trials", trials, machine=run.machine)
 
 
+def to_decide(run: Run) -> str:
+    """Return the command that decides the limits of a run; empty where none can."""
+    if run.sampling != "random":
+        return ""
+    return command("decide", run.path, machine=run.machine)
+
+
 def to_change(run: Run, entries: Mapping[str, str]) -> tuple[str, str]:
     """Return the commands that write a study with changed entries, and run it."""
     study = run.study_file or _file_of(run).with_suffix(".toml")
@@ -167,6 +174,10 @@ def _typed(advice: Advice) -> str:
         Remedy.REPLACE_RUN: (("run", path, "--force"), "replaces it"),
         Remedy.REPAIR: (resume, "repairs it"),
         Remedy.RESUME: (resume, "continues it"),
+        Remedy.DECIDE_REGARDLESS: (
+            ("decide", path, "--regardless"),
+            "continues with what the run has stored",
+        ),
         Remedy.RESUME_REGARDLESS: (
             (*(extend if trials else resume), "--regardless"),
             "continues with what the run has stored",

@@ -14,10 +14,11 @@ from tolstat.model.description import StudyNumber
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
-from tolstat.store.run_records import Audited, Chosen
+from tolstat.store.run_records import Audited, Chosen, Stopped
 from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.units.scale import PER_CENT, Scale
 
+UNITS = (("hours", 3600.0), ("minutes", 60.0))  # of predicted times
 MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
 MOST_NUMBERS = 12  # from tolerances alone, in a note: the page has all
 
@@ -86,6 +87,7 @@ class RunAnswer(AboutRun):
 
     trials: TrialCounts
     assumptions: Assumptions
+    stopped: Stopped | None  # how a stopping rule ended it; None without one
 
 
 def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
@@ -104,6 +106,7 @@ def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
             deviations, run.correlation, run.settings, run.assumptions,
             run.diagnostics.missing,
         ),
+        "stopped": run.stopped,
     }  # fmt: skip
 
 
@@ -144,6 +147,19 @@ def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
     return list(dict.fromkeys(chosen)) or list(run.limits) or names[:MOST_IN_FOCUS]
 
 
+def predicted_time(run: Run, trials: int) -> str:
+    """Return about how long a run takes until it has so many trials, in words.
+
+    At the rate of its trials so far. They took the compilation and the audit, too: so
+    it may take less.
+    """
+    seconds = run.times["seconds"] / max(run.ended, 1) * max(trials - run.ended, 0)
+    for unit, length in UNITS:
+        if seconds >= length:
+            return f"about {max(seconds / length, 2):.0f} {unit}"
+    return "less than a minute"
+
+
 def notes_of(run: Run, sample: Sample | None) -> list[str]:
     """Return the notes for readers of a run's numbers, failures first.
 
@@ -169,19 +185,27 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
         words = ", ".join(numbers[:MOST_NUMBERS])
         notes.append(f"from tolerances alone: {words}{more}")
     if run.stopped:
-        reached = "reached" if run.stopped.reached else "not reached"
-        stages = ", ".join(map(str, run.stopped.stages))
-        rules = "; ".join(run.stopped.rules)
-        text = f"{rules}: {reached}, checked after {stages} trials"
-        if math.isfinite(needed := run.stopped.wanted) and needed:
-            text += f"; about {needed:.0f} would be needed"
-        notes.append(text)
+        notes.append(_stopped(run, run.stopped))
     if run.path == IN_MEMORY:
         notes.append(
             f'commands name {SAVED}, which tolstat.save(run, "{SAVED}") writes: the '
             "run is in memory"
         )
     return notes
+
+
+def _stopped(run: Run, stopped: Stopped) -> str:
+    stages, rules = ", ".join(map(str, stopped.stages)), "; ".join(stopped.rules)
+    if stopped.decides:
+        enough = "are enough" if stopped.reached else "are not enough"
+        seconds = f"{run.times['seconds']:.2g} s"
+        text = f"{rules}: {stages} trials {enough} for every limit ({seconds})"
+    else:
+        reached = "reached" if stopped.reached else "not reached"
+        text = f"{rules}: {reached}, checked after {stages} trials"
+    if math.isfinite(needed := stopped.wanted) and needed:
+        text += f"; about {needed:.0f} would be needed"
+    return text
 
 
 def _failed(run: Run, sample: Sample | None) -> str:

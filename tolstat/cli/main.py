@@ -23,7 +23,7 @@ from tolstat.operating_system import address_space
 
 FILES = {
     "new": "new",
-    "run": "run", "resume": "run", "extend": "run", "check": "check",
+    "run": "run", "decide": "run", "resume": "run", "extend": "run", "check": "check",
     "verify": "verify",
     "show": "show", "trial": "trial", "view": "trial", "report": "report",
     "what-if": "what_if", "compare": "report", "allocate": "allocate",

@@ -4,6 +4,7 @@ A plan is compared as a mapping of names to values, of those that matter.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -21,22 +22,31 @@ from tolstat.store.provenance import decisive, provenance
 from tolstat.store.run_records import Plan
 from tolstat.store.stored_run import Run
 from tolstat.study.files import study_text
+from tolstat.study.sampling import Rule, rule_stored
 from tolstat.study.study import Study, load
 from tolstat.toml import toml_table
 
 
-def study_of(run: Run, trials: int | None = None, model: Model | None = None) -> Study:
-    """Return the study of a run, read from its stored text."""
+def study_of(
+    run: Run,
+    trials: int | Rule | None = None,
+    model: Model | None = None,
+) -> Study:
+    """Return the study of a run, read from its stored text; trials as of `load`."""
     sampled = run.sampled
-    if trials is None and (run.complete or not run.rules):
-        trials = run.trials
-    return load(
+    if trials is None:
+        fixed = run.complete or not run.rules
+        trials = run.trials if fixed else rule_stored(run.rules)
+    study = load(
         run.study.table,
         model=model,
         trials=trials if sampled else None,
         seed=sampled.seed if sampled else None,
         folder=run.data_folder,
     )
+    if study.until and study.until.budget:
+        study = replace(study, trials=max(study.trials, run.trials))
+    return study
 
 
 def differences(
@@ -172,8 +182,8 @@ def trials_sampled_differently(run: Run, again: Run) -> NDArray[np.int64]:
     return np.flatnonzero(differ & sampled)
 
 
-def check_extensible(run: Run, trials: int) -> None:
-    """Refuse an extension that would not keep the stored trials."""
+def check_extensible(run: Run, trials: int | Rule) -> None:
+    """Refuse an extension that would not keep the stored trials; or see its rule."""
     if run.sampled is None:
         raise RunFileError(
             f'{run.path} cannot be extended: sampling = "{run.sampling}" runs exactly '
@@ -185,6 +195,8 @@ def check_extensible(run: Run, trials: int) -> None:
             "have run; finish it first",
             Advice(Remedy.RESUME, run.path, run.machine),
         )
+    if not isinstance(trials, int):
+        return
     if trials <= run.trials:
         raise RunFileError(
             f"{run.path} has {run.trials} trials already; give a larger number"

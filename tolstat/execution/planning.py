@@ -68,7 +68,7 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
     no_answer = np.full((1, len(study.description.responses)), np.nan)
     return Run(
         path=path,
-        columns=_columns(study, trials),
+        columns=columns_of(study, trials),
         nominal_answers=Answers(
             no_answer,
             np.full(1, int(Status.NOT_RUN)),
@@ -155,7 +155,7 @@ def _in_units(
     return tuple(replace(c, shown=typed_unit(c, units)) for c in columns)
 
 
-def _columns(study: Study, trials: Trials) -> dict[str, NDArray[Any]]:
+def columns_of(study: Study, trials: Trials) -> dict[str, NDArray[Any]]:
     """Return the columns of a run; those that trials fill take no memory."""
     contributors, responses = study.description
     n = len(trials.deviations)

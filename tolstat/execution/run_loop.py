@@ -20,7 +20,14 @@ from tolstat.execution.diagnostics.influence import (
     tolerance_ends,
 )
 from tolstat.execution.diagnostics.worst_cases import worst_cases
-from tolstat.execution.stages import Proposer, SampledStages, Trials, UntilPrecise
+from tolstat.execution.planning import columns_of
+from tolstat.execution.stages import (
+    Proposer,
+    SampledStages,
+    StoppingRule,
+    Trials,
+    UntilPrecise,
+)
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
@@ -105,8 +112,7 @@ def carry_out(
     nominal trial is stored already. `rerun`: failed trials are evaluated again at the
     end. A complete run keeps its diagnostics.
     """
-    trials = stages.trials
-    until = UntilPrecise(study) if study.until else None
+    trials, until = stages.trials, _stopping_rule(study)
     try:
         with suppress(Interrupted), chdir("."):  # a model may leave it
             try:
@@ -115,25 +121,40 @@ def carry_out(
                     alone = np.zeros((1, len(study.description.contributors)))
                     answers = workers.simulate(study.model, alone, study.settings)
                     file.write_nominal(answers)
-                number = evaluate_stages(
-                    study.model, until or stages, trials, workers, tell, file=file,
-                    check=BlockCheck(study, trials, workers),
-                )  # fmt: skip
+                while True:
+                    number = evaluate_stages(
+                        study.model, until or stages, trials, workers, tell, file=file,
+                        check=BlockCheck(study, trials, workers),
+                    )  # fmt: skip
+                    if not (until and until.rows):
+                        break
+                    study = workers.call(until.lengthen, trials)
+                    columns = columns_of(study, trials)
+                    file.write_again(replace(file.run, columns=columns), workers)
             except ModelError as error:
                 if (broken := file.failed(error)) is error:
                     raise
                 raise broken from error
-            trials = trials.first(number)
+            stopped = until.stopped if until else None
+            trials = trials.first(stopped.stages[-1] if stopped else number)
             ended = run = file.run
             if not run.complete:
                 ended = _with_diagnostics(run, study, trials, workers, tell)
-                ended = replace(ended, stopped=until.stopped if until else None)
+                ended = replace(ended, stopped=stopped)
             if rerun and trials.failed:
                 ended = replace(ended, rerun=_rerun(study, trials, workers))
             if ended is not run:
-                file.finish(ended, workers)
+                file.write_again(ended, workers)
     except LostError as error:
         raise file.failed(error) from error
+
+
+def _stopping_rule(study: Study) -> StoppingRule | None:
+    if study.until and study.until.budget:
+        from tolstat.execution.until_decided import UntilDecided  # seldom
+
+        return UntilDecided(study)
+    return UntilPrecise(study) if study.until else None
 
 
 class BlockCheck:

@@ -5,9 +5,10 @@ A proposer gives the next stage from the answers so far, or none.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -98,14 +99,19 @@ class Trials:
         if stage.stop <= self.sampled:
             return False
         if (room := stage.stop - len(self.status)) > 0:
-            self.deviations = _longer(self.deviations, room)
-            self.responses = _longer(self.responses, room)
-            self.status = np.pad(self.status, (0, room))
+            self.lengthen(_longer(self.deviations, room))
         rows = slice(stage.first, stage.stop)
         self.deviations[rows], self.sampled = stage.deviations, stage.stop
         for name, values in stage.columns.items():
             self.drawn[name][rows] = values
         return True
+
+    def lengthen(self, deviations: Array) -> None:
+        """Take more trials: the deviations of those before, and of new ones."""
+        room = len(deviations) - len(self.status)
+        self.deviations, self.sampled = deviations, len(deviations)
+        self.responses = _longer(self.responses, room)
+        self.status = np.pad(self.status, (0, room))
 
     def missing(self, stage: Stage) -> list[Case]:
         """Return the parts of cases that have not run, up to the end of a stage."""
@@ -202,12 +208,43 @@ class SampledStages:
         return self.latest
 
 
-class UntilPrecise:
+class StoppingRule(ABC):
+    """Stages until a rule of a study is reached.
+
+    Attributes
+    ----------
+    rows : int
+        How many rows the trials need to go on; 0 if these are enough.
+    """
+
+    rows = 0
+
+    def __init__(self, study: Study) -> None:
+        assert study.until  # checked with the study
+        self._study, self._until = study, study.until
+
+    @abstractmethod
+    def next(self, trials: Trials) -> Stage | None:
+        """Return the stage to evaluate now; None at the end, or without rows."""
+
+    @property
+    @abstractmethod
+    def stopped(self) -> Stopped:
+        """How the rule ended the run."""
+
+    def lengthen(self, trials: Trials) -> Study:
+        """Sample more trials, as many as are to be `rows`; return the study of all."""
+        self._study = replace(self._study, trials=self.rows)
+        trials.lengthen(self._study.deviations())
+        return self._study
+
+
+class UntilPrecise(StoppingRule):
     """Stages until the rules of a study are reached; its trials are sampled already."""
 
     def __init__(self, study: Study) -> None:
-        assert study.until and study.sampler  # checked with the study
-        self._study, self._until = study, study.until
+        super().__init__(study)
+        assert study.sampler  # checked with the study
         self._replicates = study.sampler.replicates
         self._looks: list[int] = []  # finished trials at each look
         self._wanted = 0.0  # trials needed in all, by the last look; 0 if enough

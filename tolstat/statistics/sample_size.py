@@ -23,6 +23,7 @@ from tolstat.statistics.intervals.shares import PRIOR, anytime_valid, evidence_a
 from tolstat.statistics.limits.limit import within
 from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
+DECIDE = "decide"  # how a rule begins that asks for the verdict of every limit
 FIRST_STAGE = 1024  # trials of the first stage
 RESERVE = 1.1  # times the trials that the first stage suggests
 MOST_GROWTH = 8  # times as many trials are predicted, at most

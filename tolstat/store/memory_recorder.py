@@ -54,8 +54,13 @@ class MemoryRecorder:
         """Return the error: nothing of the run remains."""
         return error
 
-    def finish(self, run: Run, by: object) -> None:
-        """Record the complete run."""
+    def write_again(self, run: Run, by: object) -> None:
+        """Record the run: complete, or with rows for more trials."""
+        for name, column in run.columns.items():
+            if len(column) > len(rows := self._columns[name]):
+                longer = self._columns[name] = np.array(column)
+                if name not in run.input_names:
+                    longer[: len(rows)] = rows
         self.run = run
 
     def recorded(self) -> Run:

@@ -16,6 +16,7 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.measured.populations import MeasuredSample
+from tolstat.statistics.sample_size import DECIDE
 from tolstat.store.assumed import Assumed
 from tolstat.store.stored_fields import ELSEWHERE, Stored
 from tolstat.toml import toml_table
@@ -224,6 +225,11 @@ class Stopped(NamedTuple):
     # trials that the rule needed at its last look: 0 if it was met, infinite if there
     # was no interval yet
     wanted: float = 0.0
+
+    @property
+    def decides(self) -> bool:
+        """Whether the rule asks for the verdict of every limit."""
+        return self.rules[0].startswith(DECIDE)
 
 
 class Reason(IntFlag):

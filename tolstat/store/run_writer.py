@@ -309,8 +309,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._unwanted = isinstance(error, ModelError) and unused
         return error if self._unwanted else self._error(str(error))
 
-    def finish(self, run: Run, by: Stoppable) -> None:
-        """Write the complete run.
+    def write_again(self, run: Run, by: Stoppable) -> None:
+        """Write the run with its trials again: complete, or with rows for more.
 
         If that fails, or `by` ends it, its trials are stored all the same.
         """

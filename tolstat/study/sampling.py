@@ -1,7 +1,7 @@
 """Sampling of a study: how its trials are chosen, and how many; keys for each."""
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from tolstat.deviations.distributions import Constant
@@ -9,13 +9,14 @@ from tolstat.deviations.draw import SAMPLERS, factors
 from tolstat.deviations.names import expand
 from tolstat.errors import ModelError, StudyError, UnitError, allowed_names
 from tolstat.model.description import Description, Response
-from tolstat.statistics.sample_size import Precision, Statistic
+from tolstat.statistics.sample_size import DECIDE, Precision, Statistic
 from tolstat.statistics.sensitivity.sobol_indices import LEAST_GROUPS
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import Points
 from tolstat.study.problems import Problems
 from tolstat.study.study_schema import (
     MISSING,
+    DecideEntry,
     Document,
     RareEntry,
     UntilEntry,
@@ -27,6 +28,9 @@ from tolstat.units.scale import PER_CENT, scale_of
 GIVEN = ("grid", "table")  # samplings whose trials are given
 KINDS = ("mean", "sigma", "median", "beyond")  # of a stopping rule
 EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
+Rule = str | Mapping[str, Any]  # a stopping rule: the key `trials` of a study
+AT_MOST = ", at most "  # before the budget of a rule
+FIRST_ROWS, MOST_ROWS = 8192, 4_000_000  # trials of such a run: first, at most
 
 
 def read_sampling(value: str | dict[str, Any], problems: Problems) -> tuple[str, str]:
@@ -94,7 +98,14 @@ def note_faults(
         problems.add("trials", None, missing)
     if document.seed is None:
         problems.add("seed", None, MISSING["seed"])
-    if isinstance(document.trials, dict) and not sampler.extensible:
+    if decides(document.trials) and sampling != "random":
+        problems.add(
+            "trials",
+            document.trials,
+            f'{typed} has no verdict that holds after any number of trials; "decide" '
+            'needs sampling = "random"',
+        )
+    elif isinstance(document.trials, dict) and not sampler.extensible:
         number = f"give one, such as trials = {usual}," if usual else "give one"
         problems.add(
             "trials",
@@ -154,22 +165,82 @@ def warnings_of(sampling: str, trials: int, varying: int) -> tuple[str, ...]:
     return sampler.warnings(trials, varying)
 
 
+class Budget(NamedTuple):
+    """What a run may take: it ends once it has taken both."""
+
+    trials: int
+    seconds: float
+
+    @property
+    def most(self) -> int:
+        """Most trials that it may have."""
+        return MOST_ROWS if self.seconds else self.trials
+
+
+BUDGET = Budget(200_000, 60.0)  # without another
+
+
 class Until(NamedTuple):
-    """A stopping rule: the precision at which a run ends."""
+    """A stopping rule: the precision at which a run ends, or the verdicts."""
 
     precisions: tuple[Precision, ...]  # all of them must be reached
     at_most: int  # trials after which it ends in any case
     rules: tuple[str, ...]  # as they are written
     units: dict[str, str]  # of a rule's precision, by response
+    # of a run that ends when every limit is decided; it has no precisions, and its
+    # first trials are `at_most`
+    budget: Budget | None = None
+
+
+def decides(trials: object) -> bool:
+    """Return whether the key `trials` asks for a verdict of every limit."""
+    return (trials.get("until") if isinstance(trials, dict) else trials) == DECIDE
+
+
+def deciding(at_most: int | str | None = None) -> Rule:
+    """Return the key `trials` that asks for every verdict within a budget."""
+    return DECIDE if at_most is None else {"until": DECIDE, "at_most": at_most}
+
+
+def rule_stored(rules: Sequence[str]) -> Rule | None:
+    """Return the key `trials` of a run by its rules; None if it has others."""
+    if not rules or not (rule := rules[0]).startswith(DECIDE):
+        return None
+    at_most = rule.removeprefix(DECIDE).removeprefix(AT_MOST)
+    trials = at_most.removesuffix(" trials")
+    return deciding(int(trials) if trials != at_most else at_most or None)
+
+
+def _read_deciding(keys: Rule, limited: Collection[str]) -> Until:
+    """Return the rule that ends a run when every limit is decided."""
+    at_most = None
+    if isinstance(keys, Mapping):
+        at_most = read_entry(DecideEntry, keys, "there is").at_most
+    if not limited:
+        raise StudyError(f"no limit to decide; add one to [limits], {EXAMPLE}")
+    budget, words = BUDGET, ""
+    if isinstance(at_most, str):
+        budget, words = Budget(0, quantity(at_most, "s")), f"{AT_MOST}{at_most}"
+        if not budget.seconds > 0:
+            raise UnitError(f'at_most = "{at_most}": a time above zero is expected')
+    elif at_most is not None:
+        if at_most < 1:
+            raise StudyError(f"at_most = {at_most}: a whole number from 1 is expected")
+        budget, words = Budget(at_most, 0.0), f"{AT_MOST}{at_most} trials"
+    return Until((), min(FIRST_ROWS, budget.most), (DECIDE + words,), {}, budget)
 
 
 def read_until(
-    keys: Mapping[str, Any], description: Description, limited: Mapping[str, Any]
+    keys: Rule,
+    description: Description,
+    limited: Mapping[str, Any],
 ) -> Until:
     """Return a stopping rule: `until`, one or a list of them, and `at_most`.
 
     `limited` are the responses with a limit.
     """
+    if isinstance(keys, str) or decides(keys):
+        return _read_deciding(keys, limited)
     entry = read_entry(UntilEntry, keys, "there is")
     rules = [entry.until] if isinstance(entry.until, str) else entry.until
     responses = {response.name: response for response in description.responses}

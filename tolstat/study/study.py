@@ -39,6 +39,7 @@ from tolstat.study.memory_needed import large, too_large
 from tolstat.study.nominal_size import SHARES
 from tolstat.study.problems import Problems
 from tolstat.study.sampling import (
+    Rule,
     Until,
     aim_of,
     note_faults,
@@ -231,15 +232,15 @@ def load(
     source: Source,
     *,
     model: Model | None = None,
-    trials: int | None = None,
+    trials: int | Rule | None = None,
     seed: int | None = None,
     folder: Path | None = None,
 ) -> Study:
     """Return a study, read and checked.
 
-    Trials, seed and a custom model replace those of the study. Its data files lie in
-    the folder, by default that of the study. A StudyError lists every problem: key,
-    value, what is allowed.
+    Trials (or their rule), seed and a custom model replace those of the study. Its data
+    files lie in the folder, by default that of the study. A StudyError lists every
+    problem: key, value, what is allowed.
     """
     model = model and model.unwrapped
     path = None if isinstance(source, Mapping) else Path(source)
@@ -302,9 +303,11 @@ def load(
             names = [response.name for response in description.responses]
             aim = aim_of(sampling, response, limits, names)
     until = None
-    if isinstance(document.trials, dict):
+    if isinstance(document.trials, dict | str):
         with problems.noting("trials", document.trials):
-            until = read_until(document.trials, description, limits)
+            # a wrong limit has been noted
+            limited = limits or document.limits
+            until = read_until(document.trials, description, limited)
     problems.raise_if_any()
     nominal, what = np.zeros((1, len(description.contributors))), "the nominal trial"
     problems.required(

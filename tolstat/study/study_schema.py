@@ -50,8 +50,11 @@ class Document(Entry):
     document: dict[TitleKey, str] = key(
         f'a text in quotes, such as revision = "B"; keys: {", ".join(TITLE_KEYS)}', {}
     )
-    trials: Annotated[int, Field(ge=1)] | dict[str, Any] | None = key(
-        f"a whole number from 1, or a stopping rule such as {UNTIL}", None
+    trials: Annotated[int, Field(ge=1)] | Literal["decide"] | dict[str, Any] | None = (
+        key(
+            f'a whole number from 1, "decide", or a stopping rule such as {UNTIL}',
+            None,
+        )
     )
     seed: int | None = key(
         f"a whole number from 0 to {MOST_SEED}", None, ge=0, le=MOST_SEED
@@ -108,6 +111,15 @@ class UntilEntry(Entry):
         f"a rule or a list of them, as in {UNTIL}"
     )
     at_most: int = key(f"a whole number from 1, as in {UNTIL}", ge=1)
+
+
+class DecideEntry(Entry):
+    """The key `trials` of a run that ends when every limit is decided."""
+
+    until: Literal["decide"] = key('"decide"')
+    at_most: int | str | None = key(
+        'a number of trials, or a time such as "60 s"', None
+    )
 
 
 class RareEntry(Entry):

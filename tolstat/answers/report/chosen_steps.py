@@ -6,6 +6,7 @@ import numpy as np
 
 from tolstat.answers.next_steps import (
     to_allocate,
+    to_decide,
     to_extend,
     to_resume,
     to_run_again,
@@ -190,23 +191,24 @@ def _more_trials(run: Run, responses: Responses, limits: Limits) -> Step | None:
     miss than it permits.
     """
     deciding = {n: x.trials_that_decide for n, x in limits.items()}
+    undecided = [name for name, trials in deciding.items() if trials]
     telling = {
         name: causes.needed
         for name, limit in limits.items()
         if limit.verdict != MET and limit.seems_missed
         if (causes := responses[name].causes)
     }
-    decided, told = _fewest(deciding), _fewest(telling)
-    needed = deciding[decided] if decided else 0
+    needed, told = max(deciding.values(), default=0), _fewest(telling)
     if told and not (telling[told] > needed and to_extend(run, telling[told])):
         told = ""
-    if not decided and not told:
+    if not undecided and not told:
         return None
     needed = telling[told] if told else needed
-    command = to_extend(run, needed)
+    command = "" if told else to_decide(run)
+    command = command or to_extend(run, needed)
     return Step(
         StepKind.ADD_TRIALS,
-        (decided,) if decided else (),
+        tuple(undecided),
         (told,) if told else (),
         trials=needed,
         commands=(command,) if command else (),

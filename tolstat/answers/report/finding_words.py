@@ -22,6 +22,7 @@ from tolstat.answers.report.report_warnings import (
     UnchangedResponse,
     VerdictWarning,
 )
+from tolstat.answers.run_answer import predicted_time
 from tolstat.document import blocks
 from tolstat.document.inline import (
     Name,
@@ -87,7 +88,7 @@ def step_words(run: Run, step: Step, findings: Findings) -> Parts:
         case StepKind.MEASURE_PARTS:
             return _measure(step, findings)
         case StepKind.ADD_TRIALS:
-            return _add_trials(step)
+            return _add_trials(run, step)
         case StepKind.ALLOCATE:
             return say("Find the cheapest tolerances that meet all limits: {}.", *typed)
         case StepKind.SEE_WORST:
@@ -123,11 +124,12 @@ def _measure(step: Step, findings: Findings) -> Parts:
     return say("To decide {}, {}: more trials tell little.", names, action)
 
 
-def _add_trials(step: Step) -> Parts:
+def _add_trials(run: Run, step: Step) -> Parts:
     purposes = [say("decide {}", Name(name)) for name in step.responses]
     purposes += [say("find the causes of {}", Name(name)) for name in step.causes_of]
     trials = counted(step.trials, "trial")
-    in_all = [text(" in all: ", Typed(command)) for command in step.commands]
+    time = f" in all ({predicted_time(run, step.trials)}): "
+    in_all = [text(time, Typed(command)) for command in step.commands]
     return say("Add trials to {}: about {}{}.", listed(purposes), trials,
                in_all or ", in a new run of the study")  # fmt: skip
 

@@ -135,7 +135,10 @@ def limits_table(
         link = Name(name, name if name in links else "")
         rows.append({
             "response": Cell((link,), text(response.sentence)),
-            **limit_row(limited, trials, summary.trials.failed, weighted=weighted),
+            **limit_row(
+                limited, trials, summary.trials.failed,
+                weighted=weighted, stopped=summary.stopped,
+            ),
             "main cause": _cause_cell(response, finding),
             "what would help": _help_cell(summary, name),
         })  # fmt: skip

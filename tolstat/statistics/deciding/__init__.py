@@ -1,0 +1,1 @@
+"""Limits decided by as few trials as possible."""
