@@ -37,6 +37,7 @@ MASKS = {">", ">=", "<", "<=", "==", "!=", "&", "|", "~", "isfinite"}
 
 SIMPLE = {"+": 0.0, "-": 0.0, "*": 1.0, "/": 1.0, "**": 1.0, "&": True, "|": False}
 LEAVES = ("t", "y", "p", "instant", "moment")
+OF_NUMBERS = ("sin", "cos", "exp", "log", "arctan", "expm1", "log1p", "tanh")
 
 Value = Any  # a node, or a plain number
 
@@ -159,7 +160,7 @@ def dimension_of(graph: Graph, op: str, args: tuple[Value, ...]) -> Any:
         return summed[0] if summed else None
     if op in ("*", "/") and None not in known:
         return known[0] * known[1] if op == "*" else known[0] / known[1]
-    if op in ("sin", "cos", "exp", "log", "arctan"):
+    if op in OF_NUMBERS:
         if known[0] not in (None, plain, graph.dimensions.get("t")):  # exp(-t) is usual
             unit = graph.unit_of(known[0])
             raise graph.fault(
