@@ -10,7 +10,7 @@ import tolstat
 from tests.moving import references
 
 NAMES = {
-    "belt": "Belt", "brake": "Brake", "cam": "Cam", "chain": "Chain",
+    "ball": "Ball", "belt": "Belt", "brake": "Brake", "cam": "Cam", "chain": "Chain",
     "clutch": "Clutch", "cylinder": "Cylinder", "flight": "Flight",
     "four_bar": "FourBar", "gear": "Gear", "motor": "Motor", "pendulum": "Pendulum",
     "pulses": "Pulses", "servo": "Servo", "shock": "Shock", "stop": "Stop",

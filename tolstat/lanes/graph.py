@@ -118,6 +118,10 @@ class Graph:
                 return function_of(op)(*args).item()
         if (simpler := _simplified(op, args)) is not None:
             return simpler
+        return self.unsimplified(op, *args)
+
+    def unsimplified(self, op: str, *args: Value) -> Node:
+        """Return the node of an operation as it is written."""
         key = (op, *(a.number if isinstance(a, Node) else (a,) for a in args))
         if key not in self.nodes:
             self.nodes[key] = Node(self, op, args)
@@ -148,7 +152,7 @@ def dimension_of(graph: Graph, op: str, args: tuple[Value, ...]) -> Any:
 
     Numbers may have any, so nothing is known of their products.
     """
-    if op in LEAVES:
+    if op in LEAVES or not graph.dimensions:
         return graph.dimensions.get(args[0]) if args else None
     known: list[Any] = [getattr(arg, "dimension", None) for arg in args]
     plain = graph.dimensions.get("1")

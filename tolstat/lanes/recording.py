@@ -99,6 +99,8 @@ class Recording(Graph):
             return self.node(op, *masks) if len(masks) > 1 else self.inverted(*masks)
         numbers = [self.number(arg) for arg in args]
         nodes = [arg for arg in numbers if isinstance(arg, Node)]
+        if op in ("*", "/") and nodes and any(same(x, 1.0) for x in numbers):
+            return self.unsimplified(op, *numbers)  # a typed 1.0 may have any unit
         stays = not any(node.moves for node in nodes)  # within a phase
         of_numpy = op in INFIX or (hasattr(np, op) and op not in ("negative", "power"))
         if stays and of_numpy:
