@@ -62,6 +62,13 @@ def extremes(quantity, solution, times):
     return results
 
 
+def ball(drop, e, g=9.81):
+    t, v, count = np.sqrt(2.0 * drop / g), e * np.sqrt(2.0 * drop * g), 1
+    while v > 1e-9 and t + 2.0 * v / g <= 3.0:
+        t, v, count = t + 2.0 * v / g, e * v, count + 1
+    return v * (3.0 - t) - g * (3.0 - t) ** 2 / 2.0, count
+
+
 def stop(m, k, g, ks, bs):
     def force(t, y):
         return ks * (-g - y[0]) - bs * y[1]

@@ -148,6 +148,11 @@ def test_a_declaration_that_does_not_fit_is_a_sentence(returned, declared, words
     assert words in str(caught.value)
 
 
+def test_a_typed_number_may_have_any_unit():
+    for number in (1.0, 2.0):  # 1.0 N s/m as any other
+        motion_of(lambda t, y, p, b=number: good(y) | {"v": b * y.x - b * y.v})
+
+
 def test_events_outside_of_motion_are_refused():
     for call in (lambda: held(1.0, every=1.0), lambda: ends(True)):
         with pytest.raises(ModelError, match="inside `motion` alone"):

@@ -12,7 +12,7 @@ import pytest
 from tests.conftest import ROOT
 from tests.integrator.phases import by_phases, event, same
 
-PAGE = ROOT / "runs" / "how-to" / "own-motion.md"
+PAGE = ROOT / "runs" / "how-to" / "own-rates.md"
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,8 @@
 
 sin and cos err by at most 2 ulp up to |x| = 1e6, and are NaN above. arctan has a
 relative error of at most 1.1e-13, with one division. log, exp and powers err by at most
-2 ulp; log and exp also have forms in two doubles.
+2 ulp; log and exp also have forms in two doubles. log1p, expm1 and tanh keep the digits
+of small numbers: they err by at most 4 ulp.
 """
 
 import operator
@@ -216,10 +217,10 @@ EXP_SERIES = binary.two_chains(
 
 
 @register_jitable(**STRICT)
-def exp_of_two(x, x_lost):
-    """Return e^(x + x_lost); x_lost is a correction below the precision of x.
+def _reduced(x, x_lost):
+    """Return r, e^r - 1 - r, and n in the last bits, x + x_lost = n ln 2 + r.
 
-    x + x_lost = n ln 2 + r, |r| <= ln 2/2; e^r = 1 + r + r^2 Q(r), Q the series.
+    |r| <= ln 2/2; e^r = 1 + r + r^2 Q(r), Q the series.
     """
     clipped = np.minimum(np.maximum(x, LOWEST), HIGHEST)
     turns = multiply_add(clipped, PER_LN2, WHOLE)
@@ -229,7 +230,13 @@ def exp_of_two(x, x_lost):
     b = multiply_add(-n, LN2_B, np.where(clipped == x, x_lost, 0.0))
     r = a + b
     # with the rounding error of r
-    rest = multiply_add(r * r, EXP_SERIES(r), b - (r - a))
+    return r, multiply_add(r * r, EXP_SERIES(r), b - (r - a)), turns
+
+
+@register_jitable(**STRICT)
+def exp_of_two(x, x_lost):
+    """Return e^(x + x_lost); x_lost is a correction below the precision of x."""
+    r, rest, turns = _reduced(x, x_lost)
     return binary.times_power(1.0 + (r + rest), turns)
 
 
@@ -237,6 +244,32 @@ def exp_of_two(x, x_lost):
 def exp(x):
     """Return e^x; infinities, NaN and subnormal results as NumPy."""
     return exp_of_two(x, 0.0)
+
+
+@on_vectors(np.expm1)
+def expm1(x):
+    """Return e^x - 1; infinities and NaN as NumPy."""
+    r, rest, turns = _reduced(x, 0.0)
+    power = binary.times_power(1.0 + (r + rest), turns)
+    return np.where(turns == WHOLE, r + rest, power - 1.0)
+
+
+@on_vectors(np.tanh)
+def tanh(x):
+    """Return the hyperbolic tangent, of e^(-2 |x|) - 1."""
+    less = np.expm1(-2.0 * np.abs(x))
+    return np.copysign(less / (less + 2.0), x)
+
+
+@on_vectors(np.log1p)
+def log1p(x):
+    """Return log(1 + x); infinities and NaN as NumPy.
+
+    The logarithm of the rounded sum, less what was rounded.
+    """
+    total = 1.0 + x
+    rounded = ((total - 1.0) - x) / total
+    return np.log(total) - np.where(np.isfinite(rounded), rounded, 0.0)
 
 
 @register_jitable(**STRICT)

@@ -37,6 +37,7 @@ MASKS = {">", ">=", "<", "<=", "==", "!=", "&", "|", "~", "isfinite"}
 
 SIMPLE = {"+": 0.0, "-": 0.0, "*": 1.0, "/": 1.0, "**": 1.0, "&": True, "|": False}
 LEAVES = ("t", "y", "p", "instant", "moment")
+OF_NUMBERS = ("sin", "cos", "exp", "log", "arctan", "expm1", "log1p", "tanh")
 
 Value = Any  # a node, or a plain number
 
@@ -117,6 +118,10 @@ class Graph:
                 return function_of(op)(*args).item()
         if (simpler := _simplified(op, args)) is not None:
             return simpler
+        return self.unsimplified(op, *args)
+
+    def unsimplified(self, op: str, *args: Value) -> Node:
+        """Return the node of an operation as it is written."""
         key = (op, *(a.number if isinstance(a, Node) else (a,) for a in args))
         if key not in self.nodes:
             self.nodes[key] = Node(self, op, args)
@@ -147,7 +152,7 @@ def dimension_of(graph: Graph, op: str, args: tuple[Value, ...]) -> Any:
 
     Numbers may have any, so nothing is known of their products.
     """
-    if op in LEAVES:
+    if op in LEAVES or not graph.dimensions:
         return graph.dimensions.get(args[0]) if args else None
     known: list[Any] = [getattr(arg, "dimension", None) for arg in args]
     plain = graph.dimensions.get("1")
@@ -159,7 +164,7 @@ def dimension_of(graph: Graph, op: str, args: tuple[Value, ...]) -> Any:
         return summed[0] if summed else None
     if op in ("*", "/") and None not in known:
         return known[0] * known[1] if op == "*" else known[0] / known[1]
-    if op in ("sin", "cos", "exp", "log", "arctan"):
+    if op in OF_NUMBERS:
         if known[0] not in (None, plain, graph.dimensions.get("t")):  # exp(-t) is usual
             unit = graph.unit_of(known[0])
             raise graph.fault(

@@ -23,7 +23,7 @@ NAMES = {
 }  # fmt: skip
 FLIPPED = {">": "<", ">=": "<=", "<": ">", "<=": ">="}
 NEGATED = {">": "<=", ">=": "<", "<": ">=", "<=": ">", "==": "!=", "!=": "=="}
-SMOOTH = ("sin", "cos", "sqrt", "exp", "log", "arctan")
+SMOOTH = ("sin", "cos", "sqrt", "exp", "log", "arctan", "expm1", "log1p", "tanh")
 # smooth functions by those
 EXPANDED: Mapping[str, Callable[..., Value]] = {
     "positive": lambda x: x,
@@ -31,21 +31,18 @@ EXPANDED: Mapping[str, Callable[..., Value]] = {
     "square": lambda x: x * x,
     "reciprocal": lambda x: 1.0 / x,
     "tan": lambda x: np.sin(x) / np.cos(x),
-    "tanh": lambda x: 1.0 - 2.0 / (np.exp(2.0 * x) + 1.0),
-    "sinh": lambda x: 0.5 * (np.exp(x) - np.exp(-x)),
+    "sinh": lambda x: 0.5 * (np.expm1(x) - np.expm1(-x)),
     "cosh": lambda x: 0.5 * (np.exp(x) + np.exp(-x)),
     "hypot": lambda a, b: np.sqrt(a * a + b * b),
     "log10": lambda x: np.log(x) * (1.0 / math.log(10.0)),
     "log2": lambda x: np.log(x) * (1.0 / math.log(2.0)),
-    "log1p": lambda x: np.log(1.0 + x),
-    "expm1": lambda x: np.exp(x) - 1.0,
     "exp2": lambda x: np.exp(x * math.log(2.0)),
     "deg2rad": lambda x: x * (math.pi / 180.0),
     "radians": lambda x: x * (math.pi / 180.0),
     "rad2deg": lambda x: x * (180.0 / math.pi),
     "degrees": lambda x: x * (180.0 / math.pi),
-    "arcsin": lambda x: np.arctan(x / np.sqrt(1.0 - x * x)),
-    "arccos": lambda x: 0.5 * math.pi - np.arctan(x / np.sqrt(1.0 - x * x)),
+    "arcsin": lambda x: np.arctan(x / np.sqrt((1.0 - x) * (1.0 + x))),
+    "arccos": lambda x: 2.0 * np.arctan(np.sqrt((1.0 - x) / (1.0 + x))),
     "fmod": lambda x, m: np.copysign(np.abs(x) % np.abs(m), x),
     "round": lambda x: np.floor(x + 0.5),
     "rint": lambda x: np.floor(x + 0.5),
@@ -102,6 +99,8 @@ class Recording(Graph):
             return self.node(op, *masks) if len(masks) > 1 else self.inverted(*masks)
         numbers = [self.number(arg) for arg in args]
         nodes = [arg for arg in numbers if isinstance(arg, Node)]
+        if op in ("*", "/") and nodes and any(same(x, 1.0) for x in numbers):
+            return self.unsimplified(op, *numbers)  # a typed 1.0 may have any unit
         stays = not any(node.moves for node in nodes)  # within a phase
         of_numpy = op in INFIX or (hasattr(np, op) and op not in ("negative", "power"))
         if stays and of_numpy:

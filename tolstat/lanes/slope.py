@@ -51,8 +51,14 @@ def _slope(node, rates, slope_of):
             return times(slope_of(a), new("-", 0.0, new("sin", a)))
         case "exp":
             return times(slope_of(a), node)
+        case "expm1":
+            return times(slope_of(a), new("exp", a))
+        case "tanh":
+            return times(slope_of(a), new("-", 1.0, times(node, node)))
         case "log":
             return new("/", slope_of(a), a)
+        case "log1p":
+            return new("/", slope_of(a), new("+", 1.0, a))
         case "sqrt":
             return new("/", times(0.5, slope_of(a)), node)
         case "maximum":  # with 0

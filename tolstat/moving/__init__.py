@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tolstat.lanes.compiled import compiled
     from tolstat.lanes.rows import named, rows, write
     from tolstat.moving.declarations import Part, Response, State
-    from tolstat.moving.events import contact, ends, held, memory, sampled
+    from tolstat.moving.events import contact, ends, held, impact, memory, sampled
     from tolstat.moving.motion import Motion
 
 _NAMES = {
@@ -33,7 +33,7 @@ _NAMES = {
     "lanes.compiled": ("compiled",),
     "lanes.rows": ("named", "rows", "write"),
     "moving.declarations": ("Part", "Response", "State"),
-    "moving.events": ("contact", "ends", "held", "memory", "sampled"),
+    "moving.events": ("contact", "ends", "held", "impact", "memory", "sampled"),
     "moving.motion": ("Motion",),
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
@@ -53,6 +53,7 @@ __all__ = [
     "dry_friction",
     "ends",
     "held",
+    "impact",
     "integrate",
     "memory",
     "named",

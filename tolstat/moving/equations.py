@@ -25,7 +25,15 @@ from tolstat.lanes.graph import (
 from tolstat.lanes.recording import ALLOWED
 from tolstat.lanes.straight_line import compiled_text, constants_of, text_of
 from tolstat.moving.declarations import Letters, Response, State
-from tolstat.moving.events import Sampled, Tracing, tracing
+from tolstat.moving.events import Impact, Sampled, Tracing, tracing
+from tolstat.moving.rests import (
+    Rest,
+    below,
+    held_rates,
+    rest_of,
+    side_behind,
+    states_behind,
+)
 from tolstat.moving.sliding import Slides, mixed, slides_of
 from tolstat.units.conversion import check_si, dimension, si_unit
 
@@ -80,6 +88,10 @@ class Equations:
         finally:
             tracing.reset(token)
         _check_names(returned, [*states, *responses])
+        for name in (name for impact in events.impacts for name in impact.after):
+            if name not in states:
+                words = allowed_names(name, [*states])
+                raise ModelError(f"moving.impact: no state is called {name}; {words}")
         rates = {name: self._rate(name, returned[name], events) for name in states}
         rates |= dict.fromkeys(events.starts, 0.0)
         starts = {name: state.start for name, state in states.items()}
@@ -90,6 +102,7 @@ class Equations:
         for name, value in {**rates, **self.quantities}.items():
             if isinstance(value, Node) and name in returned:
                 self._check_unit(name, value, states)
+        self.graph.dimensions = {}  # what is made of these equations is not checked
         self._arrange(rates, events)
 
     def _rate(self, name: str, value: Any, events: Tracing) -> Value:
@@ -113,12 +126,17 @@ class Equations:
 
     def _arrange(self, rates: Mapping[str, Value], events: Tracing) -> None:
         """Put the outputs of the compiled functions in order."""
+        rests = [rest_of(impact, rates) for impact in events.impacts]
+        impacts = [*zip(events.impacts, rests, strict=True)]
+        for impact, rest in impacts:
+            rates = held_rates(impact, rest, rates)
         self.samplings = [sample.every for sample in events.held.values()]
         self.integrals = self._named("integral", "above")
         self.watched = self._named(*EXTREMES)
         integrals = [*map(self._integrand, self.integrals)]
         watched = [self.quantities[name] for name in self.watched]
         decisions = [truth for pair in events.memories.values() for truth in pair]
+        decisions += [impact.condition for impact in events.impacts]
         used = [*integrals, *watched, *decisions, *events.ends]
         slides = slides_of(rates, used, self.graph.kinks)
         releases = {
@@ -135,7 +153,13 @@ class Equations:
         self.raw = self.quantities
         along = mixed([*self.raw.values()], slides)
         self.quantities = dict(zip(self.raw, along, strict=True))
-        sides, more = list[Node](), [*releases.values(), *mixed(events.ends, slides)]
+        opening = [
+            rest.release
+            for rest in rests
+            if isinstance(rest.release, Node) and rest.release.moves
+        ]
+        sides = list[Node]()
+        more = [*releases.values(), *mixed([*opening, *events.ends], slides)]
         values = more
         while len(new := _sides_of([*filled, *used, *values])) > len(sides):
             sides = new
@@ -149,9 +173,10 @@ class Equations:
         self.functions = {"rates": [*filled, *values]}
         if watched or values:
             self.functions["watch"] = [*filled[len(rates) + len(integrals) :], *values]
-        if events.held or events.memories or releases:
-            rows = {q: len(sides) + i for i, q in enumerate(releases)}
-            self.functions["jump"] = self._jump(events, slides, rows)
+        if events.held or events.memories or releases or impacts:
+            keys = [*releases, *opening]
+            rows = {q: len(sides) + i for i, q in enumerate(keys)}
+            self.functions["jump"] = self._jump(events, slides, impacts, rows)
         outputs = [x for output in self.functions.values() for x in output]
         self.constants = constants_of(outputs)
         self.text = text_of(
@@ -174,11 +199,16 @@ class Equations:
         return graph.number(graph.compared(">", quantity))
 
     def _jump(
-        self, events: Tracing, slides: Slides, rows: Mapping[Node, int]
+        self,
+        events: Tracing,
+        slides: Slides,
+        impacts: Sequence[tuple[Impact, Rest]],
+        rows: Mapping[Node, int],
     ) -> list[Value]:
         """Return the states and the sides behind a mark or a crossing.
 
-        `rows` are those of the releases, by the quantity that slides.
+        `rows` are those of the releases, by the quantity that slides or by the release
+        of a rest.
         """
         graph = self.graph
         node = graph.node
@@ -202,7 +232,10 @@ class Equations:
                 behind[name] = new[name]
         for name, (on, off) in events.memories.items():
             new[name] = graph.select(on, 1.0, graph.select(off, 0.0, node("y", name)))
-        jumping = {name: new[name] for name in (*events.held, *events.memories)}
+        for impact, rest in impacts:
+            new |= states_behind(impact, rest, new)
+        met = [name for impact, _ in impacts for name in impact.after]
+        jumping = {name: new[name] for name in (*events.held, *events.memories, *met)}
 
         def moved(x: Node, args: list[Value]) -> Value | None:
             return jumping.get(x.args[0]) if x.op == "y" else None
@@ -217,8 +250,19 @@ class Equations:
                         changed = node("|", changed, node("!=", jumping[x.args[0]], x))
                 sign = node("where", node(">", after, 0.0), 1.0, -1.0)
                 sides[i] = node("where", changed, sign, sides[i])
-        for q, row in rows.items():  # what just stops to slide has a side at once
-            i = self.sides[q] - SIDES
+        for impact, rest in impacts:
+            quantity = impact.condition.args[0].args[0]
+            i, opens = self.sides[quantity] - SIDES, False
+            if rest.release in rows:
+                opens = node("<", node("moment", SIDES + rows[rest.release]), 0.0)
+            value, speed = rebuilt([quantity, rest.speed], moved)
+            if same(value, quantity):
+                sides[i] = side_behind(impact, rest, speed, sides[i], opens)
+            new[impact.below] = below(impact, sides[i])
+        for q in slides:  # what just stops to slide has a side at once
+            if q not in rows:
+                continue
+            i, row = self.sides[q] - SIDES, rows[q]
             load, factor = slides[q].load, slides[q].factor
             most = node("*", -1.0 - NEAR, factor)
             leaves = node("<", node("moment", SIDES + row), 0.0)

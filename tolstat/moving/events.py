@@ -1,4 +1,4 @@
-"""Events in `motion`, beside NumPy: samples, a memory, a contact, an end."""
+"""Events in `motion`, beside NumPy: samples, memories, contacts, impacts, an end."""
 
 from __future__ import annotations
 
@@ -19,6 +19,15 @@ class Sampled(NamedTuple):
     every: Value
 
 
+class Impact(NamedTuple):
+    """States that jump where a quantity falls below zero."""
+
+    quantity: Node
+    condition: Node  # of its side
+    after: dict[str, Value]  # by state
+    below: str  # state: 1 while the condition holds
+
+
 class Tracing:
     """The graph that is being recorded, and the events in it."""
 
@@ -29,6 +38,7 @@ class Tracing:
         self.held: dict[str, Sampled] = {}
         self.memories: dict[str, tuple[Value, Value]] = {}  # on, off
         self.ends: list[Node] = []  # below zero the trial ends
+        self.impacts: list[Impact] = []
 
     def state(self, start: float) -> Node:
         """Return a state of an event, with its start."""
@@ -43,7 +53,9 @@ tracing: ContextVar[Tracing | None] = ContextVar("tracing", default=None)
 def _current() -> Tracing:
     current = tracing.get()
     if current is None:
-        raise ModelError("moving.held, memory and ends work inside `motion` alone")
+        raise ModelError(
+            "moving.held, memory, impact and ends work inside `motion` alone"
+        )
     return current
 
 
@@ -95,15 +107,40 @@ def ends(condition: Any) -> None:
         One comparison, such as y.h < 0. A second call adds another.
     """
     current = _current()
+    current.ends.append(_falling("ends", condition))
+
+
+def impact(condition: Any, **after: Any) -> None:
+    """Give states other values where a comparison becomes true, as behind an impact.
+
+    A ball that bounces lower and lower comes to rest, and leaves when it is pulled.
+
+    Parameters
+    ----------
+    condition : condition
+        One comparison, such as y.h < 0. A second call adds another.
+    **after : number
+        By state, as v=-p.e * y.v.
+    """
+    current = _current()
+    quantity = _falling("impact", condition)
+    values = {name: current.graph.number(value) for name, value in after.items()}
+    below = current.state(0.0).args[0]
+    current.impacts.append(Impact(quantity, condition, values, below))
+
+
+def _falling(name: str, condition: Any) -> Node:
+    """Return the quantity that is below zero where a comparison of a state is true."""
+    graph = _current().graph
     side = condition.args[0] if isinstance(condition, Node) and condition.args else None
     if not (isinstance(side, Node) and side.op == "side" and "y" in side.kinds):
-        raise current.graph.fault(
-            "moving.ends takes one comparison of a state, such as y.h < 0; call it "
+        raise graph.fault(
+            f"moving.{name} takes one comparison of a state, such as y.h < 0; call it "
             "again for another"
         )
-    quantity = side.args[0]
+    quantity: Node = side.args[0]
     below = condition.op in ("<", "<=")
-    current.ends.append(quantity if below else current.graph.node("-", 0.0, quantity))
+    return quantity if below else graph.node("-", 0.0, quantity)
 
 
 def contact(depth: Any, speed: Any, *, stiffness: Any, damping: Any = 0.0) -> Any:
