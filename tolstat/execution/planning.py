@@ -23,6 +23,7 @@ from tolstat.deviations.spread import (
     zone_of,
 )
 from tolstat.errors import StudyError
+from tolstat.execution.diagnostics.kinks import kinks_of
 from tolstat.execution.stages import Trials
 from tolstat.model.checked import impossible, model_warnings, numbers_of
 from tolstat.model.contract import Answers
@@ -118,6 +119,7 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
             *study.reading_warnings,
             *([NO_STEPS] if model.integrates and not model.audits_steps else []),
             *model_warnings(model, study.settings, _reaches(study)),
+            *kinks_of(model, study.settings),
         ),
     )
 

@@ -19,6 +19,7 @@ from tolstat.execution.diagnostics.influence import (
     slopes_by_name,
     tolerance_ends,
 )
+from tolstat.execution.diagnostics.kinks import why_failed
 from tolstat.execution.diagnostics.worst_cases import worst_cases
 from tolstat.execution.stages import Proposer, SampledStages, Trials, UntilPrecise
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
@@ -30,6 +31,7 @@ from tolstat.store.stored_run import ROUNDING, Run
 from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
 
+FAILED = Status.TOO_MANY_STEPS, Status.STEP_TOO_SMALL, Status.NOT_FINITE
 LONGER = 10  # times as long as every checked block is the next one
 
 
@@ -63,12 +65,13 @@ def evaluate_stages(
     doing: str = "trials",
     file: Recorder | None = None,
     check: Callable[[Blocks], None] = lambda blocks: None,
+    look: Callable[[], None] = lambda: None,
 ) -> int:
     """Evaluate stages until the proposer has none; return the number of trials.
 
     Trials that are over are not evaluated again. With a file, deviations are stored
-    before their trials run, and blocks once they are checked. `Interrupted` if the
-    workers stop.
+    before their trials run, and blocks once they are checked; then they are looked at.
+    `Interrupted` if the workers stop.
     """
     stop = trials.sampled
     while stage := workers.call(proposer.next, trials):
@@ -84,6 +87,7 @@ def evaluate_stages(
                 file.write_blocks(blocks)
             trials.take(blocks)
             tell(Progress(trials.ended, trials.failed, stop, doing))
+            look()
         if not trials.status[:stop].all():
             raise Interrupted
     return stop
@@ -118,6 +122,7 @@ def carry_out(
                 number = evaluate_stages(
                     study.model, until or stages, trials, workers, tell, file=file,
                     check=BlockCheck(study, trials, workers),
+                    look=lambda: stop_if_none_is_done(study, trials, workers),
                 )  # fmt: skip
             except ModelError as error:
                 if (broken := file.failed(error)) is error:
@@ -134,6 +139,24 @@ def carry_out(
                 file.finish(ended, workers)
     except LostError as error:
         raise file.failed(error) from error
+
+
+def stop_if_none_is_done(study: Study, trials: Trials, workers: Workers) -> None:
+    """Stop a run whose first trials all fail in the integration: a ModelError.
+
+    It says where one of them ended, and by which state.
+    """
+    ended = np.flatnonzero(trials.status)
+    status = trials.status[ended]
+    if not np.isin(status, FAILED).all() or not study.model.integrates:
+        return
+    first = ended[:1]
+    (case,) = cases_among(study.cases, first)
+    row = trials.deviations[first]
+    why = workers.call(why_failed, study.model, row, case.settings).rstrip(".")
+    code = int(np.bincount(status).argmax())
+    words = f"{len(ended)}; {Status(code).word}"
+    raise study.model.fault(f"all trials of the first block fail ({words}). {why}")
 
 
 class BlockCheck:

@@ -20,7 +20,7 @@ TARGET = 4  # s, the next mark
 SMALLEST = 5  # s, a trial that needs shorter steps fails
 COUNT = 6  # of steps tried
 TRIED = 7  # s, the step tried last; kept if samples are taken
-ACCEPTED = 8  # whether it was accepted: 1 or 0; kept if samples are taken
+ACCEPTED = 8  # whether it was accepted: 1 or 0; kept with samples or a survey
 ERROR = 9  # its error, 1 at the tolerance; kept at an event
 EVENT = 10  # event: one of the four below
 AFTER = 11  # s, the next step behind a targeted crossing; otherwise 0
@@ -44,6 +44,7 @@ TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
 SHORTER = 4.0  # steps of an audit, as the tolerance alone makes them: 1000^(1/5)
 
 TIME_ENDED, WORST_STATE = range(2)  # columns of `Solution.ended`
+RESIDUAL, PLACE, SIZE = range(3)  # columns of `Solution.survey`
 
 
 class Moment(NamedTuple):
@@ -191,6 +192,9 @@ class Solution(NamedTuple):
     # [trial, 2], of a trial that failed: TIME_ENDED, s, and WORST_STATE, the number of
     # the state with the largest error; of one that a crossing ends its time alone
     ended: Array
+    # [trial, state then quadrature, 3]: the largest RESIDUAL inside a step, see
+    # `survey`, its PLACE, s, and the largest SIZE; no rows without a survey
+    survey: Array
 
     @property
     def peak(self) -> Array:
@@ -207,6 +211,7 @@ class Results(NamedTuple):
     status: Integers  # [trial]
     steps: Integers  # [trial]
     ended: Array  # [trial, 2], with the columns TIME_ENDED and WORST_STATE
+    survey: Array  # [trial, state then quadrature, 3]; no rows without a survey
 
 
 class Lanes(NamedTuple):
@@ -240,6 +245,7 @@ class Step(NamedTuple):
     watched_inside: Array  # [watched, lane]
     theta: Array  # [crossing, lane], fraction of the step
     jumped: Array  # [state, then side; lane], filled by `jump`; no rows without it
+    surveyed: Array  # [rate, then time; lane]; no rows without a survey
     slope: Array  # [damped times sloped, lane]
     lambda_h: Array  # [damped, lane], lambda times the step
     share: Array  # [damped, lane], 1/(1 + g h lambda)

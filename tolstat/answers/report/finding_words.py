@@ -16,10 +16,12 @@ from tolstat.answers.report.report_answer import (
     StepKind,
 )
 from tolstat.answers.report.report_warnings import (
+    ErrorsWarning,
     IdleContributors,
     JumpWarning,
     NumbersWarning,
     ReportWarning,
+    StepsWarning,
     StudyWarning,
     UnchangedResponse,
     VerdictWarning,
@@ -43,6 +45,7 @@ from tolstat.statistics.integration_error import Movement
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
+MOST_ERRORS = 3  # responses whose integration errors are named
 MOST_OFF_CENTRE = 2  # of which a first page says what helps
 NOT_BEYOND = " Trials do not reach beyond the tolerances: slopes may not hold there."
 SHORT = " (max_step below the shortest event, or a mark where one begins and ends)"
@@ -253,6 +256,10 @@ def _sentence(warning: ReportWarning) -> Parts:
             return _verdict(warning)
         case NumbersWarning():
             return _numbers(warning)
+        case ErrorsWarning():
+            return _errors(warning)
+        case StepsWarning(residual):
+            return text(residual.words)
 
 
 def _jump(warning: JumpWarning) -> Parts:
@@ -286,7 +293,12 @@ def movement_words(movement: Movement, scale: Scale) -> Parts:
     third = (
         f"; evaluated a third time, {movement.moved_third} of {movement.third} moved"
     )
-    return text(errors, third if movement.moved_third else None)
+    jumps = "; rates jump inside steps"
+    return text(
+        errors,
+        third if movement.moved_third else None,
+        jumps if movement.jumped_over else None,
+    )
 
 
 def _numbers(warning: NumbersWarning) -> Parts:
@@ -296,3 +308,16 @@ def _numbers(warning: NumbersWarning) -> Parts:
     return say(f"{{}}: {name} {{}}, integration error {{}}{{}}",
                Name(warning.response), Number(wrong.number, exact),
                Number(wrong.error, exact), more)  # fmt: skip
+
+
+def _errors(warning: ErrorsWarning) -> Parts:
+    named = [
+        say("{} by up to {} ({} sigma)", Name(name),
+            Number(visible.error, visible.scale._replace(least=0.0)),
+            Number(visible.of_sigma))
+        for name, visible in warning.responses.items()
+    ]  # fmt: skip
+    others = len(named) - MOST_ERRORS
+    more = [text(f"{others} more")] if others > 0 else []
+    return say("Integration errors: {}. A smaller rtol or max_step in [settings] "
+               "removes them.", listed([*named[:MOST_ERRORS], *more]))  # fmt: skip

@@ -14,6 +14,7 @@ from tolstat.arrays import Array, Integers
 from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import Movement
+from tolstat.store.run_records import Residual
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -67,6 +68,28 @@ class NumbersWarning(NamedTuple):
     kind: str = "numbers"
 
 
+class VisibleError(NamedTuple):
+    """The largest integration error of a response, SI, of its sigma, and its scale."""
+
+    error: float
+    of_sigma: float
+    scale: Scale
+
+
+class ErrorsWarning(NamedTuple):
+    """Responses with integration errors above a tenth of sigma, the largest first."""
+
+    responses: Mapping[str, VisibleError]
+    kind: str = "errors"
+
+
+class StepsWarning(NamedTuple):
+    """Rates that bend or jump inside steps of trials."""
+
+    residual: Residual
+    kind: str = "steps"
+
+
 class IdleContributors(NamedTuple):
     """Contributors that deviate and change no response."""
 
@@ -90,6 +113,8 @@ ReportWarning = (
     | JumpWarning
     | VerdictWarning
     | NumbersWarning
+    | ErrorsWarning
+    | StepsWarning
 )
 
 

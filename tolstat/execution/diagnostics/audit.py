@@ -1,6 +1,7 @@
 """Audit of a run: some trials evaluated again, much more precisely.
 
-A few of them are evaluated a third time: do they move again?
+A few of them are evaluated a third time: do they move again? While one moves far, so
+they are at a quarter of the longest step.
 """
 
 import dataclasses
@@ -16,6 +17,7 @@ from tolstat.execution.diagnostics.audit_selection import (
     select_more,
     select_third,
 )
+from tolstat.execution.diagnostics.kinks import residual_of
 from tolstat.execution.stages import Trials
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.checked import tightened
@@ -25,6 +27,7 @@ from tolstat.study.given_points import Case, cases_among
 from tolstat.study.study import Study
 
 TIGHTER = 32.0  # rtol of a third evaluation: twice the steps
+AGAIN, FAR = 5, 0.1  # more evaluations at most, while one moves by so much of the range
 PARTS = 8  # of the trials at least, by their longest step; or eight trials of each
 
 
@@ -39,7 +42,8 @@ def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
     seed = study.seed or 0
     if study.sampler is None:
         selection = Selection.joined(random_trials(seed, len(trials.deviations)))
-        return evaluated_again(study, trials, selection, workers)
+        audited = evaluated_again(study, trials, selection, workers)
+        return audited and _with_residual(study, trials, audited)
     selection = select(trials, study.limits, seed)
     audited = evaluated_again(study, trials, selection, workers)
     if audited is None:
@@ -51,7 +55,32 @@ def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
         audited = joined(audited, further)
     selection = select_third(trials, study.limits, audited)
     third = evaluated_again(study, trials, selection, workers, times=2)
-    return dataclasses.replace(audited, third=third)
+    before = audited
+    for times in range(3, 3 + AGAIN):
+        if third is None or not _moves_far(study, trials, before, third):
+            break
+        before, more = third, evaluated_again(study, trials, selection, workers, times)
+        third = more or third
+    audited = dataclasses.replace(audited, third=third)
+    return _with_residual(study, trials, audited)
+
+
+def _with_residual(study: Study, trials: Trials, audited: Audited) -> Audited:
+    random = audited.trials[audited.at_random]
+    residual = residual_of(study, trials.deviations, random)
+    return dataclasses.replace(audited, residual=residual)
+
+
+def _moves_far(study: Study, trials: Trials, first: Audited, second: Audited) -> bool:
+    """Return whether trials evaluated again move by a tenth of a response's range."""
+    rows = np.searchsorted(first.trials, second.trials)
+    for name in study.limits or second.responses:
+        before, after = first.responses[name][rows], second.responses[name]
+        values = np.concatenate([trials.response(name), before, after])
+        moves = np.abs(before - after)
+        if np.nanmax(moves, initial=0.0) > FAR * np.ptp(values[np.isfinite(values)]):
+            return True
+    return False
 
 
 def evaluated_again(
@@ -88,8 +117,9 @@ def evaluated_again(
 def finer(model: Model, settings: Any, times: int = 1) -> Any | None:
     """Return the settings of an audit, or (2 times) of its third evaluation.
 
-    That has a shorter longest step again, and a less tight rtol than tightening twice
-    gives: it takes twice the steps of an audit, which is enough to see its errors.
+    That, and each after it (3 times, ...), has a shorter longest step again, and a less
+    tight rtol than tightening twice gives: it takes twice the steps of an audit, which
+    is enough to see its errors.
     """
     tight = tightened(model, settings, times)
     if times == 1 or tight is None or not model.integrates:
@@ -103,7 +133,7 @@ def phased(case: Case, times: int = 1) -> list[Case]:
     """Return a case in parts whose longest steps differ a little.
 
     With equal steps all trials may miss the same short event. In a third evaluation
-    (2 `times`) trials are few: every two have another longest step.
+    (2 `times`, or more) trials are few: every two have another longest step.
     """
     settings = case.settings
     if not isinstance(step := getattr(settings, "max_step", None), float):

@@ -1,0 +1,68 @@
+"""The largest residual of a surveyed integration: what its steps jumped over."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.integrator.integrate import Integration
+from tolstat.integrator.problem import PLACE, RESIDUAL, SIZE
+
+KINKED = 100.0  # of rtol: above, rates bend or jump inside a step
+
+
+class Residual(NamedTuple):
+    """The largest difference of rates and dense output, over step and scale."""
+
+    of_rtol: float
+    time: float  # s
+    row: int  # number of the state, from 0; behind them those of quadratures
+    states: int
+
+    @property
+    def kinked(self) -> bool:
+        """Whether rates bend or jump inside a step."""
+        return self.of_rtol > KINKED
+
+    @property
+    def words(self) -> str:
+        """What was seen, where, and what to do."""
+        number = self.row + 1
+        name = f"state {number} of {self.states}"
+        if self.row >= self.states:
+            name = f"quadrature {number - self.states}"
+        return (
+            f"The rates bend or jump inside steps: at {self.time:.6g} s, {name} is "
+            f"{self.of_rtol:.2g} rtol off its rate. Give what bends or jumps there a "
+            "crossing, or a mark."
+        )
+
+
+def largest_residual(integrations: Iterable[Integration]) -> Residual | None:
+    """Return the largest residual of surveyed integrations; None without any.
+
+    That of a quadrature is related to its largest value. Damped states, and quadratures
+    that depend on them, are left out: the dense output does not follow them.
+    """
+    largest = None
+    for system, block, solution in integrations:
+        survey, states = solution.survey, len(system.scale)
+        if not survey.size:
+            continue
+        with np.errstate(all="ignore"):
+            end = np.nanmax(np.abs(solution.quadratures), axis=1, initial=0.0)
+        sizes = np.broadcast_to(system.scale, (len(survey), states))
+        sizes = np.hstack([sizes, np.fmax(survey[:, states:, SIZE], end)])
+        residuals = np.divide(
+            survey[:, :, RESIDUAL],
+            block.accuracy.rtol * sizes,
+            out=np.zeros(sizes.shape),
+            where=sizes > 0.0,
+        )
+        residuals[:, [*system.damped, *(states + i for i in system.sloped)]] = 0.0
+        trial, row = np.unravel_index(np.argmax(residuals), residuals.shape)
+        size = float(residuals[trial, row])
+        if largest is None or size > largest.of_rtol:
+            time = float(survey[trial, row, PLACE])
+            largest = Residual(size, time, int(row), states)
+    return largest
