@@ -293,11 +293,13 @@ def movement_words(movement: Movement, scale: Scale) -> Parts:
     third = (
         f"; evaluated a third time, {movement.moved_third} of {movement.third} moved"
     )
-    jumps = "; rates jump inside steps"
+    jumps = "rates jump inside steps"
+    if movement.jumped_over and not (movement.moved or movement.moved_third):
+        return text(jumps)
     return text(
         errors,
         third if movement.moved_third else None,
-        jumps if movement.jumped_over else None,
+        f"; {jumps}" if movement.jumped_over else None,
     )
 
 

@@ -22,7 +22,11 @@ from tolstat.answers.report.main_causes import (
 )
 from tolstat.answers.report.off_centre import OffCentre, off_centre
 from tolstat.answers.report.report_answer import NoCause, Report, RunSummary
-from tolstat.answers.report.report_warnings import jumping, warnings_of
+from tolstat.answers.report.report_warnings import (
+    jumping,
+    warnings_of,
+    with_visible_errors,
+)
 from tolstat.answers.report.response_summary import (
     ReportedResponse,
     ResponseSummary,
@@ -36,7 +40,7 @@ from tolstat.answers.report.summaries import (
     trial_counts,
 )
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.statistics.limits.yields import INTEGRATION_ERROR
+from tolstat.statistics.limits.yields import INTEGRATION_ERROR, MET
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sensitivity import linear
 from tolstat.statistics.summary import Limited
@@ -59,14 +63,19 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         causes, summaries = main_causes(drawn), described_responses(drawn)
         contributions, members = shares.result()
     clusters = jumping(run, drawn.trials_done, dict.fromkeys([*run.limits, *focus]))
+    errors = tuple(integration_warnings(drawn, summaries))
+    visible = with_visible_errors(errors)
     centres, rough = dict[str, OffCentre | None](), False
     for name in causes:
         limited = summaries[name].limited
-        wrong = limited and limited.yields.reason == INTEGRATION_ERROR
-        rough |= bool(wrong)
+        undecided = limited and limited.yields.reason == INTEGRATION_ERROR
+        rough |= bool(undecided)
+        unmet = limited and limited.yields.verdict != MET
+        wrong = bool(undecided or (unmet and name in visible))
         if not (wrong or name in clusters):
             centres[name] = off_centre(drawn, name, summaries[name])
-        if none := _no_cause(limited, centres.get(name), jumps=name in clusters):
+        offset, jumps = centres.get(name), name in clusters
+        if none := _no_cause(limited, offset, jumps=jumps, wrong=wrong):
             causes[name] = causes[name]._replace(reason=none, named=())
         if name in clusters:
             causes[name] = causes[name]._replace(needed=0)
@@ -81,7 +90,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         for name, described in summaries.items()
     }
     warnings = (
-        *integration_warnings(drawn, summaries),
+        *errors,
         *warnings_of(drawn, clusters, unsettled=rough),
     )
     return RunSummary(
@@ -96,7 +105,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
 
 
 def _no_cause(
-    limited: Limited | None, offset: OffCentre | None, *, jumps: bool
+    limited: Limited | None, offset: OffCentre | None, *, jumps: bool, wrong: bool
 ) -> NoCause | None:
     """Return why no contributor may be named as a cause; None if one may.
 
@@ -105,7 +114,7 @@ def _no_cause(
     """
     if jumps:
         return NoCause.JUMPS
-    if limited and limited.yields.reason == INTEGRATION_ERROR:
+    if wrong:
         return NoCause.INTEGRATION_ERROR
     mostly_out = limited and limited.yields.within.value < FEWEST_WITHIN
     return NoCause.OFF_CENTRE if offset and (offset.tolerances or mostly_out) else None

@@ -118,6 +118,20 @@ ReportWarning = (
 )
 
 
+def with_visible_errors(warnings: Iterable[ReportWarning]) -> set[str]:
+    """Return the responses whose integration errors exceed intervals or a tenth sigma.
+
+    No tolerance explains what errors decide.
+    """
+    names = set[str]()
+    for warning in warnings:
+        if isinstance(warning, NumbersWarning):
+            names.add(warning.response)
+        elif isinstance(warning, ErrorsWarning):
+            names |= {*warning.responses}
+    return names
+
+
 def jumping(
     run: Run, trials: Integers, responses: Iterable[str]
 ) -> dict[str, Clusters]:

@@ -27,6 +27,7 @@ from tolstat.study.given_points import Case, cases_among
 from tolstat.study.study import Study
 
 TIGHTER = 32.0  # rtol of a third evaluation: twice the steps
+MOST_STEPS = 20_000_000  # of all trials of one evaluation after the third
 AGAIN, FAR = 5, 0.1  # more evaluations at most, while one moves by so much of the range
 PARTS = 8  # of the trials at least, by their longest step; or eight trials of each
 
@@ -54,15 +55,25 @@ def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
     ):
         audited = joined(audited, further)
     selection = select_third(trials, study.limits, audited)
-    third = evaluated_again(study, trials, selection, workers, times=2)
-    before = audited
-    for times in range(3, 3 + AGAIN):
-        if third is None or not _moves_far(study, trials, before, third):
-            break
-        before, more = third, evaluated_again(study, trials, selection, workers, times)
-        third = more or third
+    third = _until_settled(study, trials, audited, selection, workers)
     audited = dataclasses.replace(audited, third=third)
     return _with_residual(study, trials, audited)
+
+
+def _until_settled(
+    study: Study, trials: Trials, first: Audited, chosen: Selection, workers: Workers
+) -> Audited | None:
+    """Return the third evaluation of chosen trials, or a later one while they move."""
+    before = first
+    for times in range(2, 3 + AGAIN):
+        after, steps = _evaluated(study, trials, chosen, workers, times)
+        if after is None:
+            return before if times > 2 else None
+        settled = not _moves_far(study, trials, before, after)
+        if settled or 4 * steps > MOST_STEPS:
+            return after
+        before = after
+    return before
 
 
 def _with_residual(study: Study, trials: Trials, audited: Audited) -> Audited:
@@ -77,8 +88,8 @@ def _moves_far(study: Study, trials: Trials, first: Audited, second: Audited) ->
     for name in study.limits or second.responses:
         before, after = first.responses[name][rows], second.responses[name]
         values = np.concatenate([trials.response(name), before, after])
-        moves = np.abs(before - after)
-        if np.nanmax(moves, initial=0.0) > FAR * np.ptp(values[np.isfinite(values)]):
+        largest = np.nanmax(np.abs(before - after), initial=0.0)
+        if largest > 0.0 and largest > FAR * np.ptp(values[np.isfinite(values)]):
             return True
     return False
 
@@ -90,10 +101,17 @@ def evaluated_again(
 
     `times`: how often the settings are tightened.
     """
+    return _evaluated(study, trials, selection, workers, times)[0]
+
+
+def _evaluated(
+    study: Study, trials: Trials, selection: Selection, workers: Workers, times: int
+) -> tuple[Audited | None, int]:
+    """Return selected trials as `evaluated_again`, and the steps of all of them."""
     model = study.model
     tight = finer(model, study.settings, times)
     if tight is None:
-        return None
+        return None, 0
     before, after = dataclasses.asdict(study.settings), dataclasses.asdict(tight)
     cases = [
         part
@@ -104,7 +122,7 @@ def evaluated_again(
     ]
     answers = workers.simulate_cases(model, cases, trials.deviations[selection.trials])
     names = [response.name for response in study.description.responses]
-    return Audited(
+    again = Audited(
         selection.trials,
         {name: float(x) for name, x in after.items() if x != before[name]},
         answers.status.astype(np.uint8),
@@ -112,6 +130,7 @@ def evaluated_again(
         selection.at_random,
         selection.reasons,
     )
+    return again, 0 if answers.steps is None else int(answers.steps.sum())
 
 
 def finer(model: Model, settings: Any, times: int = 1) -> Any | None:
