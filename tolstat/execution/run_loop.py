@@ -19,7 +19,6 @@ from tolstat.execution.diagnostics.influence import (
     slopes_by_name,
     tolerance_ends,
 )
-from tolstat.execution.diagnostics.kinks import why_failed
 from tolstat.execution.diagnostics.worst_cases import worst_cases
 from tolstat.execution.stages import Proposer, SampledStages, Trials, UntilPrecise
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
@@ -150,6 +149,8 @@ def stop_if_none_is_done(study: Study, trials: Trials, workers: Workers) -> None
     status = trials.status[ended]
     if not np.isin(status, FAILED).all() or not study.model.integrates:
         return
+    from tolstat.execution.diagnostics.kinks import why_failed  # and the integrator
+
     first = ended[:1]
     (case,) = cases_among(study.cases, first)
     row = trials.deviations[first]

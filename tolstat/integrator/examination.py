@@ -12,8 +12,8 @@ import numpy as np
 
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.integrator.integrate import Integration, integrate, observed
-from tolstat.integrator.problem import SIZE, Accuracy, Solution, System
-from tolstat.integrator.residual import Residual, largest_residual
+from tolstat.integrator.problem import SIZE, Accuracy, Residual, Solution, System
+from tolstat.integrator.residual import largest_residual
 from tolstat.integrator.stiffness import Stiffness, stiffness_of
 from tolstat.status import Status
 

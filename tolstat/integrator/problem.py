@@ -43,6 +43,8 @@ ENDED = 4.0  # by a crossing
 TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
 SHORTER = 4.0  # steps of an audit, as the tolerance alone makes them: 1000^(1/5)
 
+KINKED = 100.0  # of rtol: above, rates bend or jump inside a step
+
 TIME_ENDED, WORST_STATE = range(2)  # columns of `Solution.ended`
 RESIDUAL, PLACE, SIZE = range(3)  # columns of `Solution.survey`
 
@@ -200,6 +202,33 @@ class Solution(NamedTuple):
     def peak(self) -> Array:
         """The largest size of each extreme, float64[trial, extreme]."""
         return np.maximum(self.greatest, -self.least)
+
+
+class Residual(NamedTuple):
+    """The largest difference of rates and dense output, over step and scale."""
+
+    of_rtol: float
+    time: float  # s
+    row: int  # number of the state, from 0; behind them those of quadratures
+    states: int
+
+    @property
+    def kinked(self) -> bool:
+        """Whether rates bend or jump inside a step."""
+        return self.of_rtol > KINKED
+
+    @property
+    def words(self) -> str:
+        """What was seen, where, and what to do."""
+        number = self.row + 1
+        name = f"state {number} of {self.states}"
+        if self.row >= self.states:
+            name = f"quadrature {number - self.states}"
+        return (
+            f"The rates bend or jump inside steps: at {self.time:.6g} s, {name} is "
+            f"{self.of_rtol:.2g} rtol off its rate. Give what bends or jumps there a "
+            "crossing, or a mark."
+        )
 
 
 class Results(NamedTuple):

@@ -1,44 +1,15 @@
 """The largest residual of a surveyed integration: what its steps jumped over."""
 
 from collections.abc import Iterable
-from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.integrator.integrate import Integration
-from tolstat.integrator.problem import PLACE, RESIDUAL, SIZE
+from tolstat.integrator.problem import PLACE, RESIDUAL, SIZE, Residual
 
-KINKED = 100.0  # of rtol: above, rates bend or jump inside a step
 # times as large are residuals of smooth rates that follow a damped state, whose dense
 # output is of order 2: 190 rtol were seen in a stand without any kink
 DAMPED = 10.0
-
-
-class Residual(NamedTuple):
-    """The largest difference of rates and dense output, over step and scale."""
-
-    of_rtol: float
-    time: float  # s
-    row: int  # number of the state, from 0; behind them those of quadratures
-    states: int
-
-    @property
-    def kinked(self) -> bool:
-        """Whether rates bend or jump inside a step."""
-        return self.of_rtol > KINKED
-
-    @property
-    def words(self) -> str:
-        """What was seen, where, and what to do."""
-        number = self.row + 1
-        name = f"state {number} of {self.states}"
-        if self.row >= self.states:
-            name = f"quadrature {number - self.states}"
-        return (
-            f"The rates bend or jump inside steps: at {self.time:.6g} s, {name} is "
-            f"{self.of_rtol:.2g} rtol off its rate. Give what bends or jumps there a "
-            "crossing, or a mark."
-        )
 
 
 def largest_residual(integrations: Iterable[Integration]) -> Residual | None:

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.integrator.residual import Residual as Residual
+from tolstat.integrator.problem import Residual as Residual
 from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.measured.populations import MeasuredSample
 from tolstat.store.assumed import Assumed
 from tolstat.store.stored_fields import ELSEWHERE, Stored
 from tolstat.toml import toml_table
@@ -127,6 +128,8 @@ class Plan:
         By response, SI.
     assumed : dict of str to Assumed
         By contributor that deviates.
+    measured : tuple of MeasuredSample
+        Measured parts that deviations are sampled from.
     correlation : dict of str to dict of str to float
         Rank correlations, as the study writes them.
     independent : bool
@@ -171,6 +174,7 @@ class Plan:
             "normal scores from -8 to 8",
         ),
     ]
+    measured: tuple[MeasuredSample, ...]
     correlation: Annotated[
         dict[str, dict[str, float]],
         Stored(
@@ -199,7 +203,7 @@ class Plan:
         """Swept settings, contributors and responses."""
         return [*self.swept, *self.contributors, *self.responses]
 
-    @property
+    @cached_property
     def units(self) -> dict[str, str]:
         """SI unit of each column; "1" where there is none."""
         return {column.name: column.unit for column in self.described}

@@ -17,7 +17,6 @@ from tolstat.execution.diagnostics.audit_selection import (
     select_more,
     select_third,
 )
-from tolstat.execution.diagnostics.kinks import residual_of
 from tolstat.execution.stages import Trials
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.checked import tightened
@@ -77,6 +76,10 @@ def _until_settled(
 
 
 def _with_residual(study: Study, trials: Trials, audited: Audited) -> Audited:
+    if not study.model.integrates:
+        return audited
+    from tolstat.execution.diagnostics.kinks import residual_of  # and the integrator
+
     random = audited.trials[audited.at_random]
     residual = residual_of(study, trials.deviations, random)
     return dataclasses.replace(audited, residual=residual)

@@ -8,7 +8,8 @@ from tolstat.arrays import Array, Integers
 from tolstat.errors import ModelError
 from tolstat.integrator.branches import kink_words
 from tolstat.integrator.integrate import Integration, observed
-from tolstat.integrator.residual import Residual, largest_residual
+from tolstat.integrator.problem import Residual
+from tolstat.integrator.residual import largest_residual
 from tolstat.integrator.stiffness import stiffness_of
 from tolstat.model.checked import described, simulate
 from tolstat.model.contract import Model
@@ -21,8 +22,6 @@ FEWEST, MOST = 16, 256  # trials that are surveyed
 
 def kinks_of(model: Model, settings: Any) -> tuple[str, ...]:
     """Return a sentence for each kink of the nominal trial that its steps may miss."""
-    if not model.integrates:
-        return ()
     nominal = np.zeros((1, len(described(model, settings).contributors)))
     try:
         return kink_words(surveyed(model, nominal, settings))
