@@ -86,7 +86,9 @@ def test_where_an_integration_ends(call, tmp_path):
         'model = "explodes"\ntrials = 4\nseed = 1\n[deviations]\na = "+-1 mm"\n'
     )
     machine = ("--machine", "bad.py:Explodes")
-    call("run", "bad.toml", *machine)
+    said = call("run", "bad.toml", *machine, code=1)
+    assert "all trials of the first block fail (4; step too small)" in said
+    assert "ended at 0.5 s by the error of state 2 of 2" in said
     found = call("trial", "bad.h5", "2", *machine)
     assert "ended at 0.5 s by the error of state 2 of 2" in found
 

@@ -120,7 +120,11 @@ def test_a_smooth_model_that_is_rough_is_right_or_undecided(tmp_path, rtol, limi
 def test_a_third_evaluation_is_stored_and_kept(tmp_path):
     run = ran(tmp_path, models.Pulse(), ">= 0.3")
     third = tolstat.open(run.path).audited.third
-    assert third.settings == pytest.approx({"rtol": 1e-9 / 32, "max_step": 0.5 / 16})
+    # again at a quarter of the longest step, until no trial moves
+    assert third.settings == pytest.approx({"rtol": 1e-9 / 32, "max_step": 0.5 / 256})
+    assert third.settings["max_step"] < models.Pulse.width < 4 * 0.5 / 64
+    assert run.audited.residual.of_rtol > 1e5
+    assert tolstat.open(run.path).audited.residual == run.audited.residual
     assert np.isin(third.trials, run.audited.trials).all()
     assert 8 <= len(third.trials) <= 24
     longer = tolstat.extend(run.path, trials=2200, model=models.Pulse(), progress=None)

@@ -9,6 +9,7 @@ import pytest
 
 from tolstat.integrator.examination import examine
 from tolstat.integrator.integrate import observed
+from tolstat.integrator.residual import largest_residual
 from tolstat.moving import (
     Accuracy,
     System,
@@ -45,9 +46,35 @@ def swing(moment, y, p, out):
     write(out, 0, (s[1], -s[0], s[3], -1e4 * s[2]))
 
 
-def integrated(system, start, parameters, accuracy):
+@compiled(rates_signature)
+def van_der_pol(moment, y, p, out):
+    x, v, mu = rows(y)[0], rows(y)[1], rows(p)[0]
+    write(out, 0, (v, mu * (1.0 - x * x) * v - x))
+
+
+@compiled(rates_signature)
+def lorenz(moment, y, p, out):
+    x, y, z = rows(y)[0], rows(y)[1], rows(y)[2]
+    write(out, 0, (10.0 * (y - x), x * (28.0 - z) - y, x * y - 8.0 / 3.0 * z))
+
+
+@compiled(rates_signature)
+def hanging(moment, y, p, out):
+    write(out, 0, (rows(y)[1], -np.sin(rows(y)[0])))
+
+
+@compiled(rates_signature)
+def pushed(moment, y, p, out):
+    """A push for p[0] from t = 1 on, of area 1."""
+    t, width = rows(moment)[0], rows(p)[0]
+    on = (t > 1.0) & (t < 1.0 + width)
+    write(out, 0, (np.where(on, 1.0 / width, 0.0),))
+
+
+def integrated(system, start, parameters, accuracy, end=2.0):
+    ends = np.array([[0.0, end]])
     with observed() as seen:
-        integrate(system, np.array([start]), np.array([parameters]), ENDS, accuracy)
+        integrate(system, np.array([start]), np.array([parameters]), ends, accuracy)
     return seen[0]
 
 
@@ -111,3 +138,49 @@ def test_an_audit_is_never_looser_than_the_run():
     tight = Accuracy(1e-4, 2.0, 7).tightened()
     assert tight == Accuracy(pytest.approx(1e-7), 0.5, 7)
     assert Accuracy(1e-13, 2.0).tightened().rtol == 1e-13
+
+
+def test_sizes_are_those_of_every_step():
+    """The speed is 133 for a few thousandths of the motion: between 200 samples."""
+    system, accuracy = System(van_der_pol, np.array([2.0, 1.0])), Accuracy(1e-6, 200.0)
+    start, parameters = np.array([[2.0, 0.0]]), np.array([[100.0]])
+    ends = np.array([[0.0, 200.0]])
+    scale = proposed_scale(system, start, parameters, ends, accuracy)
+    np.testing.assert_array_equal(scale, [2.0, 100.0])
+
+
+def test_a_stiff_model_that_fails_is_called_stiff_by_its_lambda():
+    system = System(van_der_pol, np.array([2.0, 1e3]))
+    accuracy = Accuracy(1e-6, 500.0, 2000)
+    examination = examine(integrated(system, [2.0, 0.0], [1e3], accuracy, 500.0))
+    assert examination.failed.all() and examination.stiff
+    # at x = 2: mu (x^2 - 1)
+    assert examination.stiffness.rate == pytest.approx(3e3, rel=0.1)
+    assert "another tool, or its FMU" in examination.stiffness.words
+
+
+@pytest.mark.parametrize(
+    ("rates", "start", "end"),
+    [(lorenz, [1.0, 1.0, 20.0], 15.0), (hanging, [np.pi - 1e-4, 0.0], 30.0)],
+)
+def test_sensitive_motions_are_called_so(rates, start, end):
+    system = System(rates, np.ones(len(start)))
+    examination = examine(integrated(system, start, [0.0], Accuracy(1e-6, end), end))
+    assert examination.sensitive and examination.growth > 1e3
+    assert not (examination.kinked or examination.stiff)
+
+
+def test_a_push_inside_a_step_is_seen_by_the_survey():
+    system = System(pushed, np.array([1.0]))
+    starts, parameters = np.zeros((64, 1)), np.full((64, 1), 0.02)
+    ends = np.tile([0.0, 2.0], (64, 1))
+    with observed(surveyed=True) as seen:
+        solution = integrate(system, starts, parameters, ends, Accuracy(1e-6, 2.0))
+    # all steps jumped over it: the rate is 50 there
+    assert (solution.states[:, -1] == 0.0).all()
+    residual = largest_residual(seen)
+    assert residual.kinked and residual.of_rtol > 1e5
+    assert 1.0 < residual.time < 1.02 and residual.row == 0
+    plain = integrate(system, starts, parameters, ends, Accuracy(1e-6, 2.0))
+    np.testing.assert_array_equal(plain.states, solution.states)
+    assert plain.survey.shape == (64, 0, 3)

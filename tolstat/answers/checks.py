@@ -27,7 +27,7 @@ from tolstat.execution.compatibility import why_sampled_differently
 from tolstat.execution.diagnostics.audit import finer, phased
 from tolstat.execution.run_loop import other_answers
 from tolstat.execution.verification import Check, Verification
-from tolstat.integrator.branches import unnamed_branches
+from tolstat.integrator.branches import kink_words
 from tolstat.integrator.examination import (
     MOST_STEPS,
     PERMITTED,
@@ -58,10 +58,6 @@ SMALL = 1e-6  # SI: deviations, where no study gives tolerances
 DEPENDENT = (
     "An answer depends on the other trials of its block: compute each row of "
     "deviations by itself."
-)
-BRANCH = (
-    "a branch that steps may jump over. Make its quantity a crossing, or let a phase "
-    "begin there; a `Motion` finds both by itself."
 )
 OTHER = 100.0  # times its largest value, or a part of it: a scale to think about
 
@@ -170,7 +166,7 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
         names = described(model, settings).contributors
         deviations = SMALL * np.arange(AUDITED)[:, None] * np.ones((1, len(names)))
     rows = deviations[:TRIALS]
-    with observed() as seen:
+    with observed(surveyed=True) as seen:
         together = simulate(model, rows, settings)
     alone = [simulate(model, row[None, :], settings) for row in rows]
     dependent = bool(other_answers(together, Answers.joined(alone)).any())
@@ -187,9 +183,9 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
         failures = (f"A trial {i.failure}" for i in seen if i.failure)
         facts |= _facts(examination)
         advice += _advice(examination, rtol, next(failures, ""))
-        branches = unnamed_branches(longest.system, longest.block.parameters.shape[2])
-        advice += [f"{line}: {BRANCH}" for line in branches]
-        healthy &= not examination.failed.any() and examination.accurate
+        advice += kink_words(seen)
+        settled = examination.accurate or examination.sensitive
+        healthy &= not examination.failed.any() and settled
         states = _states(examination)
     else:
         facts["equations"] = "none are integrated"
@@ -260,7 +256,9 @@ def _facts(examination: Examination) -> dict[str, str]:
 def _advice(examination: Examination, rtol: float, failure: str) -> list[str]:
     advice = list[str]()
     first = f"State {examination.demanding + 1} demands most steps."
-    if examination.failed.any():
+    if examination.failed.any() and examination.stiff:
+        advice.append(f"{failure}. {examination.stiffness.words}".lstrip(". "))
+    elif examination.failed.any():
         advice.append(
             f"{failure}. Look at the rates of this state there: a branch without a "
             "crossing, a division by zero, or a stiff part."
@@ -269,8 +267,7 @@ def _advice(examination: Examination, rtol: float, failure: str) -> list[str]:
         )
     elif examination.stiff:
         advice.append(
-            f"{first} The steps hardly depend on rtol: the equations are stiff. If one "
-            "state relaxes much faster than all others, name it in damped."
+            f"{first} The steps hardly depend on rtol. {examination.stiffness.words}"
         )
     elif examination.by_longest:
         advice.append("The longest step decides: a longer one saves steps.")
@@ -280,7 +277,13 @@ def _advice(examination: Examination, rtol: float, failure: str) -> list[str]:
         times = f"{examination.undamped:.2g} times the steps"
         pays = "pays" if examination.undamped > 1.0 else "does not pay"
         advice.append(f"Damping {pays}: without it the trials need {times}.")
-    if not examination.accurate:
+    if examination.sensitive:
+        advice.append(
+            f"The motion is sensitive: a small change of its start is "
+            f"{examination.growth:.2g} times as large at the end, and so are errors. A "
+            "smaller rtol or a shorter motion makes them smaller."
+        )
+    elif not examination.accurate:
         advice.append(
             f"Errors exceed {PERMITTED:.0f} times rtol = {rtol:g}. A branch of the "
             "rates without a crossing, or a lambda that is too large, does this."

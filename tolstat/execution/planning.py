@@ -124,6 +124,7 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
             *study.reading_warnings,
             *([NO_STEPS] if model.integrates and not model.audits_steps else []),
             *model_warnings(model, study.settings, _reaches(study)),
+            *_kinks(study),
         ),
     )
 
@@ -134,6 +135,14 @@ def _cases(study: Study) -> dict[str, records.Chosen]:
         return {}
     words = "what each case changes; trials are evaluated in all cases"
     return {CASES: records.Chosen(as_typed(cases), words, True)}
+
+
+def _kinks(study: Study) -> tuple[str, ...]:
+    if not study.model.integrates:
+        return ()
+    from tolstat.execution.diagnostics.kinks import kinks_of  # loads the integrator
+
+    return kinks_of(study.model, study.settings)
 
 
 def _reaches(study: Study) -> dict[str, Spread]:

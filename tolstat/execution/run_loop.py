@@ -37,6 +37,7 @@ from tolstat.store.stored_run import ROUNDING, Run
 from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
 
+FAILED = Status.TOO_MANY_STEPS, Status.STEP_TOO_SMALL, Status.NOT_FINITE
 LONGER = 10  # times as long as every checked block is the next one
 
 
@@ -70,12 +71,13 @@ def evaluate_stages(
     doing: str = "trials",
     file: Recorder | None = None,
     check: Callable[[Blocks], None] = lambda blocks: None,
+    look: Callable[[], None] = lambda: None,
 ) -> int:
     """Evaluate stages until the proposer has none; return the number of trials.
 
     Trials that are over are not evaluated again. With a file, deviations are stored
-    before their trials run, and blocks once they are checked. `Interrupted` if the
-    workers stop.
+    before their trials run, and blocks once they are checked; then they are looked at.
+    `Interrupted` if the workers stop.
     """
     stop = trials.sampled
     while stage := workers.call(proposer.next, trials):
@@ -91,6 +93,7 @@ def evaluate_stages(
                 file.write_blocks(blocks)
             trials.take(blocks)
             tell(Progress(trials.ended, trials.failed, stop, doing))
+            look()
         if not trials.status[:stop].all():
             raise Interrupted
     return stop
@@ -125,6 +128,7 @@ def carry_out(
                     number = evaluate_stages(
                         study.model, until or stages, trials, workers, tell, file=file,
                         check=BlockCheck(study, trials, workers),
+                        look=lambda: stop_if_none_is_done(study, trials, workers),
                     )  # fmt: skip
                     if not (until and until.rows):
                         break
@@ -155,6 +159,24 @@ def _stopping_rule(study: Study) -> StoppingRule | None:
 
         return UntilDecided(study)
     return UntilPrecise(study) if study.until else None
+def stop_if_none_is_done(study: Study, trials: Trials, workers: Workers) -> None:
+    """Stop a run whose first trials all fail in the integration: a ModelError.
+
+    It says where one of them ended, and by which state.
+    """
+    ended = np.flatnonzero(trials.status)
+    status = trials.status[ended]
+    if not np.isin(status, FAILED).all() or not study.model.integrates:
+        return
+    from tolstat.execution.diagnostics.kinks import why_failed  # and the integrator
+
+    first = ended[:1]
+    (case,) = cases_among(study.cases, first)
+    row = trials.deviations[first]
+    why = workers.call(why_failed, study.model, row, case.settings).rstrip(".")
+    code = int(np.bincount(status).argmax())
+    words = f"{len(ended)}; {Status(code).word}"
+    raise study.model.fault(f"all trials of the first block fail ({words}). {why}")
 
 
 class BlockCheck:

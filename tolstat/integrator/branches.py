@@ -1,27 +1,55 @@
 """Branches of compiled rates that neither a crossing nor a phase decides.
 
 The rates are called once, uncompiled, with recording numbers. A comparison of what
-moves is a branch, unless its quantity is a crossing of the system. What bends only, as
-|x| and the greater of two, is none.
+moves is a branch, unless its quantity is a crossing of the system, or one of time alone
+that changes its sign at marks. What bends only, as |x| and the greater of two, is named
+where a survey has seen it inside steps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import CellType, FunctionType
 from typing import Any
 
-from tolstat.integrator.problem import MOMENT_ROWS, System
-from tolstat.lanes.graph import in_order, jumps_in
+import numpy as np
+
+from tolstat.integrator.integrate import Integration
+from tolstat.integrator.problem import MOMENT_ROWS, Block, System
+from tolstat.integrator.residual import largest_residual
+from tolstat.lanes.graph import Node, evaluated, in_order, jumps_in
 from tolstat.lanes.recording import Recording
 
 SPARE = 64  # rows of out, and parameters, beyond those that are known
+GRID = 4001  # times at which quantities of time alone are evaluated
+BRANCH = (
+    "a branch that steps may jump over. Make its quantity a crossing, or let a phase "
+    "begin there; a `Motion` finds both by itself."
+)
 
 
-def unnamed_branches(system: System, parameters: int) -> tuple[str, ...]:
+def kink_words(surveyed: Sequence[Integration]) -> tuple[str, ...]:
+    """Return a sentence for each kink of the rates that no crossing or mark meets."""
+    sentences = dict[str, None]()
+    for integration in surveyed:
+        system, block, _ = integration
+        residual = largest_residual([integration])
+        kinked = residual is not None and residual.kinked
+        parameters = block.parameters.shape[2]
+        lines = unnamed_branches(system, parameters, block, bends=kinked)
+        sentences |= {f"{line}: {BRANCH}": None for line in lines}
+        if residual and kinked and not lines:
+            sentences[residual.words] = None
+    return tuple(sentences)
+
+
+def unnamed_branches(
+    system: System, parameters: int, block: Block | None = None, *, bends: bool = False
+) -> tuple[str, ...]:
     """Return file and line of each branch of the rates that no crossing names.
 
-    Empty, too, if the equations do what cannot be recorded.
+    Nor the marks of the first trial of a block; `bends` too if they count. Empty, too,
+    if the equations do what cannot be recorded.
     """
     graph, states = Recording(), len(system.scale)
     # sides and phase are constant over a step
@@ -41,8 +69,35 @@ def unnamed_branches(system: System, parameters: int) -> tuple[str, ...]:
         }
     except Exception:  # whatever plain Python raises for a recording number
         return ()
-    lines = (graph.kinks[q] for q in jumps_in(*out[:first]) if q not in named)
+    sides = (node for node in in_order(out[:first]) if node.op == "side")
+    kinks = [x.args[0] for x in sides] if bends else jumps_in(*out[:first])
+    lines = (
+        graph.kinks[q]
+        for q in kinks
+        if q not in named and not (block and _is_marked(q, block))
+    )
     return tuple(dict.fromkeys(lines))
+
+
+def _is_marked(quantity: Node, block: Block) -> bool:
+    """Return whether a quantity of time alone changes its sign at marks, or never."""
+    if quantity.kinds != {"t"}:
+        return False
+    marks, parameters = block.marks[0], block.parameters[0, 0]
+    times = np.linspace(marks[0], marks[-1], GRID)
+
+    def leaf(node: Node) -> Any:
+        if node.op == "p":
+            kind, number = node.args[0].split()
+            return parameters[int(number) - 1] if kind == "parameter" else 1.0
+        return times if node.op == "t" else None
+
+    (values,) = evaluated([quantity], leaf)
+    signs = np.sign(np.broadcast_to(values, times.shape))
+    changes = np.flatnonzero(signs[1:] != signs[:-1])
+    step = times[1] - times[0]
+    near = np.abs(times[changes, None] + 0.5 * step - marks) <= step
+    return bool(near.any(axis=1).all())
 
 
 def _uncompiled(function: Any, done: dict[int, Callable[..., Any]]) -> Any:

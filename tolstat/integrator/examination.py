@@ -11,15 +11,18 @@ from typing import Any
 import numpy as np
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.integrator.integrate import Integration, integrate
-from tolstat.integrator.problem import Accuracy, Solution, System
+from tolstat.integrator.integrate import Integration, integrate, observed
+from tolstat.integrator.problem import SIZE, Accuracy, Residual, Solution, System
+from tolstat.integrator.residual import largest_residual
+from tolstat.integrator.stiffness import Stiffness, stiffness_of
 from tolstat.status import Status
 
 FREE = 1e9  # times its scale: the error of such a state does not count
 FEWER = 0.9  # of the steps, or fewer, are left: what was changed had demanded them
 LOOSER = 100.0  # rtol
 LOOSEST = 0.1  # rtol, at which stability alone still limits steps
-SAMPLES = 200  # of the states, for their sizes
+SHIFT = 1e-6  # of its scale: change of a start, to see how it grows
+SENSITIVE = 10.0  # growth of such a change, above which errors grow as well
 MOST_STEPS = 200_000  # of a trial that is integrated again
 FEW_STEPS = 200  # of a trial: too few to tell stability from accuracy
 STIFF = 0.7  # of the steps at least are left at larger rtol
@@ -42,6 +45,9 @@ class Examination:
     errors: Mapping[str, float]
     scale: Array  # as declared
     proposed: Array  # [state]
+    residual: Residual | None  # inside the steps
+    stiffness: Stiffness  # of the trial with most steps
+    growth: float  # of a small change of the start, until the end
 
     @property
     def demanding(self) -> int:
@@ -55,19 +61,33 @@ class Examination:
 
     @property
     def stiff(self) -> bool:
-        """Whether stability limits the steps, not accuracy.
+        """Whether stability limits the steps, not accuracy: by a measured lambda.
 
         Unmarked events, too, need steps that hardly depend on rtol; but fewer at a far
         larger one, and the results depend on whether steps meet them.
         """
+        if self.steps.max() <= FEW_STEPS or not self.stiffness.limits:
+            return False
+        if self.failed.any():
+            return True
         least = min(self.looser, self.loosest)
-        enough_steps = self.steps.max() > FEW_STEPS
-        return enough_steps and least > STIFF and not self.by_longest and self.accurate
+        return least > STIFF and not self.by_longest and self.accurate
 
     @property
     def accurate(self) -> bool:
         """Whether the results are as accurate as rtol lets expect."""
         return max(self.errors.values()) <= PERMITTED
+
+    @property
+    def kinked(self) -> bool:
+        """Whether the rates bend or jump inside steps."""
+        return self.residual is not None and self.residual.kinked
+
+    @property
+    def sensitive(self) -> bool:
+        """Whether errors are large because the motion makes small changes grow."""
+        grows = self.growth > SENSITIVE
+        return grows and not (self.accurate or self.kinked)
 
 
 def examine(integration: Integration) -> Examination:
@@ -76,12 +96,13 @@ def examine(integration: Integration) -> Examination:
     Parameters
     ----------
     integration : Integration
-        Of a few trials: they are integrated again once for each state, and six times.
+        Of a few trials: they are integrated again once for each state, and eight times.
     """
     system, block = integration.system, integration.block
     rtol, longest, most = block.accuracy
     capped = Accuracy(rtol, longest, min(most, MOST_STEPS))
-    base = _again(integration, capped)
+    with observed(surveyed=True) as surveyed:
+        base = _again(integration, capped)
 
     def share(accuracy: Accuracy, **changed: Any) -> float:
         other = _again(integration, accuracy, replace(system, **changed))
@@ -97,6 +118,7 @@ def examine(integration: Integration) -> Examination:
         spare = len(system.damped) * (1 + len(system.sloped))
         above = system.n_above + spare
         undamped = share(capped, damped=(), sloped=(), watch=None, n_above=above)
+    precise = _again(integration, capped.tightened())
     return Examination(
         base.steps,
         base.status != Status.DONE,
@@ -105,10 +127,23 @@ def examine(integration: Integration) -> Examination:
         share(capped._replace(rtol=LOOSER * rtol)),
         share(capped._replace(rtol=max(min(LOOSER**2 * rtol, LOOSEST), LOOSER * rtol))),
         undamped,
-        _errors(base, _again(integration, capped.tightened()), system.scale, rtol),
+        _errors(base, precise, system.scale, rtol),
         np.array(system.scale, float),
-        proposed_scale(system, *block[:3], capped),
+        _sizes(surveyed[0]),
+        largest_residual(surveyed),
+        stiffness_of(surveyed[0]),
+        _growth(integration, capped, precise),
     )
+
+
+def _growth(integration: Integration, accuracy: Accuracy, precise: Solution) -> float:
+    """Return how many times a small change of the start is larger at the end."""
+    system, block = integration.system, integration.block
+    scale = np.array(system.scale, float)
+    moved = block._replace(start=block.start + SHIFT * scale)
+    other = _again(integration._replace(block=moved), accuracy.tightened())
+    change = np.abs(other.states[:, -1] - precise.states[:, -1]) / (SHIFT * scale)
+    return float(np.nanmax(change, initial=0.0))
 
 
 def proposed_scale(
@@ -126,12 +161,18 @@ def proposed_scale(
     float64[state]
         Rounded to one digit. A state that stays zero keeps its scale.
     """
-    times = np.linspace(marks[:, 0].max(), marks[:, -1].min(), SAMPLES)
-    solution = integrate(system, start, parameters, marks, accuracy, samples=times)
+    with observed(surveyed=True) as surveyed:
+        integrate(system, start, parameters, marks, accuracy)
+    return _sizes(surveyed[0])
+
+
+def _sizes(surveyed: Integration) -> Array:
+    """Return the largest size of each state in any step, rounded to one digit."""
+    system, _, solution = surveyed
     declared = np.array(system.scale, float)
-    sizes = np.concatenate([solution.history, solution.states], axis=1)
-    with np.errstate(invalid="ignore"):
-        size = np.nanmax(np.abs(sizes), axis=(0, 1), initial=0.0)
+    sizes = np.nanmax(np.abs(solution.states), axis=(0, 1), initial=0.0)
+    inside = solution.survey[:, : len(declared), SIZE].max(axis=0, initial=0.0)
+    size = np.fmax(sizes, inside)
     size = np.where(size > 0.0, size, declared)
     digit = 10.0 ** np.floor(np.log10(size))
     rounded: Array = np.round(size / digit) * digit

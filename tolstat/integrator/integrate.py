@@ -46,18 +46,26 @@ class Integration(NamedTuple):
         return f"ended at {time:.6g} s by the error of state {state + 1:.0f} of {count}"
 
 
-_seen: ContextVar[list[Integration] | None] = ContextVar("_seen", default=None)
+class _Observer(NamedTuple):
+    integrations: list[Integration]
+    surveys: bool
+
+
+_observer: ContextVar[_Observer | None] = ContextVar("_observer", default=None)
 
 
 @contextmanager
-def observed() -> Iterator[list[Integration]]:
-    """Collect the integrations of this thread, for an examination."""
-    integrations: list[Integration] = []
-    token = _seen.set(integrations)
+def observed(*, surveyed: bool = False) -> Iterator[list[Integration]]:
+    """Collect the integrations of this thread, for an examination.
+
+    `surveyed`: their solutions have a survey of their steps.
+    """
+    observer = _Observer([], surveyed)
+    token = _observer.set(observer)
     try:
-        yield integrations
+        yield observer.integrations
     finally:
-        _seen.reset(token)
+        _observer.reset(token)
 
 
 def integrate(
@@ -121,7 +129,9 @@ def integrate(
     )
     check_block(system, block)
     check_equations(system, block)
-    results, solution = _unsolved(system, block)
+    observer = _observer.get()
+    surveyed = observer is not None and observer.surveys
+    results, solution = _unsolved(system, block, surveyed)
     lanes = _idle_lanes(system, block)
     march(
         system.rates,
@@ -129,12 +139,12 @@ def integrate(
         system.jump or system.rates,
         1.0 / np.ascontiguousarray(system.scale, float),
         lanes,
-        _room_for_steps(system, lanes),
+        _room_for_steps(system, lanes, surveyed),
         block,
         results,
     )
-    if (seen := _seen.get()) is not None:
-        seen.append(Integration(system, block, solution))
+    if observer:
+        observer.integrations.append(Integration(system, block, solution))
     return solution
 
 
@@ -149,7 +159,7 @@ def _by_phase(parameters: ArrayLike) -> Array:
     return numbers[:, None, :] if numbers.ndim == 2 else numbers
 
 
-def _unsolved(system: System, block: Block) -> tuple[Results, Solution]:
+def _unsolved(system: System, block: Block, surveyed: bool) -> tuple[Results, Solution]:
     """Return the results of a block to be filled, and the solution: views of them."""
     (n, n_states), n_extremes = block.start.shape, system.n_extremes
 
@@ -163,6 +173,7 @@ def _unsolved(system: System, block: Block) -> tuple[Results, Solution]:
         "status": np.full(n, Status.NOT_RUN.value),
         "steps": np.zeros(n, np.int64),
         "ended": room(2),
+        "survey": np.zeros((n, arrived.shape[2] if surveyed else 0, 3)),
     }
     solution = Solution(
         states=arrived[:, :, :n_states],
@@ -199,7 +210,7 @@ def _idle_lanes(system: System, block: Block) -> Lanes:
     )
 
 
-def _room_for_steps(system: System, lanes: Lanes) -> Step:
+def _room_for_steps(system: System, lanes: Lanes, surveyed: bool) -> Step:
     n_states, n_damped = len(lanes.y), len(system.damped)
     n_slopes = n_damped * len(system.sloped)
     n_rates = n_states + system.n_quadratures
@@ -208,9 +219,10 @@ def _room_for_steps(system: System, lanes: Lanes) -> Step:
     watched = slice(first, first + system.n_watched)
     spare = 0 if system.watch else n_damped + n_slopes
     middle, inside = (_lanes(watched.stop + spare) for _ in range(2))
+    n_rows = n_rates + system.n_watched + 2 * n_damped + n_slopes
     return Step(
         moment=_lanes(MOMENT_ROWS + len(system.crossings)),
-        k=_lanes(7, n_rates + system.n_watched + 2 * n_damped + n_slopes),
+        k=_lanes(7, n_rows),
         middle=_lanes(n_states),
         end=_lanes(n_states),
         filled_middle=middle,
@@ -219,6 +231,7 @@ def _room_for_steps(system: System, lanes: Lanes) -> Step:
         watched_inside=inside[watched],
         theta=_lanes(len(system.crossings)),
         jumped=_lanes(n_states + len(system.crossings) if system.jump else 0),
+        surveyed=_lanes(n_rows + 1 if surveyed else 0),
         slope=_lanes(n_slopes),
         lambda_h=_lanes(n_damped),
         share=_lanes(n_damped),

@@ -176,4 +176,5 @@ def solve(motion: LinearMotion, samples: Array | None = None) -> Solution:
         status=np.where(finite, status, Status.NOT_FINITE).astype(np.int64),
         steps=np.where(finite, count, 0).astype(np.int64),
         ended=np.full((n, 2), np.nan),
+        survey=np.zeros((n, 0, 3)),
     )

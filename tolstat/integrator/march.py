@@ -35,6 +35,7 @@ from tolstat.integrator.step import (
     worst_error,
     worst_state,
 )
+from tolstat.integrator.survey import survey
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH
@@ -302,10 +303,12 @@ def march(rates, watch, jump, per_scale, lanes, step, block, results):
                 accepted = accepted & (first > 1.0)
                 taking = taking & accepted
             follow(watch, taking, t, h, lanes, step)
-        if len(block.samples) > 0:
+        if len(block.samples) > 0 or len(step.surveyed) > 0:
             clock[problem.TRIED] = h
             clock[problem.ACCEPTED] = np.where(accepted, 1.0, 0.0)
             _take_samples(lanes, step.k, block, results)
+            if len(step.surveyed) > 0:
+                survey(rates, t, h, lanes, step, results)
         _take_over(accepted, h, lanes, step)
 
         clock[problem.TIME] = np.where(accepted, t_new, t)

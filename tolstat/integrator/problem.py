@@ -20,7 +20,7 @@ TARGET = 4  # s, the next mark
 SMALLEST = 5  # s, a trial that needs shorter steps fails
 COUNT = 6  # of steps tried
 TRIED = 7  # s, the step tried last; kept if samples are taken
-ACCEPTED = 8  # whether it was accepted: 1 or 0; kept if samples are taken
+ACCEPTED = 8  # whether it was accepted: 1 or 0; kept with samples or a survey
 ERROR = 9  # its error, 1 at the tolerance; kept at an event
 EVENT = 10  # event: one of the four below
 AFTER = 11  # s, the next step behind a targeted crossing; otherwise 0
@@ -43,7 +43,10 @@ ENDED = 4.0  # by a crossing
 TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
 SHORTER = 4.0  # steps of an audit, as the tolerance alone makes them: 1000^(1/5)
 
+KINKED = 100.0  # of rtol: above, rates bend or jump inside a step
+
 TIME_ENDED, WORST_STATE = range(2)  # columns of `Solution.ended`
+RESIDUAL, PLACE, SIZE = range(3)  # columns of `Solution.survey`
 
 
 class Moment(NamedTuple):
@@ -191,11 +194,41 @@ class Solution(NamedTuple):
     # [trial, 2], of a trial that failed: TIME_ENDED, s, and WORST_STATE, the number of
     # the state with the largest error; of one that a crossing ends its time alone
     ended: Array
+    # [trial, state then quadrature, 3]: the largest RESIDUAL inside a step, see
+    # `survey`, its PLACE, s, and the largest SIZE; no rows without a survey
+    survey: Array
 
     @property
     def peak(self) -> Array:
         """The largest size of each extreme, float64[trial, extreme]."""
         return np.maximum(self.greatest, -self.least)
+
+
+class Residual(NamedTuple):
+    """The largest difference of rates and dense output, over step and scale."""
+
+    of_rtol: float
+    time: float  # s
+    row: int  # number of the state, from 0; behind them those of quadratures
+    states: int
+
+    @property
+    def kinked(self) -> bool:
+        """Whether rates bend or jump inside a step."""
+        return self.of_rtol > KINKED
+
+    @property
+    def words(self) -> str:
+        """What was seen, where, and what to do."""
+        number = self.row + 1
+        name = f"state {number} of {self.states}"
+        if self.row >= self.states:
+            name = f"quadrature {number - self.states}"
+        return (
+            f"The rates bend or jump inside steps: at {self.time:.6g} s, {name} is "
+            f"{self.of_rtol:.2g} rtol off its rate. Give what bends or jumps there a "
+            "crossing, or a mark."
+        )
 
 
 class Results(NamedTuple):
@@ -207,6 +240,7 @@ class Results(NamedTuple):
     status: Integers  # [trial]
     steps: Integers  # [trial]
     ended: Array  # [trial, 2], with the columns TIME_ENDED and WORST_STATE
+    survey: Array  # [trial, state then quadrature, 3]; no rows without a survey
 
 
 class Lanes(NamedTuple):
@@ -240,6 +274,7 @@ class Step(NamedTuple):
     watched_inside: Array  # [watched, lane]
     theta: Array  # [crossing, lane], fraction of the step
     jumped: Array  # [state, then side; lane], filled by `jump`; no rows without it
+    surveyed: Array  # [rate, then time; lane]; no rows without a survey
     slope: Array  # [damped times sloped, lane]
     lambda_h: Array  # [damped, lane], lambda times the step
     share: Array  # [damped, lane], 1/(1 + g h lambda)

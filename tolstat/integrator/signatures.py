@@ -39,7 +39,12 @@ block_type = tuple_type(
     sizes=numbers,
 )
 results_type = tuple_type(
-    Results, arrived=tables, history=tables, status=integers, steps=integers
+    Results,
+    arrived=tables,
+    history=tables,
+    status=integers,
+    steps=integers,
+    survey=tables,
 )
 lanes_type = tuple_type(Lanes)
 step_type = tuple_type(

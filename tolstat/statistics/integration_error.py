@@ -154,6 +154,7 @@ NEXT_TO = 0.01  # of the deviation and of the room to the limit: the least sprea
 VISIBLE, OUTLYING = 0.1, 20.0  # of the spread, times the median error: irregular
 SETTLED, HALVED = 0.02, 0.5  # of the spread, of the error before: a third one agrees
 SAME_SIDE = 0.005  # of the spread: so near a limit an agreeing trial may change sides
+JUMPED_OVER = 1e5  # of rtol, inside a step: something that steps did not see
 DOMINANT = 10.0  # times the spread: the integration decides the numbers, not the parts
 
 
@@ -165,6 +166,7 @@ class Movement(NamedTuple):
     largest: float  # SI
     third: int  # evaluated a third time
     moved_third: int  # of these, that moved again
+    jumped_over: bool  # whether rates were seen to jump inside steps
 
 
 @dataclass(frozen=True)
@@ -179,6 +181,7 @@ class AuditedResponse:
     out: Truths  # bool[n]: chosen at random among the trials out of limit
     third: Integers  # int64[m]: which of the n were evaluated a third time
     most_precise: Array  # float64[m]
+    residual: float = 0.0  # of rtol: largest difference of rates inside a step
 
     @property
     def errors(self) -> Array:
@@ -231,6 +234,11 @@ class AuditedResponse:
         return np.asarray(once | moved_again | crosses)
 
     @property
+    def jumped_over(self) -> bool:
+        """Whether steps jumped over something, in any trial."""
+        return self.residual > JUMPED_OVER
+
+    @property
     def dominant(self) -> bool:
         """Whether the usual error is far above the spread: the numbers are its own."""
         return self.median > DOMINANT * self.spread
@@ -251,17 +259,18 @@ class AuditedResponse:
         largest = np.concatenate([finite, finite_third]).max(initial=0.0)
         return Movement(
             len(finite), int(self.moved.sum()), float(largest),
-            len(self.third), int(self.unsettled.sum()),
+            len(self.third), int(self.unsettled.sum()), self.jumped_over,
         )  # fmt: skip
 
     def permits(self, met: bool, least_out: float, permitted_out: float) -> bool:
         """Return whether a verdict stands beside what the audit shows.
 
-        No verdict does where the third evaluation moves trials again, or errors decide
-        the numbers. Beside an irregular error only "not met" may: if the least share
-        out of limit, less the greatest part of it that may be within, is not permitted.
+        No verdict does where the third evaluation moves trials again, steps jumped over
+        something, or errors decide the numbers. Beside an irregular error only "not
+        met" may: if the least share out of limit, less the greatest part of it that may
+        be within, is not permitted.
         """
-        if self.unsettled.any() or self.dominant:
+        if self.unsettled.any() or self.dominant or self.jumped_over:
             return False
         if not self.irregular.any():
             return True

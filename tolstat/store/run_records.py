@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
+from tolstat.integrator.problem import Residual as Residual
 from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
@@ -256,6 +257,9 @@ class Audited:
     chosen_by: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
     # some of them, evaluated a third time, tighter still; None if the model cannot
     third: "Audited | None" = None
+    # the largest inside steps of trials as the run evaluates them; None if none is
+    # integrated step by step
+    residual: Residual | None = None
 
     def response(
         self, name: str, values: Array, permitted: tuple[float, float]
@@ -268,6 +272,7 @@ class Audited:
             (reasons & Reason.OUT) > 0,
             np.searchsorted(self.trials, third.trials if third else none),
             third.responses[name] if third else none,
+            self.residual.of_rtol if self.residual else 0.0,
         )  # fmt: skip
 
 

@@ -185,3 +185,20 @@ def test_a_finer_run_is_the_only_step(tmp_path):
     assert found.limits["play"].yields.needed
     (step,) = found.findings.steps
     assert (step.kind, step.responses) == (StepKind.FINER_RUN, ("force",))
+
+
+def test_an_error_that_is_visible_beside_sigma_is_said_without_a_limit():
+    study = {
+        "model": "rough", "trials": 100, "seed": 3, "settings": {"rtol": 0.075},
+        "deviations": {"part": "+-3 mm"},
+    }  # fmt: skip
+    answer = tolstat.summary(tolstat.run(study, model=Rough(), progress=None))
+    # 0.15 N; sigma is 1 N
+    (warning,) = [w for w in answer.warnings if w.kind == "errors"]
+    assert [*warning.responses] == ["force"]
+    visible = warning.responses["force"]
+    assert visible.error == pytest.approx(0.15, rel=1e-2)
+    assert visible.of_sigma == pytest.approx(0.15, rel=0.3)
+    assert "Integration errors: force by up to" in words_in(*answer.document().blocks)
+    study["settings"]["rtol"] = 0.04
+    assert not tolstat.summary(tolstat.run(study, model=Rough())).warnings

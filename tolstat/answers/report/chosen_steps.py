@@ -21,7 +21,11 @@ from tolstat.answers.report.report_answer import (
     Step,
     StepKind,
 )
-from tolstat.answers.report.report_warnings import JumpWarning, ReportWarning
+from tolstat.answers.report.report_warnings import (
+    JumpWarning,
+    ReportWarning,
+    with_visible_errors,
+)
 from tolstat.answers.report.response_summary import ResponseSummary, by_what_decides
 from tolstat.answers.sampled_trials import Drawn, audited_of
 from tolstat.statistics.limits.yields import (
@@ -120,7 +124,13 @@ def _steps(
         kind = StepKind.FINISH if run.ended == run.trials else StepKind.RESUME
         yield Step(kind, commands=(to_resume(run.path, run.machine),))
         return
-    rough = [n for n, limit in limits.items() if limit.reason == INTEGRATION_ERROR]
+    visible = with_visible_errors(warnings)
+    rough = [
+        name
+        for name, limit in limits.items()
+        if limit.reason == INTEGRATION_ERROR
+        or (limit.verdict != MET and name in visible)
+    ]
     if finer := finer_run(run, rough):
         yield finer  # the other numbers are of the rough run, too
         return
@@ -155,7 +165,7 @@ def finer_run(run: Run, responses: Sequence[str]) -> Step | None:
     if not responses or (audited := run.audited) is None:
         return None
     checked = filter(None, (audited_of(run, name) for name in responses))
-    unsettled = any(response.unsettled.any() for response in checked)
+    unsettled = any(x.unsettled.any() or x.jumped_over for x in checked)
     settings = dict(audited.settings)
     if audited.third and unsettled:  # rtol alone finds no event that steps miss
         longest = "max_step" if "max_step" in settings else "rtol"

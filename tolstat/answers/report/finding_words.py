@@ -13,11 +13,13 @@ from tolstat.answers.report.report_answer import (
 )
 from tolstat.answers.report.report_warnings import (
     AllPartsWarning,
+    ErrorsWarning,
     IdleContributors,
     JumpWarning,
     NumbersWarning,
     PartsWarning,
     ReportWarning,
+    StepsWarning,
     StudyWarning,
     UnchangedResponse,
     VerdictWarning,
@@ -39,6 +41,7 @@ from tolstat.statistics.integration_error import Movement
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
+MOST_ERRORS = 3  # responses whose integration errors are named
 SHORT = " (max_step below the shortest event, or a mark where one begins and ends)"
 TURN_WORDS = {0.5: "half a", 1.0: "a whole"}
 # an angle never jumps by a turn, while a machine with play or a stop may well jump
@@ -172,6 +175,10 @@ def _sentence(warning: ReportWarning) -> Parts:
             from tolstat.answers.measured_words import warning_words  # seldom used
 
             return warning_words(warning)
+        case ErrorsWarning():
+            return _errors(warning)
+        case StepsWarning(residual):
+            return text(residual.words)
 
 
 def _jump(warning: JumpWarning) -> Parts:
@@ -205,7 +212,14 @@ def movement_words(movement: Movement, scale: Scale) -> Parts:
     third = (
         f"; evaluated a third time, {movement.moved_third} of {movement.third} moved"
     )
-    return text(errors, third if movement.moved_third else None)
+    jumps = "rates jump inside steps"
+    if movement.jumped_over and not (movement.moved or movement.moved_third):
+        return text(jumps)
+    return text(
+        errors,
+        third if movement.moved_third else None,
+        f"; {jumps}" if movement.jumped_over else None,
+    )
 
 
 def _numbers(warning: NumbersWarning) -> Parts:
@@ -215,3 +229,16 @@ def _numbers(warning: NumbersWarning) -> Parts:
     return say(f"{{}}: {name} {{}}, integration error {{}}{{}}",
                Name(warning.response), Number(wrong.number, exact),
                Number(wrong.error, exact), more)  # fmt: skip
+
+
+def _errors(warning: ErrorsWarning) -> Parts:
+    named = [
+        say("{} by up to {} ({} sigma)", Name(name),
+            Number(visible.error, visible.scale._replace(least=0.0)),
+            Number(visible.of_sigma))
+        for name, visible in warning.responses.items()
+    ]  # fmt: skip
+    others = len(named) - MOST_ERRORS
+    more = [text(f"{others} more")] if others > 0 else []
+    return say("Integration errors: {}. A smaller rtol or max_step in [settings] "
+               "removes them.", listed([*named[:MOST_ERRORS], *more]))  # fmt: skip

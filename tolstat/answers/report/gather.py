@@ -21,7 +21,11 @@ from tolstat.answers.report.main_causes import (
     main_causes,
 )
 from tolstat.answers.report.report_answer import NoCause, Report, RunSummary
-from tolstat.answers.report.report_warnings import jumping, warnings_of
+from tolstat.answers.report.report_warnings import (
+    jumping,
+    warnings_of,
+    with_visible_errors,
+)
 from tolstat.answers.report.response_summary import (
     ReportedResponse,
     RequestedQuantiles,
@@ -38,7 +42,7 @@ from tolstat.answers.report.summaries import (
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.errors import QuestionError
 from tolstat.statistics.intervals.shortest import shortest_interval
-from tolstat.statistics.limits.yields import INTEGRATION_ERROR, Caveat
+from tolstat.statistics.limits.yields import INTEGRATION_ERROR, MET, Caveat
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sample import quantiles_at
 from tolstat.statistics.sensitivity import linear
@@ -61,12 +65,16 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         causes, summaries = main_causes(drawn), described_responses(drawn)
         contributions, members = shares.result()
     clusters = jumping(run, drawn.trials_done, dict.fromkeys([*run.limits, *focus]))
+    errors = tuple(integration_warnings(drawn, summaries))
+    visible = with_visible_errors(errors)
     rough = False
     for name in causes:
         limited = summaries[name].limited
-        wrong = limited and limited.yields.reason == INTEGRATION_ERROR
-        rough |= bool(wrong)
-        if none := _no_cause(limited, jumps=name in clusters):
+        undecided = limited and limited.yields.reason == INTEGRATION_ERROR
+        rough |= bool(undecided)
+        unmet = limited and limited.yields.verdict != MET
+        wrong = bool(undecided or (unmet and name in visible))
+        if none := _no_cause(limited, jumps=name in clusters, wrong=wrong):
             causes[name] = causes[name]._replace(reason=none, named=())
         if name in clusters:
             causes[name] = causes[name]._replace(needed=0)
@@ -80,7 +88,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         for name, described in summaries.items()
     }
     warnings = (
-        *integration_warnings(drawn, summaries),
+        *errors,
         *warnings_of(drawn, clusters, unsettled=rough),
     )
     return RunSummary(
@@ -94,14 +102,14 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     )
 
 
-def _no_cause(limited: Limited | None, *, jumps: bool) -> NoCause | None:
+def _no_cause(limited: Limited | None, *, jumps: bool, wrong: bool) -> NoCause | None:
     """Return why no contributor may be named as a cause; None if one may.
 
     What is wrong has no cause among the parts.
     """
     if jumps:
         return NoCause.JUMPS
-    if limited and limited.yields.reason == INTEGRATION_ERROR:
+    if wrong:
         return NoCause.INTEGRATION_ERROR
     if limited and limited.yields.reason == Caveat.FEW_PARTS:
         return NoCause.FEW_PARTS

@@ -8,8 +8,12 @@ from numpy.typing import NDArray
 
 from tolstat.answers.report.report_answer import UnseenErrors
 from tolstat.answers.report.report_warnings import (
+    ErrorsWarning,
     NumbersWarning,
+    ReportWarning,
+    StepsWarning,
     VerdictWarning,
+    VisibleError,
     WrongNumber,
 )
 from tolstat.answers.report.response_summary import (
@@ -22,6 +26,7 @@ from tolstat.answers.sampled_trials import Drawn, changes_of
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import (
+    VISIBLE,
     IntegrationError,
     integration_error,
     share_above_largest,
@@ -73,21 +78,44 @@ def integration_of(
 
 def integration_warnings(
     drawn: Drawn, summaries: Mapping[str, Summary]
-) -> Iterator[VerdictWarning | NumbersWarning]:
-    """Yield the verdicts that errors leave undecided, and numbers that they spoil.
+) -> Iterator[ReportWarning]:
+    """Yield what steps jumped over, verdicts left undecided, and spoiled numbers.
 
-    None of weighted trials, whose errors are not weighted.
+    Then the other responses whose errors are visible. None of weighted trials, whose
+    errors are not weighted.
     """
     if drawn.run.audited is None or drawn.sample.weights:
         return
+    residual = drawn.run.audited.residual
+    if residual and residual.kinked:
+        yield StepsWarning(residual)
+    visible = _visible_errors(drawn, drawn.run.audited, summaries)
     for name, summary in summaries.items():
         scale, audited = drawn.run.scales[name], drawn.audited(name)
         limited = summary.limited
         if audited and limited and limited.yields.reason == INTEGRATION_ERROR:
+            visible.pop(name, None)
             yield VerdictWarning(name, audited.movement, scale)
     for name, summary in summaries.items():
         if wrong := _wrong_numbers(drawn, drawn.run.audited, name, summary):
+            visible.pop(name, None)
             yield NumbersWarning(name, wrong, drawn.run.scales[name])
+    if visible:
+        yield ErrorsWarning(visible)
+
+
+def _visible_errors(
+    drawn: Drawn, audited: Audited, summaries: Mapping[str, Summary]
+) -> dict[str, VisibleError]:
+    """Return the largest errors of responses above a tenth of sigma, largest first."""
+    visible = dict[str, VisibleError]()
+    for name, summary in summaries.items():
+        error, sigma = _errors(drawn.run, audited, name).largest, summary.sigma.value
+        if error > VISIBLE * sigma > 0.0:
+            scale = drawn.run.scales[name]
+            visible[name] = VisibleError(error, error / sigma, scale)
+    by_size = sorted(visible, key=lambda name: -visible[name].of_sigma)
+    return {name: visible[name] for name in by_size}
 
 
 def _wrong_numbers(

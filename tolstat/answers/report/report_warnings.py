@@ -15,6 +15,7 @@ from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import Movement
 from tolstat.statistics.limits.yields import PartsUncertainty
+from tolstat.store.run_records import Residual
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -68,6 +69,28 @@ class NumbersWarning(NamedTuple):
     kind: str = "numbers"
 
 
+class VisibleError(NamedTuple):
+    """The largest integration error of a response, SI, of its sigma, and its scale."""
+
+    error: float
+    of_sigma: float
+    scale: Scale
+
+
+class ErrorsWarning(NamedTuple):
+    """Responses with integration errors above a tenth of sigma, the largest first."""
+
+    responses: Mapping[str, VisibleError]
+    kind: str = "errors"
+
+
+class StepsWarning(NamedTuple):
+    """Rates that bend or jump inside steps of trials."""
+
+    residual: Residual
+    kind: str = "steps"
+
+
 class IdleContributors(NamedTuple):
     """Contributors that deviate and change no response."""
 
@@ -108,7 +131,23 @@ ReportWarning = (
     | JumpWarning
     | VerdictWarning
     | NumbersWarning
+    | ErrorsWarning
+    | StepsWarning
 )
+
+
+def with_visible_errors(warnings: Iterable[ReportWarning]) -> set[str]:
+    """Return the responses whose integration errors exceed intervals or a tenth sigma.
+
+    No tolerance explains what errors decide.
+    """
+    names = set[str]()
+    for warning in warnings:
+        if isinstance(warning, NumbersWarning):
+            names.add(warning.response)
+        elif isinstance(warning, ErrorsWarning):
+            names |= {*warning.responses}
+    return names
 
 
 def jumping(

@@ -1,6 +1,7 @@
 """Audit of a run: some trials evaluated again, much more precisely.
 
-A few of them are evaluated a third time: do they move again?
+A few of them are evaluated a third time: do they move again? While one moves far, so
+they are at a quarter of the longest step.
 """
 
 import dataclasses
@@ -25,6 +26,8 @@ from tolstat.study.given_points import Case, cases_among
 from tolstat.study.study import Study
 
 TIGHTER = 32.0  # rtol of a third evaluation: twice the steps
+MOST_STEPS = 20_000_000  # of all trials of one evaluation after the third
+AGAIN, FAR = 5, 0.1  # more evaluations at most, while one moves by so much of the range
 PARTS = 8  # of the trials at least, by their longest step; or eight trials of each
 
 
@@ -39,7 +42,8 @@ def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
     seed = study.seed or 0
     if study.sampler is None:
         selection = Selection.joined(random_trials(seed, len(trials.deviations)))
-        return evaluated_again(study, trials, selection, workers)
+        audited = evaluated_again(study, trials, selection, workers)
+        return audited and _with_residual(study, trials, audited)
     sure = study.document.audit == "sure"
     selection = select(trials, study.limits, seed, sure=sure)
     audited = evaluated_again(study, trials, selection, workers)
@@ -51,8 +55,47 @@ def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
     ):
         audited = joined(audited, further)
     selection = select_third(trials, study.limits, audited)
-    third = evaluated_again(study, trials, selection, workers, times=2)
-    return dataclasses.replace(audited, third=third)
+    third = _until_settled(study, trials, audited, selection, workers)
+    audited = dataclasses.replace(audited, third=third)
+    return _with_residual(study, trials, audited)
+
+
+def _until_settled(
+    study: Study, trials: Trials, first: Audited, chosen: Selection, workers: Workers
+) -> Audited | None:
+    """Return the third evaluation of chosen trials, or a later one while they move."""
+    before = first
+    for times in range(2, 3 + AGAIN):
+        after, steps = _evaluated(study, trials, chosen, workers, times)
+        if after is None:
+            return before if times > 2 else None
+        settled = not _moves_far(study, trials, before, after)
+        if settled or 4 * steps > MOST_STEPS:
+            return after
+        before = after
+    return before
+
+
+def _with_residual(study: Study, trials: Trials, audited: Audited) -> Audited:
+    if not study.model.integrates:
+        return audited
+    from tolstat.execution.diagnostics.kinks import residual_of  # and the integrator
+
+    random = audited.trials[audited.at_random]
+    residual = residual_of(study, trials.deviations, random)
+    return dataclasses.replace(audited, residual=residual)
+
+
+def _moves_far(study: Study, trials: Trials, first: Audited, second: Audited) -> bool:
+    """Return whether trials evaluated again move by a tenth of a response's range."""
+    rows = np.searchsorted(first.trials, second.trials)
+    for name in study.limits or second.responses:
+        before, after = first.responses[name][rows], second.responses[name]
+        values = np.concatenate([trials.response(name), before, after])
+        largest = np.nanmax(np.abs(before - after), initial=0.0)
+        if largest > 0.0 and largest > FAR * np.ptp(values[np.isfinite(values)]):
+            return True
+    return False
 
 
 def evaluated_again(
@@ -62,10 +105,17 @@ def evaluated_again(
 
     `times`: how often the settings are tightened.
     """
+    return _evaluated(study, trials, selection, workers, times)[0]
+
+
+def _evaluated(
+    study: Study, trials: Trials, selection: Selection, workers: Workers, times: int
+) -> tuple[Audited | None, int]:
+    """Return selected trials as `evaluated_again`, and the steps of all of them."""
     model = study.model
     tight = finer(model, study.settings, times)
     if tight is None:
-        return None
+        return None, 0
     before, after = dataclasses.asdict(study.settings), dataclasses.asdict(tight)
     cases = [
         part
@@ -76,7 +126,7 @@ def evaluated_again(
     ]
     answers = workers.simulate_cases(model, cases, trials.deviations[selection.trials])
     names = [response.name for response in study.description.responses]
-    return Audited(
+    again = Audited(
         selection.trials,
         {name: float(x) for name, x in after.items() if x != before[name]},
         answers.status.astype(np.uint8),
@@ -84,13 +134,15 @@ def evaluated_again(
         selection.at_random,
         selection.reasons,
     )
+    return again, 0 if answers.steps is None else int(answers.steps.sum())
 
 
 def finer(model: Model, settings: Any, times: int = 1) -> Any | None:
     """Return the settings of an audit, or (2 times) of its third evaluation.
 
-    That has a shorter longest step again, and a less tight rtol than tightening twice
-    gives: it takes twice the steps of an audit, which is enough to see its errors.
+    That, and each after it (3 times, ...), has a shorter longest step again, and a less
+    tight rtol than tightening twice gives: it takes twice the steps of an audit, which
+    is enough to see its errors.
     """
     tight = tightened(model, settings, times)
     if times == 1 or tight is None or not model.integrates:
@@ -104,7 +156,7 @@ def phased(case: Case, times: int = 1) -> list[Case]:
     """Return a case in parts whose longest steps differ a little.
 
     With equal steps all trials may miss the same short event. In a third evaluation
-    (2 `times`) trials are few: every two have another longest step.
+    (2 `times`, or more) trials are few: every two have another longest step.
     """
     settings = case.settings
     if not isinstance(step := getattr(settings, "max_step", None), float):

@@ -84,6 +84,8 @@ def named_causes(
     significant ones of its kind, that do not differ significantly from it. A class, or
     correlated contributors, are named as a whole if no member is significant.
     """
+    if not out:  # a run without limits
+        return {}
     tested = {n: units for n, units in out.items() if may_be_told(units)}
     columns, names = dict[Any, Array](deviations), list(deviations)
     sums = dict[str, dict[Any, Array]]()  # over equal parts, by response
