@@ -152,7 +152,7 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
         if ending == ".csv":
             _as_cells(table).to_csv(aside, lineterminator="\n")
         else:
-            table.to_parquet(aside, engine="pyarrow")
+            table.to_parquet(aside, engine="pyarrow", index=True)
 
     try:
         replace(path, write)

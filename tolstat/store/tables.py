@@ -18,6 +18,11 @@ VALUE, PRESENT, PLACE = "value", "present", "place"  # names of arrays
 EMPTY = {float: np.nan, int: 0, bool: False, str: ""}  # of a key that is missing
 
 
+def place_name(group: str) -> str:
+    """Return the name of the dimension of lists in a group: as no column is called."""
+    return f"{group.strip('/').replace('/', '_')}_{PLACE}"
+
+
 class Cells(NamedTuple):
     """Values at some places of arrays over the axes so far."""
 

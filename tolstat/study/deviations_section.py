@@ -19,7 +19,6 @@ from tolstat.errors import DependenceError, ModelError
 from tolstat.model.description import Contributor
 from tolstat.model.setting_kinds import as_typed
 from tolstat.study.cost_entry import Priced, read_costs
-from tolstat.study.csv_table import read_parts
 from tolstat.study.distribution_entry import (
     DEFAULT,
     keys_of,
@@ -93,7 +92,9 @@ def read_deviations(
             for member, reader in readers.items():
                 if member in distributions:
                     raise ModelError(f"{member} is given twice")
-                if "data" in keys:
+                if "data" in keys:  # few studies read files
+                    from tolstat.study.measured_parts import read_parts
+
                     distribution, unit, fit = read_parts(keys, reader, folder)
                 else:
                     distribution, fit = read_distribution(keys, reader), ""
