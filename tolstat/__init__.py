@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # `__getattr__` loads these names
     from tolstat.answers.views.evaluate import evaluate, trajectory, view
     from tolstat.answers.views.replay import replay
     from tolstat.answers.what_if.fresh_study import fresh_study
-    from tolstat.answers.what_if.reweighted_trials import what_if
+    from tolstat.answers.what_if.scenarios import what_if
     from tolstat.catalogue import names as models
     from tolstat.execution.execute import extend, resume, run
     from tolstat.execution.verification import verify

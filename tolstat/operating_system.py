@@ -10,7 +10,8 @@ import os
 import shutil
 import signal
 import stat
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import IO, Any, BinaryIO
@@ -134,6 +135,21 @@ def open_regular(path: Path, flags: int, mode: int = 0o666) -> BinaryIO:
         os.close(descriptor)
         raise OSError(errno.EINVAL, "a folder or a device; a file is expected")
     return os.fdopen(descriptor, "r+b" if writing else "rb", buffering=0)
+
+
+@contextmanager
+def held_open(path: Path) -> Iterator[None]:
+    """Keep a pipe or a terminal open for writing; OSError if nobody reads a pipe."""
+    try:
+        descriptor = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
+    except OSError as error:
+        if error.errno != errno.ENXIO:
+            raise
+        raise OSError(errno.ENXIO, "a pipe that no program reads") from error
+    try:
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def is_mine(file: os.stat_result) -> bool:

@@ -88,3 +88,27 @@ def test_a_full_disk_leaves_the_old_page(tmp_path, monkeypatch):
     with pytest.raises(RunFileError, match=r"cannot be written.*No space"):
         replace(page, b"new page")
     assert page.read_text() == "old" and [*tmp_path.iterdir()] == [page]
+
+
+def test_a_pipe_that_no_program_reads_is_not_waited_for(folder):
+    pipe = folder / "pipe.html"
+    os.mkfifo(pipe)
+    with pytest.raises(
+        RunFileError, match=r"pipe\.html .* a pipe that no program reads"
+    ):
+        replace(pipe, b"a page")
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        assert replace(pipe, b"a page") == pipe
+        assert os.read(reader, 100) == b"a page"
+    finally:
+        os.close(reader)
+
+
+@pytest.mark.parametrize("name", ["batch.html", "batch.csv"])
+def test_an_index_that_is_a_link_to_itself_is_refused(name, tmp_path):
+    (tmp_path / name).symlink_to(name)
+    study = shutil.copy("runs/wave-gear.toml", tmp_path / "gear.toml")
+    result = CliRunner().invoke(main, ["batch", str(study)])
+    assert result.exit_code == 2
+    assert name in result.output and "is not replaced" in result.output

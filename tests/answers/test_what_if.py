@@ -7,6 +7,7 @@ import json
 import re
 import shlex
 import tomllib
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -22,6 +23,7 @@ from tolstat.cli.main import main
 from tolstat.deviations.names import expand
 from tolstat.errors import QuestionError, RunFileError, StudyError
 
+what_if = partial(tolstat.what_if, evaluate=False)  # of stored trials alone
 QUICK = ("narrower, another", "shifted", "all alike, narrower")
 
 
@@ -54,7 +56,7 @@ def run(toy, tmp_path_factory):
 
 def test_common_scenarios_report_all_numbers(run, toy):
     asked = {"part_1": {"tolerance": "+-1 mm", "cp": 1.5}, "part_2": "-0.9..+0.7 mm"}
-    found = tolstat.what_if(run, asked, model=toy, limits={"gap": "-1..1.5 mm"})
+    found = what_if(run, asked, model=toy, limits={"gap": "-1..1.5 mm"})
     changed = found.changes
     assert list(changed) == ["part_1", "part_2"]
     assert changed["part_1"].baseline == "normal, +-1 mm, cp 1"
@@ -83,8 +85,8 @@ def test_out_of_limit_trials_have_their_own_effective_sample_size(run, toy):
     """
     sigma, own = 2e-3 * np.sqrt(2) / 3, 2e-3 / 3  # of the gap, of a part in it
     part = {"part_1": "-1.3333333333..0.6666666667 mm"}
-    few = tolstat.what_if(run, part, model=toy, limits={"gap": ">= -1.5 mm"})
-    many = tolstat.what_if(run, part, model=toy, limits={"gap": "<= 0 mm"})
+    few = what_if(run, part, model=toy, limits={"gap": ">= -1.5 mm"})
+    many = what_if(run, part, model=toy, limits={"gap": "<= 0 mm"})
     for found, out in ((few, lambda at: norm.cdf(-1.5e-3, at, sigma)),
                        (many, lambda at: norm.sf(0.0, at, sigma))):  # fmt: skip
         expected = found.trials * out(-own) ** 2 / (np.e * out(-2 * own))
@@ -114,7 +116,7 @@ def test_out_of_limit_trials_have_their_own_effective_sample_size(run, toy):
 )  # fmt: skip
 def test_scenarios_outside_the_sample_are_refused_with_a_reason(run, toy, asked, said):
     with pytest.raises(StudyError, match=said):
-        tolstat.what_if(run, asked, model=toy)
+        what_if(run, asked, model=toy)
 
 
 @pytest.mark.parametrize(
@@ -131,7 +133,7 @@ def test_scenarios_outside_the_sample_are_refused_with_a_reason(run, toy, asked,
 )
 def test_wrong_python_arguments_are_refused_with_a_message(run, toy, lines, said):
     with pytest.raises(StudyError, match=said):
-        tolstat.what_if(run, lines, model=toy)
+        what_if(run, lines, model=toy)
     with pytest.raises(StudyError, match=said.replace("deviations", "limits")):
         tolstat.limited(run, lines, toy)
 
@@ -148,11 +150,11 @@ def test_measured_parts_are_read_next_to_the_study(toy, toy_study, monkeypatch):
     (elsewhere / "parts.csv").write_text(table.replace("0.", "100."))
     line = {"data": "parts.csv", "column": "off", "fit": "normal"}
     stored = tolstat.open(run.path)
-    found = tolstat.what_if(stored, {"part_1": line}, model=toy)
+    found = what_if(stored, {"part_1": line}, model=toy)
     assert found.changes["part_1"].fraction_left > 0.3
     for outside in ("../parts.csv", str(elsewhere / "parts.csv")):
         with pytest.raises(StudyError, match="outside the folder of the study"):
-            tolstat.what_if(stored, {"part_1": {**line, "data": outside}}, model=toy)
+            what_if(stored, {"part_1": {**line, "data": outside}}, model=toy)
 
 
 def chain_of(folder, *, limit="-3..0 mm", demanded="99.73 %", **more):
@@ -175,7 +177,7 @@ def chain_of(folder, *, limit="-3..0 mm", demanded="99.73 %", **more):
 
 def refusal(run, asked, **more):
     with pytest.raises(StudyError) as refused:
-        tolstat.what_if(run, asked, **more)
+        what_if(run, asked, **more)
     return str(refused.value)
 
 
@@ -221,7 +223,7 @@ def test_a_fresh_run_has_trials_that_are_likely_to_decide(tmp_path):
     asked = {"H": {"tolerance": "+-0.19 mm", "distribution": "uniform"}}
     for trials, expected in ((300, 3000), (600, 4200), (4000, 4000)):
         run = chain_of(tmp_path, trials=trials, limit="-2.22..0 mm", demanded="90 %")
-        gap = tolstat.what_if(run, asked).responses["gap"].scenario
+        gap = what_if(run, asked).responses["gap"].scenario
         assert 0.06 < gap.limited.yields.fraction_out_of_limit.value < 0.08
         fresh = fresh_run(run, asked)
         assert fresh.trials == expected
@@ -232,7 +234,7 @@ def test_a_fresh_run_has_trials_that_are_likely_to_decide(tmp_path):
 
 def test_failures_are_reported_for_the_run_only(run, toy):
     """Of the stored trials, as they are: the interval too."""
-    found = tolstat.what_if(run, {"part": "+-0.5 mm"}, model=toy)
+    found = what_if(run, {"part": "+-0.5 mm"}, model=toy)
     failed = tolstat.summary(run).trials.notes[0]
     assert "trials failed (95 % interval" in failed and failed in found.notes
 
@@ -416,8 +418,8 @@ def test_a_change_of_some_correlated_parts_is_refused(toy, toy_study):
     toy_study.write_text(toy_study.read_text().replace("[limits]", close))
     run = tolstat.run(toy_study, model=toy)
     with pytest.raises(StudyError, match="parts that are correlated: part_2 too"):
-        tolstat.what_if(run, {"part_1": "+-0.5 mm"}, model=toy)
-    both = tolstat.what_if(run, {"part": "+-0.5 mm"}, model=toy)
+        what_if(run, {"part_1": "+-0.5 mm"}, model=toy)
+    both = what_if(run, {"part": "+-0.5 mm"}, model=toy)
     assert both.effective_sample_size > 350
 
 
@@ -427,10 +429,10 @@ def test_dependent_trials_are_refused(toy, toy_study):
     run = tolstat.run(toy_study, model=toy)
     asked = {"part": "+-0.5 mm"}
     with pytest.raises(QuestionError, match="latin trials depend on each"):
-        tolstat.what_if(run, asked, model=toy)
+        what_if(run, asked, model=toy)
     own = fresh_run(run, asked, model=toy)
     assert own.sampling == "random" and own.trials == 2000  # that can decide
-    tolstat.what_if(own, {"part": "+-0.4 mm"}, model=toy)
+    what_if(own, {"part": "+-0.4 mm"}, model=toy)
 
 
 def test_a_run_whose_data_have_changed_is_refused(toy, toy_study):
@@ -443,11 +445,11 @@ def test_a_run_whose_data_have_changed_is_refused(toy, toy_study):
     text = text.replace("[deviations]\n", f"[deviations]\n{entry}\n")
     toy_study.write_text(text.replace("\npart = ", "\npart_2 = "))
     run = tolstat.run(toy_study, model=toy)
-    tolstat.what_if(run, {"part_2": "+-0.5 mm"}, model=toy)
+    what_if(run, {"part_2": "+-0.5 mm"}, model=toy)
     sizes[30] += 1e-3
     parts.write_text("\n".join(["part [mm]", *map(str, sizes)]))
     with pytest.raises(RunFileError, match="samples other deviations now"):
-        tolstat.what_if(run, {"part_2": "+-0.5 mm"}, model=toy)
+        what_if(run, {"part_2": "+-0.5 mm"}, model=toy)
 
 
 def test_requested_limits_replace_those_of_the_study(run, toy):
@@ -544,12 +546,12 @@ def test_a_tolerance_alone_keeps_the_distribution(tmp_path):
     """A table is the entry as a whole."""
     run = chain_of(tmp_path)
     for name, words in (("H", "uniform, {}"), ("A", "triangular, {}, mode 0 mm")):
-        found = tolstat.what_if(run, {name: "+-0.1 mm"})
+        found = what_if(run, {name: "+-0.1 mm"})
         assert found.changes[name].scenario == words.format("+-0.1 mm")
         shown = CliRunner().invoke(main, ["what-if", str(run.path), f"{name}=+-0.1 mm"])
         assert shown.exit_code == 0 and words.format("+-0.1 mm") in shown.stdout
         entry = {"tolerance": "+-0.1 mm"}
-        whole = tolstat.what_if(run, {name: entry}).changes[name]
+        whole = what_if(run, {name: entry}).changes[name]
         assert whole.scenario == "normal, +-0.1 mm, cp 1"
         fresh = tomllib.loads(tolstat.fresh_study(run, {name: entry}))
         assert fresh["links"][name] == {"nominal": "20 mm", **entry}
@@ -584,7 +586,7 @@ def test_numbers_of_the_baseline_are_not_in_what_if(tmp_path):
     own = "from tolerances alone: "
     assert any(own in note for note in tolstat.summary(run).trials.notes)
     line = {"tolerance": "+-0.012 mm", "distribution": "uniform"}
-    found = tolstat.what_if(run, {"R_out": line})
+    found = what_if(run, {"R_out": line})
     assert not any(own in note for note in found.notes)
 
 

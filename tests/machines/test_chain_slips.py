@@ -31,7 +31,8 @@ LINKS = {
 
 def unit_of_gap(text):
     links = {name: {"nominal": nominal} for name, nominal in LINKS.items()}
-    return make(DimensionChain(), {"links": links, "gap": text}).unit
+    settings = make(DimensionChain(), {"links": links, "gap": text})
+    return settings.unit_of(settings.formulas["gap"])
 
 
 @pytest.fixture

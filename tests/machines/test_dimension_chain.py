@@ -318,7 +318,7 @@ def test_units_of_arcs_and_angles():
         ("r/(phi*r)", "1"), ("sqrt(r*r)", "m"),
     ):  # fmt: skip
         settings = make(DimensionChain(), {"links": links, "gap": text})
-        assert settings.unit == unit, text
+        assert settings.unit_of(settings.formulas["gap"]) == unit, text
 
 
 def test_sigma_of_any_distribution_is_that_of_its_formula(ran):

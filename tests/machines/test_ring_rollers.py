@@ -14,9 +14,11 @@ from tests.machines.ring_reference import (
     settings_of,
     states_of,
 )
+from tests.studies.benchmarks.sigmas import errors
 from tolstat.machines.ring import spectrum
 from tolstat.machines.ring.motion import HEAD, Tool, cutting_forces, reactions
 from tolstat.machines.ring.parameters import rows_of
+from tolstat.study.study import load
 
 A = {**CASES["A"], "rtol": 1e-12}
 FIG = {
@@ -96,3 +98,10 @@ def test_the_speed_as_set_is_in_each_picture():
         chart = tolstat.view("ring", name, settings=FIG)
         for panel in chart.panels:
             assert panel.spans[-1].words == "speed as set"
+
+
+@pytest.mark.parametrize("speed", [0.25, 0.5, 1.0, 20.0])
+def test_responses_of_the_shipped_study_err_by_a_thousandth_of_their_sigma(speed):
+    study = load("runs/ring.toml")
+    by_name = errors(study, {"speed": speed}, trials=16).by_name
+    assert max(by_name.values()) < 1e-3

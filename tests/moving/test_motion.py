@@ -12,7 +12,9 @@ from tolstat import setting
 from tolstat.errors import ModelError
 from tolstat.moving import Motion, Part, Response, State, ends, held, memory, sampled
 
-SLIDING = "belt", "brake", "clutch", "gear", "pendulum", "thermostat", "cylinder"
+SLIDING = (
+    "belt", "brake", "clutch", "gear", "pendulum", "thermostat", "cylinder", "stop",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-9])

@@ -107,6 +107,11 @@ def clock(seconds, written):
     return change
 
 
+def many_attributes(file):
+    for number in range(20_001):
+        file["provenance"].attrs[f"a{number}"] = 0
+
+
 LISTS = np.array([np.zeros(2), np.zeros(3)], object)
 ROWS = {"shape": (TRIALS,), "dtype": "f8"}
 LARGE = {"shape": (10**9,), "dtype": "f8", "fillvalue": 1.0}
@@ -125,6 +130,7 @@ CHANGES = {
     "twice": (lambda file: file.__setitem__("b", file["part_1"]), "its columns"),
     "fill value": (instead("part_1", **LARGE), "longer than the file"),
     "chunks": (instead("part_1", chunks=(1000,), **LARGE), OUTSIDE),
+    "attributes": (many_attributes, "/provenance has more than 20000 attributes"),
     "filter": (instead("part_1", chunks=(10,), compression="gzip", **ROWS), OUTSIDE),
     "another type": (instead("part_1", np.zeros(TRIALS, "f4")), TYPE),
     "another order": (instead("part_1", np.zeros(TRIALS, ">f8")), TYPE),

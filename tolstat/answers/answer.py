@@ -25,6 +25,7 @@ DOCUMENTS = {
     "rare": ("rare.rare_document", "rare_document"),
     "report": ("report.report_document", "report_document"),
     "runs": ("runs_document", "runs_document"),
+    "scenarios": ("what_if.what_if_document", "several_document"),
     "summary": ("report.summary_document", "summary_document"),
     "trial": ("views.replay_document", "replay_document"),
     "what_if": ("what_if.what_if_document", "what_if_document"),

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 
+from tolstat.answers.measured_words import condition
 from tolstat.document.blocks import Cell, Given
 from tolstat.document.inline import (
     Name,
@@ -62,7 +63,7 @@ def verdict_cell(judged: Yield, *, weighted: bool = False) -> Cell:
     """
     word = Word(judged.verdict, judged.verdict)
     if judged.reason:
-        return Cell((word,), text(f"({judged.reason})"))
+        return Cell((word,), condition(judged))
     if judged.needed:
         return Cell((word,), text("about ", counted(judged.needed, "trial"), " decide"))
     if judged.verdict == UNDECIDED and not weighted:

@@ -21,6 +21,7 @@ from tolstat.model.description import Contributor, Response
 from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows
 from tolstat.study.problems import toml_of
 from tolstat.study.settings_section import NOMINAL, SETTING
+from tolstat.study.study_schema import TABLES
 
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
 BEGIN = 34
@@ -84,7 +85,7 @@ def new_study(model: str | Model) -> str:
 def _settings(model: Model, *, linked: bool) -> Iterator[str]:
     group = ""
     for setting in model_settings.settings_of(model).values():
-        if setting.name == SETTING and linked:
+        if setting.name in TABLES or (setting.name == SETTING and linked):
             continue
         if setting.group != group:
             yield f"# {setting.group}"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from tolstat.errors import Advice, BrokenError, Remedy, RunFileError
 from tolstat.literal import csv_cell
+from tolstat.operating_system import held_open
 from tolstat.regular_files import content as content_of
 from tolstat.store.files_beside import create_aside
 from tolstat.store.integrity import is_run
@@ -110,7 +111,8 @@ def replace(path: Path, content: bytes | Callable[[Path], object]) -> Path:
 
     try:
         if path.exists() and not path.is_file():  # a pipe, a terminal
-            write(path)
+            with held_open(path):
+                write(path)
             return path
         target = path.resolve()  # a link stays one
         aside, file = create_aside(target)

@@ -19,6 +19,7 @@ from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.units.scale import PER_CENT, Scale
 
 MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
+MOST_NUMBERS = 12  # from tolerances alone, in a note: the page has all
 
 
 class TrialCounts(NamedTuple):
@@ -164,7 +165,9 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
         notes.append(f"the nominal trial: {nominal}")
     notes += [*run.warnings, *run.notes]
     if numbers := [_in_words(run, number) for number in run.numbers if number.of]:
-        notes.append("from tolerances alone: " + ", ".join(numbers))
+        more = "" if len(numbers) <= MOST_NUMBERS else ", and others"
+        words = ", ".join(numbers[:MOST_NUMBERS])
+        notes.append(f"from tolerances alone: {words}{more}")
     if run.stopped:
         reached = "reached" if run.stopped.reached else "not reached"
         stages = ", ".join(map(str, run.stopped.stages))

@@ -105,7 +105,8 @@ def judged(run: Run) -> Mapping[str, Yield]:
         return {}
     yields = {
         name: yield_of(trials.values(name), trials.sample_for(name), limit.permitted,
-                       limit.demanded, trials.ends(name), trials.audited(name))
+                       limit.demanded, trials.ends(name), trials.audited(name),
+                       trials.doubt(name))
         for name, limit in run.limits.items()
     }  # fmt: skip
     turned = turning(run, trials.trials_done)

@@ -1,7 +1,7 @@
 """The trials of a run that its statistics rest on."""
 
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +12,19 @@ from tolstat.errors import Advice, QuestionError, Remedy
 from tolstat.statistics.integration_error import AuditedResponse, response_ends
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import NO_LIMIT, within
+from tolstat.statistics.limits.yields import PartsDoubt
 from tolstat.statistics.sample import Sample
+from tolstat.statistics.summary import QUANTILES, ResponseDoubt
 from tolstat.status import Status
 from tolstat.store.run_records import Sampled
 from tolstat.store.stored_run import Run
 
+LEAST_DONE = 20  # trials of which a surface tells anything
+MOST_TERMS = 10_000_000  # of surfaces of all responses; else of limited ones alone
 
-class Drawn(NamedTuple):
+
+@dataclass(frozen=True)
+class Drawn:
     """Trials of a run that were sampled."""
 
     run: Run  # all of it
@@ -64,6 +70,42 @@ class Drawn(NamedTuple):
         """Return the contributors that deviate among some of these trials, SI."""
         columns = {n.name: self.values(n.name)[among] for n in self.run.contributors}
         return {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
+
+    @cached_property
+    def doubts(self) -> dict[str, ResponseDoubt]:
+        """How uncertain responses are by the measured parts; `JOINT`: all limits.
+
+        Empty without measured parts, and of a rare run: its trials lie in the tails.
+        """
+        run, done = self.run, self.sample.done
+        if not run.measured or run.aim or np.count_nonzero(done) < LEAST_DONE:
+            return {}
+        from tolstat.statistics.measured.doubt import (  # seldom used
+            MeasuredTrials,
+            doubts_of,
+        )
+
+        deviations = self.deviating(done)
+        if not any(n in deviations for part in run.measured for n in part.contributors):
+            return {}
+        names = [response.name for response in run.responses]
+        if len(names) * len(deviations) ** 2 > MOST_TERMS:
+            names = [*run.limits]
+        weights, failed = self.sample.weights, self.sample.failed_trials
+        trials = MeasuredTrials(
+            run.measured,
+            deviations,
+            {name: self.done(name) for name in names},
+            run.limits,
+            None if weights is None else weights.values[done],
+            float(weights.values[failed].sum()) if weights else float(failed.sum()),
+        )
+        return doubts_of(trials, QUANTILES)
+
+    def doubt(self, name: str) -> PartsDoubt | None:
+        """Return how uncertain a limit is by measured parts; `JOINT`: all of them."""
+        doubt = self.doubts.get(name)
+        return doubt and doubt.share
 
     def ends(self, name: str) -> Array | None:
         """Return the responses that integration errors allow, as of `response_ends`.

@@ -171,10 +171,10 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
     check_folder(folder)
     if os.path.lexists(folder) and not folder.is_dir():  # also a link to nothing
         raise RunFileError(f"{folder} is no folder; name another for the index (-o)")
-    taken = {run_of(study).with_suffix(".html").resolve() for study in files}
+    taken = {os.path.realpath(run_of(study).with_suffix(".html")) for study in files}
     for path, mark in ((page, f"<title>{TITLE}"), (page.with_suffix(".csv"), HEADS)):
         ours = not os.path.lexists(path) or _begins_with(path, mark)
-        if path.resolve() in taken or not ours:
+        if os.path.realpath(path) in taken or not ours:
             raise RunFileError(
                 f"{path} is not an index of a batch and is not replaced; name another "
                 "folder (-o)"

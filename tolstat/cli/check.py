@@ -110,7 +110,7 @@ def _limits_of(run: Run) -> list[CheckedLimit]:
     return [
         CheckedLimit(
             run.path.name, name, limit.words, judgement.verdict,
-            judgement.reason
+            judgement.reason_words
             or aim * (judgement.verdict == UNDECIDED and run.aim not in ("", name)),
         )
         for name, limit in run.limits.items()

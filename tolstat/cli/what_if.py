@@ -12,12 +12,13 @@ import click
 from tolstat.answers.next_steps import as_typed, command
 from tolstat.answers.output_file import replace
 from tolstat.answers.what_if.fresh_study import fresh_study
-from tolstat.answers.what_if.reweighted_trials import what_if as estimate
+from tolstat.answers.what_if.scenarios import what_if as estimate
 from tolstat.cli import options
 from tolstat.errors import QuestionError, RunFileError, StudyError, TolstatError
 from tolstat.store.files_beside import free_name
 from tolstat.store.open_run import open as open_run
 
+SEPARATOR = "or"
 NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 
 
@@ -27,6 +28,11 @@ NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 @options.output_option("Also write a file: .html, .csv or .json.")
 @options.form
 @options.limits
+@click.option(
+    "--reweight",
+    is_flag=True,
+    help="Weight the stored trials, although the model is cheap enough to evaluate.",
+)
 @options.path_option(
     "--write",
     metavar="STUDY.toml",
@@ -38,26 +44,40 @@ def what_if(
     output: Path | None,
     form: str | None,
     limits: tuple[str, ...],
+    reweight: bool,
     write: Path | None,
 ) -> None:
-    """Estimate a run with other tolerances; nothing is simulated.
+    """Show a run with other tolerances, sizes, shifts or limits.
 
     As in [deviations] of a study: rod_length="+-0.6 mm" crank_radius=IT11
-    runout='{ tolerance = "0..30 um", distribution = "uniform" }'. The stored trials are
-    weighted by the ratio of densities. Tolerances that they do not cover are refused;
-    --write STUDY.toml writes the study of a fresh run that covers them.
+    runout='{ tolerance = "0..30 um", distribution = "uniform" }'. "B2+=0.02 mm" shifts
+    B2, and leaves all else; so does B2='{ shift = "0.02 mm" }'.
+
+    All changes make one scenario: sleeve=h8 B2=h9. If a name has several changes, each
+    change is a scenario: sleeve=h8 sleeve=h11 "B2+=0.02 mm" are three. The word "or"
+    separates scenarios of several changes: sleeve=h8 B2=h9 or sleeve=h11.
+
+    A cheap model evaluates the trials again, with the same seed. Otherwise the stored
+    trials are weighted by the ratio of densities. Tolerances that they do not cover are
+    refused; --write STUDY.toml writes the study of a fresh run that covers them.
     """
-    scenario = deviations_in(deviations), limits_in(limits)
+    scenarios, limited = scenarios_in(deviations), limits_in(limits)
     if write:
         if output or form:
             raise click.UsageError("--write takes no -o, --json or --csv")
-        _write(write, source, *scenario)
+        if len(scenarios) > 1:
+            raise click.UsageError("--write takes one scenario")
+        _write(write, source, scenarios[0], limited)
         return
     options.check_delivery(output, form)
+    asked: Any = scenarios if len(scenarios) > 1 else scenarios[0]
     try:
-        answer = estimate(source, scenario[0], limits=scenario[1])
+        answer = estimate(
+            source, asked, limits=limited, evaluate=False if reweight else None
+        )
     except (QuestionError, StudyError) as error:
-        advice = fresh_run_advice(source, deviations, limits)
+        one = len(scenarios) == 1
+        advice = fresh_run_advice(source, deviations, limits) if one else ""
         raise type(error)(f"{error}{advice}", *error.advice) from None
     options.deliver(answer, output, form)
 
@@ -92,6 +112,24 @@ def fresh_run_advice(
     return f"\n  `{typed}` writes the study of a fresh run"
 
 
+def scenarios_in(texts: Sequence[str]) -> list[dict[str, Any]]:
+    """Return scenarios: separated by "or", or one for each change of a name."""
+    if SEPARATOR in texts:
+        groups: list[list[str]] = [[]]
+        for text in texts:
+            if text == SEPARATOR:
+                groups.append([])
+            else:
+                groups[-1].append(text)
+        if not all(groups):
+            raise StudyError(f'"{SEPARATOR}" stands between two scenarios')
+        return [deviations_in(group) for group in groups]
+    names = [named[1] for text in texts if (named := NAMED.fullmatch(text))]
+    if len({*names}) < len(names):
+        return [deviations_in([text]) for text in texts]
+    return [deviations_in(texts)]
+
+
 def deviations_in(texts: Sequence[str]) -> dict[str, Any]:
     """Return deviations: NAME=TOLERANCE, or NAME={ ... } as in TOML."""
     return _entries_in(texts, "", 'NAME=TOLERANCE, such as rod_length="+-0.6 mm"')
@@ -112,7 +150,10 @@ def _entries_in(texts: Sequence[str], option: str, example: str) -> dict[str, An
         name, rest = named.groups()
         if name in entries:
             raise StudyError(f"{typed}: {name} is given twice")
-        entries[name] = value_in(rest[1:], typed) if rest[0] == "=" else rest
+        if rest[:2] in ("+=", "-=") and not option:
+            entries[name] = {"shift": rest}
+        else:
+            entries[name] = value_in(rest[1:], typed) if rest[0] == "=" else rest
     return entries
 
 

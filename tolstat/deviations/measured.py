@@ -1,6 +1,6 @@
 """Distributions of measured parts: the parts themselves, or a fit."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -50,6 +50,8 @@ class Fitted:
     # simulated samples
     p_value: float
     parts: int  # that were measured
+    # float64[part]: their deviations, SI, ascending
+    values: Array = field(default_factory=lambda: np.zeros(0), compare=False)
 
     def deviations(self, u: Array) -> Array:
         """Return deviations, SI, at unit samples 0 < u < 1."""
@@ -65,6 +67,7 @@ def fit(values: Array, kind: str) -> Fitted:
     """
     if len(values) < 8:
         raise DistributionError(f"{len(values)} parts are too few to fit; 8 are needed")
+    parts = values
     if kind == "lognormal":
         if values.min() <= 0:
             raise DistributionError("not all parts are above zero; fit a normal one")
@@ -72,7 +75,8 @@ def fit(values: Array, kind: str) -> Fitted:
     if np.ptp(values) == 0:
         raise DistributionError("all parts are equal; a fit needs parts that differ")
     sigma = float(values.std(ddof=1))
-    return Fitted(kind, float(values.mean()), sigma, _p_value(values), len(values))
+    mean, p_value = float(values.mean()), _p_value(values)
+    return Fitted(kind, mean, sigma, p_value, len(values), np.sort(parts))
 
 
 def _p_value(values: Array) -> float:

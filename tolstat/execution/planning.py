@@ -1,6 +1,7 @@
 """The run of a study before any trial has run: what it is asked to do."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -27,8 +28,10 @@ from tolstat.execution.stages import Trials
 from tolstat.model.checked import impossible, model_warnings, numbers_of
 from tolstat.model.contract import Answers
 from tolstat.model.description import Contributor, Response
+from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import settings_of
 from tolstat.model.view import typed_unit
+from tolstat.statistics.measured.populations import MeasuredSample
 from tolstat.status import Status, words_of
 from tolstat.store import run_records as records
 from tolstat.store.assumed import SCORES, Assumed
@@ -38,6 +41,7 @@ from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import setting_name
 from tolstat.study.study import Study
+from tolstat.study.study_schema import CASES
 
 NO_STEPS = (
     "The audit cannot shorten the steps of this model: it has no setting max_step. An "
@@ -99,9 +103,11 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
                 name in study.typed,
             )
             for name, s in declared.items()
-        },
+        }
+        | _cases(study),
         limits=study.limits,
         assumed=assumed,
+        measured=tuple(_measured_samples(study.deviating)),
         correlation=_ranks(study),
         independent=independent,
         words=words_of(model.failures),
@@ -120,6 +126,14 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
             *model_warnings(model, study.settings, _reaches(study)),
         ),
     )
+
+
+def _cases(study: Study) -> dict[str, records.Chosen]:
+    """Return the cases of a study beside its settings."""
+    if not (cases := study.document.cases):
+        return {}
+    words = "what each case changes; trials are evaluated in all cases"
+    return {CASES: records.Chosen(as_typed(cases), words, True)}
 
 
 def _reaches(study: Study) -> dict[str, Spread]:
@@ -195,6 +209,32 @@ def _ranks(study: Study) -> dict[str, dict[str, float]]:
     for (first, second), rank in study.deviating.dependence.correlations.items():
         ranks.setdefault(first, {})[second] = rank
     return ranks
+
+
+def _measured_samples(deviating: Deviations) -> Iterator[MeasuredSample]:
+    """Yield the measured parts, once for all contributors that are sampled from them.
+
+    They have the name of the first entry that they stand in.
+    """
+    members = dict[tuple[str, bytes], list[str]]()
+    measured = {
+        name: distribution
+        for name, distribution in deviating.distributions.items()
+        if isinstance(distribution, Fitted | Measured)
+    }
+    for name, distribution in measured.items():
+        key = getattr(distribution, "kind", ""), distribution.values.tobytes()
+        members.setdefault(key, []).append(name)
+    names = set[str]()
+    for names_of in members.values():
+        first = measured[names_of[0]]
+        entry = deviating.entries[names_of[0]]
+        name = names_of[0] if entry in names else entry
+        names.add(name)
+        fit = ("", math.nan)
+        if isinstance(first, Fitted):
+            fit = first.kind, first.p_value
+        yield MeasuredSample(name, tuple(names_of), first.values, *fit)
 
 
 def assumed_of(deviating: Deviations) -> dict[str, Assumed]:

@@ -178,6 +178,11 @@ class Model(ABC):
         return ModelError(f"model '{self.name}': {problem}")
 
     @property
+    def without_cases(self) -> Model:
+        """The model itself, without the cases of a study."""
+        return self
+
+    @property
     def audits_steps(self) -> bool:
         """Whether an audit shortens its longest step, or takes another method."""
         overridden = type(self).tightened is not Model.tightened

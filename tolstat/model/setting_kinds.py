@@ -17,6 +17,9 @@ from tolstat.units.scale import tidy
 MOST_WHOLE = 2**53  # up to this number floats hold every whole number
 
 
+NO_ROWS = "{}"  # an empty table, as written
+
+
 def as_typed(value: Any, *, quoted: bool = False) -> str:
     """Return a value as written in a study file; texts without quotes by default."""
     if isinstance(value, str):
@@ -24,8 +27,8 @@ def as_typed(value: Any, *, quoted: bool = False) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, Mapping):
-        cells = (f"{k} = {as_typed(v, quoted=quoted)}" for k, v in value.items())
-        return "{ " + ", ".join(cells) + " }"
+        cells = [f"{k} = {as_typed(v, quoted=quoted)}" for k, v in value.items()]
+        return "{ " + ", ".join(cells) + " }" if cells else NO_ROWS
     if isinstance(value, Sequence):
         return "[" + ", ".join(as_typed(item, quoted=quoted) for item in value) + "]"
     return tidy(f"{value}")

@@ -20,7 +20,8 @@ class State:
     start : float or callable
         At the start: a number, or a function of the parts, as lambda p: p.length.
     size : float, optional
-        To which errors are related; without it the largest of the nominal trial.
+        To which errors are related; without it the largest of the nominal trial. It
+        is less where a response depends sharply on the state, as the force of a stop.
     sentence : str
         A few words of description.
     """

@@ -42,8 +42,8 @@ class Equations:
     ----------
     states : dict of str to float or callable
         Starts of the states, those of samples and memories at the end.
-    quantities : dict of str to value
-        What responses are taken of.
+    quantities, raw : dict of str to value
+        What responses are taken of, by name; and without the mix of a slide.
     """
 
     def __init__(
@@ -132,11 +132,9 @@ class Equations:
         for i, (raw, holds) in enumerate(zip(integrals, above, strict=True)):
             if holds:
                 filled[len(rates) + i] = raw
-        self.quantities = dict(
-            zip(
-                self.quantities, mixed([*self.quantities.values()], slides), strict=True
-            )
-        )
+        self.raw = self.quantities
+        along = mixed([*self.raw.values()], slides)
+        self.quantities = dict(zip(self.raw, along, strict=True))
         sides, more = list[Node](), [*releases.values(), *mixed(events.ends, slides)]
         values = more
         while len(new := _sides_of([*filled, *used, *values])) > len(sides):

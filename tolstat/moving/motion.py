@@ -13,7 +13,6 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
-from tolstat.integrator.examination import proposed_scale
 from tolstat.integrator.integrate import integrate
 from tolstat.integrator.problem import Accuracy, Solution, System
 from tolstat.lanes.digest import digest
@@ -25,9 +24,9 @@ from tolstat.model.view import Axis, Chart, Curve
 from tolstat.moving.declarations import Letters, Part, Response, State
 from tolstat.moving.equations import Equations
 from tolstat.moving.marks import marks_of, phase_values
+from tolstat.moving.sizes import sizes_of
 
 STEPS = 50  # at least, in a trial
-SIZING = Accuracy(1e-6, np.inf, 200_000)
 _lock = threading.Lock()
 
 
@@ -230,15 +229,7 @@ def _system(cls: type[Motion], settings: Any) -> System:
     start, parameters, marks = model._block(values, 1)
     declared = [x.size for x in cls.states.values()]
     declared += [1.0] * (start.shape[1] - len(declared))
-    typed = np.array([x is not None for x in declared])
-    scale = np.array(
-        [x or abs(s) or 1.0 for x, s in zip(declared, start[0], strict=True)]
-    )
-    if not typed.all():
-        for _ in range(2):  # the second time with the sizes of the first
-            system = equations.system(scale, [])
-            proposed = proposed_scale(system, start, parameters, marks, SIZING)
-            scale = np.where(typed, scale, proposed)
+    scale = sizes_of(equations, declared, (start, parameters, marks), values)
     sizes = equations.sizes(start[0], scale, values)
     return equations.system(scale, sizes)
 

@@ -36,6 +36,7 @@ class Lack(Enum):
     LEAST_SIGMA = "sigma may be nearly zero"
     UNEQUAL_HALVES = "half of the units have the same value"
     UNEQUAL_OUTERMOST = "the outermost units have the same value"
+    PARTS = "only {parts} measured parts: 10 are needed, 50 decide most limits"
     ANY_OUT = "none out of limit in either"
 
 

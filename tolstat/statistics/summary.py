@@ -5,6 +5,7 @@ performance (Pp, Ppk), not of capability (Cp, Cpk).
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,7 +22,7 @@ from tolstat.statistics.estimate import (
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.intervals.moments import Ends, Reach
 from tolstat.statistics.limits.limit import Limit, ppk_of
-from tolstat.statistics.limits.yields import Yield, yield_of
+from tolstat.statistics.limits.yields import PartsDoubt, Yield, yield_of
 from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
 LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
@@ -212,6 +213,35 @@ class Summary:
         return math.isnan(self.least) and math.isfinite(self.quantiles[0.5].value)
 
 
+ENDS = (0.025, 0.975)  # of draws
+
+
+class MovedNumbers(NamedTuple):
+    """What the numbers of a response gain, by draw: float64[draw]."""
+
+    mean: Array
+    sigma: Array
+    quantiles: Mapping[float, Array]
+
+    def widened(self, estimate: Estimate, gains: Array) -> Estimate:
+        """Return an estimate with both errors, combined by squares."""
+        if not estimate.sure or not np.isfinite(gains).all():
+            return estimate
+        (value, lower, upper, _), (down, up) = estimate, np.quantile(gains, ENDS)
+        return Estimate(
+            value,
+            value - math.hypot(value - lower, min(down, 0.0)),
+            value + math.hypot(upper - value, max(up, 0.0)),
+        )
+
+
+class ResponseDoubt(NamedTuple):
+    """How uncertain a response is by the measured parts."""
+
+    share: PartsDoubt | None  # None without a limit
+    numbers: MovedNumbers | None  # None where the parts are too few
+
+
 def summarize(
     values: Array,
     sample: Sample,
@@ -219,18 +249,20 @@ def summarize(
     declared: Ends | None = None,
     ends: Array | None = None,
     audited: AuditedResponse | None = None,
+    doubt: ResponseDoubt | None = None,
 ) -> Summary:
     """Summarize a response: float64[trial], SI, NaN in trials that are not done.
 
     `declared` is the declared range of the response; an open end is infinite. `ends`
-    and `audited` are those of `yield_of`.
+    and `audited` are those of `yield_of`. `doubt` widens all intervals.
     """
     done = values[sample.done]
     limited = None
     if limit is not None and (sample.weights or sample.ran.any()):
         judged = yield_of(
-            values, sample, limit.permitted, limit.demanded, ends, audited
-        )
+            values, sample, limit.permitted, limit.demanded, ends, audited,
+            doubt.share if doubt else None,
+        )  # fmt: skip
         limited = Limited(
             limit,
             judged,
@@ -244,7 +276,7 @@ def summarize(
     permitted = limit.permitted if limit else None
     reach = Reach(declared, permitted)
     wide = for_any(values, sample, reach)
-    return Summary(
+    summary = Summary(
         *as_sampled(values, sample).otherwise(wide),
         *wide,
         float(done.min()) if len(done) else math.nan,
@@ -252,3 +284,61 @@ def summarize(
         quantiles_at(values, sample, QUANTILES, permitted),
         limited,
     )
+    if doubt and doubt.numbers:
+        return _widened(summary, doubt.numbers)
+    return summary
+
+
+def _widened(summary: Summary, moved: MovedNumbers) -> Summary:
+    """Return a summary whose intervals hold the doubt of measured parts, too."""
+    limited, sigma = summary.limited, moved.sigma
+    low, middle, high = (
+        summary.quantiles[share].value + moved.quantiles[share]
+        for share in (LOW, MIDDLE, HIGH)
+    )
+    if limited:
+        mean = summary.mean.value + moved.mean
+        reach = 3 * (summary.sigma.value + sigma)
+        limited = limited._replace(
+            percentiles=_widened_performance(
+                limited.percentiles, moved, _indices(limited.limit, low, middle, high)
+            ),
+            moments=_widened_performance(
+                limited.moments, moved,
+                _indices(limited.limit, mean - reach, mean, mean + reach),
+            ),
+        )  # fmt: skip
+    return Summary(
+        moved.widened(summary.mean, moved.mean),
+        moved.widened(summary.sigma, sigma),
+        moved.widened(summary.mean_for_any_distribution, moved.mean),
+        moved.widened(summary.sigma_for_any_distribution, sigma),
+        summary.least,
+        summary.largest,
+        {
+            share: moved.widened(number, moved.quantiles[share])
+            for share, number in summary.quantiles.items()
+        },
+        limited,
+    )
+
+
+def _indices(
+    limit: Limit, low: Array, middle: Array, high: Array
+) -> tuple[Array, Array]:
+    """Return Pp and Ppk from the ends and the middle of 99.73 %."""
+    pp = (limit.upper - limit.lower) / (high - low)
+    sides = (
+        (limit.upper - middle) / (high - middle),
+        (middle - limit.lower) / (middle - low),
+    )
+    return pp, np.minimum(*sides)
+
+
+def _widened_performance(
+    performance: Performance, moved: MovedNumbers, draws: tuple[Array, Array]
+) -> Performance:
+    return Performance(*(
+        moved.widened(index, index_draws - index.value)
+        for index, index_draws in zip(performance, draws, strict=True)
+    ))  # fmt: skip

@@ -15,6 +15,7 @@ from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.measured.populations import MeasuredSample
 from tolstat.store.assumed import Assumed
 from tolstat.store.stored_fields import ELSEWHERE, Stored
 from tolstat.toml import toml_table
@@ -126,6 +127,8 @@ class Plan:
         By response, SI.
     assumed : dict of str to Assumed
         By contributor that deviates.
+    measured : tuple of MeasuredSample
+        Measured parts that deviations are sampled from.
     correlation : dict of str to dict of str to float
         Rank correlations, as the study writes them.
     independent : bool
@@ -170,6 +173,7 @@ class Plan:
             "normal scores from -8 to 8",
         ),
     ]
+    measured: tuple[MeasuredSample, ...]
     correlation: Annotated[
         dict[str, dict[str, float]],
         Stored(
@@ -198,7 +202,7 @@ class Plan:
         """Swept settings, contributors and responses."""
         return [*self.swept, *self.contributors, *self.responses]
 
-    @property
+    @cached_property
     def units(self) -> dict[str, str]:
         """SI unit of each column; "1" where there is none."""
         return {column.name: column.unit for column in self.described}

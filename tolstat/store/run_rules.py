@@ -23,7 +23,9 @@ MOST = 1e150  # of a number, so that its square is one
 RARE = (STAGE, SPREAD, DISTANCE, WEIGHT)  # columns of the sampler
 LISTED = ("grid", "table")  # samplings of studies that list their trials
 LONGEST = 1e10  # s of a run
-SECTIONS = ("settings", "deviations", "limits", "links", "grid", "correlation")
+SECTIONS = (
+    "settings", "deviations", "limits", "links", "gaps", "cases", "grid", "correlation",
+)  # fmt: skip
 SIDES = {"least", "largest"}
 
 
@@ -122,6 +124,20 @@ def _assumed(run: Run) -> bool:
     )
 
 
+def _measured(run: Run) -> bool:
+    return all(
+        sample.contributors
+        and within(sample.contributors, run.assumed)
+        and sample.parts > 0
+        and finite(*sample.values)
+        and ascending(*sample.values)
+        and sample.fit in ("", "normal", "lognormal")
+        and (sample.fit != "lognormal" or sample.values[0] > 0)
+        and (not sample.fit or np.ptp(sample.values) > 0)
+        for sample in run.measured
+    )
+
+
 def _sampled(run: Run) -> bool:
     if run.sampled is None:
         return run.sampling in LISTED
@@ -182,6 +198,7 @@ def _diagnostics(run: Run) -> bool:
     responses = [response.name for response in run.responses]
     stored = run.diagnostics
     estimates = [e.beyond for row in stored.halved.values() for e in row.values()]
+    halved = {members for row in stored.halved.values() for members in row}
     cases = [case for sides in stored.worst_cases.values() for case in sides.values()]
     return (
         within(stored.slopes, responses)
@@ -194,7 +211,7 @@ def _diagnostics(run: Run) -> bool:
         and all(within(case.deviations, parts) for case in cases)
         and all(number_or_none(case.value) for case in cases)
         and all(finite(*case.deviations.values()) for case in cases)
-        and all(within(m, parts) for row in stored.halved.values() for m in row)
+        and all(within(members, parts) for members in halved)
         and all(ascending(e.lower, e.value, e.upper) for e in estimates)
     )
 
@@ -248,6 +265,7 @@ RULES: Mapping[str, Callable[[Run], bool]] = {
     "a nominal value or a range is wrong": _descriptions,
     "a limit is wrong": _limits,
     "an assumption on a deviation is wrong": _assumed,
+    "its measured parts are wrong": _measured,
     "a word or number of its sampling is wrong": _sampled,
     "its stopping rule is wrong": _stopped,
     "its grid is not of its columns": _grid,

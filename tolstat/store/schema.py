@@ -10,7 +10,7 @@ import re
 from typing import Any, NamedTuple
 
 import h5py
-from h5py import h5d, h5g, h5l, h5o, h5s, h5t
+from h5py import h5a, h5d, h5g, h5l, h5o, h5s, h5t
 
 from tolstat.store.tables import place_name
 
@@ -20,6 +20,9 @@ class Values(NamedTuple):
 
     types: str
     dimensions: tuple[int, ...] = (1,)
+
+
+MOST_ATTRIBUTES = 20_000  # of a group; reading more takes seconds
 
 
 class Group(dict[str, Any]):
@@ -45,7 +48,8 @@ SCHEMA = Group({
         "*": Values("f8", (0,)), "status": Values("u1", (0,)),
         "steps": Values("i8", (0,)),
     }),
-    "assumed": TABLE, "rank-correlation": TABLE, "settings": TEXTS, "numbers": TEXTS,
+    "assumed": TABLE, "measured": Group({"*": Group({"values": NUMBERS})}),
+    "rank-correlation": TABLE, "settings": TEXTS, "numbers": TEXTS,
     "provenance": Group(), "title-block": Group(), "status-words": Group(),
     "reference": Group({"columns": Group({"*": NUMBERS})}),
     "audit": AUDIT, "rerun": AUDIT,
@@ -73,6 +77,8 @@ def _size_of(group: h5g.GroupID, schema: Group, path: str, size: int) -> int:
         if group.links.get_info(name).type != h5l.TYPE_HARD:
             raise ValueError(f"{inner} is a link to another place")
         item = h5o.open(group, name)
+        if h5a.get_num_attrs(item) > MOST_ATTRIBUTES:
+            raise ValueError(f"{inner} has more than {MOST_ATTRIBUTES} attributes")
         if isinstance(item, h5d.DatasetID) and isinstance(expected, Values):
             used += _size_of_dataset(item, expected, inner, size)
         elif isinstance(item, h5g.GroupID) and isinstance(expected, Group):

@@ -55,14 +55,15 @@ QUANTITIES: dict[str, Callable[[DeviationReader, str], Any]] = {
     "mean": DeviationReader.mean,
     "tolerance": DeviationReader.zone,
 }
+_FIELDS_OF = {
+    name: {field.name for field in dataclasses.fields(cast(Any, kind))}
+    for name, kind in DISTRIBUTIONS.items()
+}
 OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module", "nominal_shift")
-_FIELDS = [
-    field.name
-    for kind in DISTRIBUTIONS.values()
-    for field in dataclasses.fields(cast(Any, kind))
-]
 # all keys of an entry that its distribution depends on
-KEYS = dict.fromkeys([*OF_THE_TOLERANCE, "distribution", *_FIELDS])
+KEYS = dict.fromkeys(
+    [*OF_THE_TOLERANCE, "distribution", *(n for x in _FIELDS_OF.values() for n in x)]
+)
 MOVED = (*PLACES, *WIDTHS, "mean")  # keys that change with the zone
 # by their keys: deviations without a tolerance that could change
 WITHOUT = {
@@ -218,10 +219,11 @@ def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
         return reader.zone(text)
     general = general_class(text) is not None
     if contributor.unit != "m" and not (general and contributor.unit == "rad"):
+        shown = scale_of(contributor.unit, contributor.shown).shown
+        kind = "a plain number; give its unit" if shown == "1" else f"given in {shown}"
         raise GradeError(
             f"{text} is of lengths{' and angles' if general else ''}; "
-            f"{contributor.name} is given in "
-            f"{scale_of(contributor.unit, contributor.shown).shown}"
+            f"{contributor.name} is {kind}"
         )
     if contributor.unit == "rad":
         if size is None:
@@ -309,6 +311,42 @@ def with_tolerance(
             unit = reader.shown_unit(unit_of(str(keys[key])))
             new[key] = typed(value, scale_of(part.unit, unit), reader)
     return new
+
+
+def is_shift(change: Any) -> bool:
+    """Return whether a change of an entry is another shift, and no more."""
+    return isinstance(change, Mapping) and {*change} == {"shift"}
+
+
+def with_shift(
+    keys: Mapping[str, Any], shift: str, part: Contributor
+) -> dict[str, Any]:
+    """Return the keys of an entry with another shift; "+=" and "-=" add to it.
+
+    Of a distribution that has no shift of its own, the nominal with its tolerance
+    shifts.
+
+    Raises
+    ------
+    DistributionError
+        If the entry has no tolerance to shift.
+    """
+    reader, fields = (
+        DeviationReader(part),
+        _FIELDS_OF[keys.get("distribution", DEFAULT)],
+    )
+    if wrong := [subject for key, subject in WITHOUT.items() if key in keys]:
+        raise DistributionError(f"{wrong[0]} no tolerance to shift")
+    if zone_of(distribution_of(keys, part)) is None:
+        raise DistributionError("it has no tolerance to shift; give a whole entry")
+    key = "shift" if "shift" in fields and "mean" not in keys else "nominal_shift"
+    sign, text = shift[:1], shift[2:] if shift[1:2] == "=" else shift
+    by = reader.difference(text.strip())
+    if text != shift:
+        before = reader.difference(str(keys[key])) if key in keys else 0.0
+        by = before - by if sign == "-" else before + by
+    unit = reader.shown_unit(unit_of(text))
+    return {**keys, key: typed(by, scale_of(part.unit, unit), reader)}
 
 
 def typed(ends: float | Sequence[float], scale: Scale, reader: DeviationReader) -> str:

@@ -7,6 +7,8 @@ contributor, or of all parts of a name, is one of these:
   `tolstat.study.distribution_entry`;
 - a table: the entry as a whole; a batch stays one;
 - a table with `nominal` alone: another size of a link, with the same deviation;
+- a table with `shift` alone: parts of another mean, with the same tolerance;
+  "+=0.02 mm" adds to a shift;
 - a `NominalShift`.
 
 Parts that shared the entry and do not change keep it. A batch changes as a whole.
@@ -26,8 +28,10 @@ from tolstat.study.distribution_entry import (
     Entry,
     NominalShift,
     distribution_of,
+    is_shift,
     keys_of,
     shortest,
+    with_shift,
     with_tolerance,
 )
 from tolstat.study.nominal_size import DeviationReader
@@ -138,7 +142,7 @@ class StudyEditor:
 
     def scenario(self, name: str, change: Entry) -> dict[str, Entry]:
         """Return entries of [deviations] that a change amounts to, without batches."""
-        if not isinstance(change, str):
+        if not (isinstance(change, str) or is_shift(change)):
             return {name: change}
         entries = {
             member: shortest({k: x for k, x in entry.keys.items() if k in KEYS})
@@ -205,6 +209,8 @@ class StudyEditor:
             if "cost" in new and not _has_price(new, part):
                 del new["cost"]
             return new
+        if is_shift(change):
+            return with_shift(keys, str(change["shift"]), part)
         if change.keys() <= {*self.columns}:
             return {**keys, **change}
         stay = {k: x for k, x in keys.items() if k == "common" or k in self.columns}

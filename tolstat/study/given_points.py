@@ -142,7 +142,7 @@ def _product(
         swept = (setting_name(axis.name) for axis in chosen)
         changes = dict(zip(swept, values, strict=True))
         case = Case(i * size, (i + 1) * size, replace(settings, **changes))
-        if _columns(described(model, case.settings)) != _columns(description):
+        if columns_of(described(model, case.settings)) != columns_of(description):
             raise ModelError(
                 f"{', '.join(changes)}: these settings change which contributors or "
                 "responses the model has; write a study for each"
@@ -158,7 +158,7 @@ def _product(
     )
 
 
-def _columns(description: Description) -> list[tuple[str, str]]:
+def columns_of(description: Description) -> list[tuple[str, str]]:
     """Return names and units: sizes and sentences may depend on settings."""
     return [(column.name, column.unit) for columns in description for column in columns]
 

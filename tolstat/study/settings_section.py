@@ -19,7 +19,7 @@ from tolstat.model.description import Contributor, Description
 from tolstat.model.setting_kinds import Number, Rows
 from tolstat.model.settings import Setting, make, setting_of, settings_of
 from tolstat.study.problems import Problems, toml_of
-from tolstat.study.study_schema import DECISIVE, Document
+from tolstat.study.study_schema import DECISIVE, TABLES, Document
 from tolstat.units.conversion import dimension
 from tolstat.units.grammar import plain, unit_of
 
@@ -34,8 +34,12 @@ _BOTH = re.compile(
     rf"(?P<zone>(?:\+-|\+/-|±)\s*{_NUMBER}"
     rf"|(?:[+-]\s*{_NUMBER}|0)\s*(?:/|\.\.)\s*(?:[+-]\s*{_NUMBER}|0))"
     rf"|(?P<one>[+-]\s*{_NUMBER}|0)\s+(?P<other>[+-]\s*{_NUMBER}|0)"
-    rf"|(?P<grade>{_GRADE}(?:\s*/\s*{_GRADE})?)"
     rf")\s*\)?\s*(?P<last>{_UNIT})?"
+)
+_BY_STANDARD = re.compile(
+    rf"[øØ⌀]?\s*(?P<size>{_NUMBER})\s*(?P<unit>(?!{_GRADE}|ISO){_UNIT})?\s*"
+    rf"(?P<grade>{_GRADE}(?:\s*/\s*{_GRADE})?|ISO\s*2768[-\w]*(?:\s+radius)?)"
+    rf"\s*(?P<limits>\([^()]*\))?\s*(?P<last>{_UNIT})?"
 )
 
 
@@ -52,10 +56,20 @@ def read_settings(
                 values[name] = setting.kind.read(value)
             except ModelError as error:
                 raise ModelError(f"{error} ({setting.sentence})") from None
+    for section in TABLES:
+        if table := getattr(document, section):
+            with problems.noting(f"[{section}]", None):
+                if section not in settings_of(model):
+                    raise ModelError(f"model '{model.name}' has no {section}")
+                if section in document.settings:
+                    raise ModelError(f"[settings] {section} exists too; give one")
+                values[section] = settings_of(model)[section].kind.read(table)
     if links:
         sizes, document = _read_links(document, model, problems)
         values |= sizes
     try:
+        settings = settings_with_links(document.model_dump(), model)
+        document = document.model_copy(update={"settings": settings})
         return make(model, values), document
     except ModelError as error:
         if not problems.noted_in(*DECISIVE):  # else names left out may be missed
@@ -65,7 +79,8 @@ def read_settings(
                 key, link = f"[links] {error.link}", typed_link(links[error.link])
                 problems.add(key, link, f"the size has no unit; {unit}")
             else:
-                problems.add("[settings]", None, str(error))
+                key = "[gaps]" if document.gaps else "[settings]"
+                problems.add(key, None, str(error))
         raise problems.refusal from None
 
 
@@ -74,7 +89,7 @@ def _read_links(
 ) -> tuple[dict[str, Any], Document]:
     """Return the setting of all links that can be read, and the study.
 
-    It has each link as a setting and a deviation.
+    It has the tolerance of each link as a deviation.
     """
     columns = link_columns(model)
     with problems.noting("[links]", None):
@@ -98,15 +113,14 @@ def _read_links(
             if deviates := {k: x for k, x in keys.items() if k not in columns}:
                 deviations[name] = deviates
             sizes |= kind.read({name: {k: x for k, x in keys.items() if k in columns}})
-    settings = settings_with_links(document.model_dump(), model)
     both = {**deviations, **document.deviations}
-    changed = {"settings": settings, "deviations": both}
-    return {SETTING: sizes}, document.model_copy(update=changed)
+    return {SETTING: sizes}, document.model_copy(update={"deviations": both})
 
 
 def settings_with_links(table: Mapping[str, Any], model: Model) -> dict[str, Any]:
-    """Return the settings of a study, including its links."""
-    settings = dict(table.get("settings", {}))
+    """Return the settings of a study, including its links and other tables."""
+    tables = {name: table[name] for name in TABLES if table.get(name)}
+    settings = {**table.get("settings", {}), **tables}
     if links := table.get("links"):
         columns = link_columns(model)
         settings[SETTING] = {
@@ -152,17 +166,30 @@ def separated(text: str) -> tuple[str, str] | None:
     with suppress(UnitError):  # one quantity, or one range
         dimension(unit_of(text))
         return None
+    if parts := _BY_STANDARD.fullmatch(plain(text)):
+        return _by_standard(**parts.groupdict(default=""))
     parts = _BOTH.fullmatch(plain(text))
     if parts is None:
         return None
     last = parts["last"] or parts["unit"] or ""
     same = "" if last == "%" else last  # per cent is of the size
     size = f"{parts['size']} {parts['unit'] or same}".strip()
-    if grade := parts["grade"]:
-        fit = "".join(grade.split())
-        return (size, fit) if all(map(looks_like_grade, fit.split("/"))) else None
     zone = parts["zone"] or f"{parts['one']}/{parts['other']}"
     return size, f"{zone} {last}".strip()
+
+
+def _by_standard(
+    size: str, unit: str, grade: str, limits: str, last: str
+) -> tuple[str, str] | None:
+    """Return a size, and its tolerance by a standard; None if that is none."""
+    grades = "".join(grade.split()).split("/") if "2768" not in grade else [grade]
+    if not all(map(looks_like_grade, grades)):
+        return None
+    if len(grades) > 1 and limits:
+        raise ModelError(
+            "limits are those of one part; write the fit without them, or two links"
+        )
+    return f"{size} {unit or last}".strip(), f"{'/'.join(grades)} {limits}".strip()
 
 
 def link_tables(links: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

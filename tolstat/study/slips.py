@@ -33,6 +33,7 @@ from tolstat.study.settings_section import (
 from tolstat.study.study_schema import Document
 from tolstat.units.conversion import dimension, si_unit
 
+QUANTITIES = ("tolerance", "value", "mean", "sigma")  # in the unit of the part
 # what depends on names, sizes or files of the study
 DEPENDENT = ("size", "common", "cost", "nominal_shift", "iso1328", "module")
 
@@ -109,7 +110,8 @@ def note_readable(document: Document, model: Model | None, problems: Problems) -
             if not keys or "data" in keys or of_a_size or problems.noted(key):
                 continue
             with problems.noting(key, keys):
-                unit = _unit(str(keys.get("tolerance", keys.get("value", ""))))
+                texts = (keys[key] for key in QUANTITIES if key in keys)
+                unit = _unit(str(next(texts, "")))
                 reader = DeviationReader(Contributor(name, unit, shown="1"))
                 read_distribution(keys, reader)
     for name, entry in document.limits.items():

@@ -57,7 +57,7 @@ from tolstat.units.conversion import dimension
 from tolstat.units.grammar import unit_of
 from tolstat.units.scale import KNOWN, SIZES, figures
 
-SECTIONS = ("settings", "links", "deviations", "grid", "limits")
+SECTIONS = ("settings", "links", "deviations", "cases", "grid", "limits")
 UNAUDITED = (
     "integration errors are not audited: the model moves, but has no setting rtol"
 )
@@ -234,6 +234,7 @@ def load(
     the folder, by default that of the study. A StudyError lists every problem: key,
     value, what is allowed.
     """
+    model = model and model.without_cases
     path = None if isinstance(source, Mapping) else Path(source)
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
@@ -249,6 +250,11 @@ def load(
     try:
         chosen = _model(document, model, problems)
         settings, document = read_settings(document, chosen, problems)
+        if document.cases:
+            from tolstat.study.cases_section import read_cases  # seldom needed
+
+            cases, axes = document.cases, document.grid
+            chosen = read_cases(cases, chosen, settings, problems, axes)
         description = problems.required(  # some settings may not fit each other
             "[settings]", None, lambda: described_with_sizes(chosen, settings)
         )

@@ -22,7 +22,10 @@ MISSING = {
     "trials": "missing; give the number of trials, such as trials = 4096",
     "seed": "missing; give a whole number, such as seed = 75; it makes runs repeatable",
 }
-DECISIVE = ("model", "settings", "links")  # for the names of all other sections
+TABLES = ("gaps",)  # sections that are settings of the model, each a table by name
+CASES = "cases"  # a section
+# for the names of all other sections
+DECISIVE = ("model", "settings", "links", *TABLES, CASES)
 UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
 AXIS = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
@@ -65,6 +68,9 @@ class Document(Entry):
         "one that does not deviate",
         {},
     )
+    gaps: dict[str, str] = key(
+        'a formula of links, in quotes, such as play = "housing - shaft"', {}
+    )
     deviations: dict[str, str | dict[str, Any]] = key(
         'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", cp = 1.33 }', {}
     )
@@ -72,6 +78,9 @@ class Document(Entry):
         "a table of rank correlations, such as { rod_length_2 = 0.6 }, or of "
         "Pearson's, such as { rod_length_2 = { pearson = 0.6 } }",
         {},
+    )
+    cases: dict[str, Any] = key(
+        'settings or sizes of links by case, such as cold = { dT = "-40 K" }', {}
     )
     grid: dict[str, Any] = key(
         "a table of contributors or settings and their values", {}

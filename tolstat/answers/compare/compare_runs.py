@@ -121,10 +121,7 @@ def _difference(
         for run, other in ((a, b), (b, a))
     ]
     focus = [*responses_in_focus(a, chosen), *responses_in_focus(b, chosen)]
-    responses = {
-        name: _response(pair, name, first.responses[name], second.responses[name])
-        for name in pair.responses
-    }
+    responses = differences_of(pair, first.responses, second.responses)
     return Difference(
         second.label,
         pair,
@@ -134,6 +131,13 @@ def _difference(
         responses=responses,
         findings=_significant(limits_of(responses)),
     )
+
+
+def differences_of(
+    pair: Pairing, before: Mapping[str, Summary], after: Mapping[str, Summary]
+) -> dict[str, ResponseDifference]:
+    """Return the differences of all responses of both runs, second less first."""
+    return {n: _response(pair, n, before[n], after[n]) for n in pair.responses}
 
 
 def _significant(limits: Mapping[str, LimitDifference]) -> SignificantChanges:

@@ -27,7 +27,12 @@ from tolstat.answers.report.report_warnings import JumpWarning, ReportWarning
 from tolstat.answers.report.response_summary import ResponseSummary, by_what_decides
 from tolstat.answers.sampled_trials import audited_of
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.yields import INTEGRATION_ERROR, MET, NOT_MET
+from tolstat.statistics.limits.yields import (
+    INTEGRATION_ERROR,
+    MET,
+    NOT_MET,
+    Caveat,
+)
 from tolstat.statistics.summary import Limited
 from tolstat.store.stored_run import Run
 
@@ -62,6 +67,7 @@ def _limit_finding(
         yields.reason,
         yields.needed,
         yields.fraction_out_of_limit.value > 1 - limited.limit.demanded,
+        measured=yields.measured if yields.reason == Caveat.FEW_PARTS else None,
     )
     if causes is None:
         return finding
@@ -156,12 +162,19 @@ def _steps(
         return  # a search for trials out of limit says nothing about tolerances
     yield from (step for step in centring.values() if step.parts)
     for step in (
+        _measured(limits),
         _halved(run, limits),
         _more_trials(run, responses, limits),
         _allocated(run, responses, limits),
     ):
         if step:
             yield step
+
+
+def _measured(limits: Limits) -> Step | None:
+    """Return the step that measures more parts; None where these are enough."""
+    names = tuple(name for name, limit in limits.items() if limit.measured)
+    return Step(StepKind.MEASURE_PARTS, names) if names else None
 
 
 def finer_run(run: Run, responses: Sequence[str]) -> Step | None:

@@ -1,9 +1,11 @@
 """Findings in words: warnings, what is off centre, what to do next."""
 
+import math
 from collections.abc import Iterable
 from itertools import groupby
 
 from tolstat.answers.cells import ppm
+from tolstat.answers.measured_words import few_parts, measured_alone, to_measure
 from tolstat.answers.next_steps import as_typed
 from tolstat.answers.report.chosen_steps import MOST_NAMED
 from tolstat.answers.report.off_centre import OffCentre, Outside
@@ -16,9 +18,11 @@ from tolstat.answers.report.report_answer import (
     StepKind,
 )
 from tolstat.answers.report.report_warnings import (
+    AllPartsWarning,
     IdleContributors,
     JumpWarning,
     NumbersWarning,
+    PartsWarning,
     ReportWarning,
     StudyWarning,
     UnchangedResponse,
@@ -89,6 +93,8 @@ def step_words(run: Run, step: Step, findings: Findings) -> Parts:
             return say(sentence, *typed)
         case StepKind.FINER_RUN:
             return _finer_run(run, step)
+        case StepKind.MEASURE_PARTS:
+            return _measure(step, findings)
         case StepKind.ADD_TRIALS:
             return _add_trials(step)
         case StepKind.ALLOCATE if len(typed) == 1:
@@ -121,6 +127,14 @@ def _finer_run(run: Run, step: Step) -> Parts:
         SHORT if "max_step" in step.settings else None,
         text(": ", again) if again else None,
     )  # fmt: skip
+
+
+def _measure(step: Step, findings: Findings) -> Parts:
+    shares = [findings.limits[name].measured for name in step.responses]
+    most = max(filter(None, shares), key=lambda share: share.needed or math.inf)
+    names = listed([*map(Name, step.responses)])
+    action = text(to_measure(most))
+    return say("To decide {}, {}: more trials tell little.", names, action)
 
 
 def _add_trials(step: Step) -> Parts:
@@ -253,6 +267,10 @@ def _sentence(warning: ReportWarning) -> Parts:
             return _verdict(warning)
         case NumbersWarning():
             return _numbers(warning)
+        case PartsWarning(name, share):
+            return few_parts(name, share)
+        case AllPartsWarning(entries):
+            return measured_alone(entries)
 
 
 def _jump(warning: JumpWarning) -> Parts:

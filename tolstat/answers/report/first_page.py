@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Collection
 
 from tolstat.answers.cells import limit_row, ppm
+from tolstat.answers.measured_words import few_entries, to_measure
 from tolstat.answers.report.finding_words import (
     STILL_MISSED,
     cause_words,
@@ -141,7 +142,7 @@ def limits_table(
             "response": Cell((link,), text(response.sentence)),
             **limit_row(limited, trials, summary.trials.failed, weighted=weighted),
             "main cause": _cause_cell(response, finding),
-            "what would help": remedy_cell(finding.halving),
+            "what would help": _help_cell(finding),
         })  # fmt: skip
     caption = rests_on(summary)
     if unseen := summary.unseen_errors:
@@ -184,6 +185,13 @@ def _cause_cell(response: ResponseSummary, finding: LimitFinding) -> Cell:
         name, share = response.largest_share
         variance = say("variance: {} {}", Name(name), of_variance(share))
     return Cell(text(no_cause(finding)), variance)
+
+
+def _help_cell(finding: LimitFinding) -> Cell:
+    """Return what to measure, or what to tighten."""
+    if finding.measured:
+        return Cell(to_measure(finding.measured))
+    return remedy_cell(finding.halving)
 
 
 def remedy_cell(halving: Halving | None) -> Cell:
@@ -240,6 +248,8 @@ def no_cause(finding: LimitFinding) -> str:
     """Say why no cause is named, and how many trials would tell of a limit not met."""
     if finding.no_cause == NoCause.RANDOM_ONLY:
         return RANDOM_TRIALS
+    if finding.measured:
+        return f"{finding.no_cause} ({', '.join(few_entries(finding.measured))})"
     tell = f"; about {finding.trials_that_tell} trials would tell"
     return f"{finding.no_cause}{tell if finding.trials_that_tell else ''}"
 

@@ -36,7 +36,7 @@ from tolstat.answers.report.summaries import (
     trial_counts,
 )
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.statistics.limits.yields import INTEGRATION_ERROR
+from tolstat.statistics.limits.yields import INTEGRATION_ERROR, Caveat
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sensitivity import linear
 from tolstat.statistics.summary import Limited
@@ -107,6 +107,8 @@ def _no_cause(
         return NoCause.JUMPS
     if limited and limited.yields.reason == INTEGRATION_ERROR:
         return NoCause.INTEGRATION_ERROR
+    if limited and limited.yields.reason == Caveat.FEW_PARTS:
+        return NoCause.FEW_PARTS
     mostly_out = limited and limited.yields.within.value < FEWEST_WITHIN
     return NoCause.OFF_CENTRE if offset and (offset.tolerances or mostly_out) else None
 

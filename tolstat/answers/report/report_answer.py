@@ -17,7 +17,7 @@ from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.inline import Number, Row
 from tolstat.statistics import estimate
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.yields import Caveat, Verdict
+from tolstat.statistics.limits.yields import Caveat, PartsDoubt, Verdict
 from tolstat.statistics.summary import Limited
 from tolstat.units.scale import Scale
 
@@ -34,10 +34,13 @@ class NoCause(StrEnum):
     OFF_CENTRE = "off centre"
     JUMPS = "the response jumps"
     INTEGRATION_ERROR = Caveat.INTEGRATION_ERROR.value
+    FEW_PARTS = "number of measured parts"
 
 
 # none of the contributors is to be changed for these reasons
-NOT_BY_TOLERANCES = (NoCause.OFF_CENTRE, NoCause.JUMPS, NoCause.INTEGRATION_ERROR)
+NOT_BY_TOLERANCES = (
+    NoCause.OFF_CENTRE, NoCause.JUMPS, NoCause.INTEGRATION_ERROR, NoCause.FEW_PARTS
+)  # fmt: skip
 
 
 class StepKind(StrEnum):
@@ -52,6 +55,7 @@ class StepKind(StrEnum):
     HALVE = "halve tolerances"
     TEST_HALF = "test half tolerances"
     NOT_HALVED = "tolerances cannot be halved"
+    MEASURE_PARTS = "measure more parts"
     ADD_TRIALS = "add trials"
     ALLOCATE = "allocate tolerances"
     SEE_WORST = "simulate the worst trial again"
@@ -94,6 +98,8 @@ class LimitFinding(NamedTuple):
     # cause is named
     largest_contribution: str = ""
     halving: Halving | None = None  # None where it is met or no cause is named
+    # where few measured parts leave it undecided: how far
+    measured: PartsDoubt | None = None
 
 
 class Step(NamedTuple):

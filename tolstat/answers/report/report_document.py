@@ -3,6 +3,7 @@
 import math
 
 from tolstat.answers.next_steps import command
+from tolstat.answers.report.case_results import cases_section
 from tolstat.answers.report.first_page import (
     ALL_LIMITS,
     INTERVAL,
@@ -18,6 +19,7 @@ from tolstat.answers.run_answer import AboutRun
 from tolstat.deviations.dependence import scores_of_rank
 from tolstat.document import blocks
 from tolstat.document.inline import Number, Parts, Typed, listed, say, text
+from tolstat.model.setting_kinds import NO_ROWS
 from tolstat.units.scale import PER_CENT
 
 LONGEST = 60  # letters of a title at the foot of a sheet
@@ -54,6 +56,7 @@ def report_document(report: Report) -> blocks.Document:
         (*first, blocks.note(*reading(report).parts)),
         rest,
         assumptions_section(report),
+        cases_section(report),
         _summary(report),
         _numbers(report),
         *(response_section(report, name) for name in report.focus),
@@ -134,7 +137,7 @@ def _assumed(summary: RunSummary) -> list[Parts]:
     if settings := assumptions.settings:
         chosen = [f"{n} {x.words}" for n, x in settings.items() if x.given]
         show = Typed(command("show", summary.model, machine=run.machine))
-        others = len(chosen) < len(settings)
+        others = any(not x.given and x.words != NO_ROWS for x in settings.values())
         sentences.append(
             text(f"Settings of the study: {', '.join(chosen) or 'none'}.",
                  (" All others have their default: ", show, ".") if others else None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from tolstat.arrays import Array, Integers
 from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import Movement
+from tolstat.statistics.limits.yields import PartsDoubt
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -83,8 +84,25 @@ class UnchangedResponse(NamedTuple):
     kind: str = "unchanged response"
 
 
+class PartsWarning(NamedTuple):
+    """A limit that few measured parts leave undecided."""
+
+    response: str
+    share: PartsDoubt
+    kind: str = "measured parts"
+
+
+class AllPartsWarning(NamedTuple):
+    """Numbers that take the measured parts as all there are."""
+
+    entries: Mapping[str, int]  # measured parts, by entry
+    kind: str = "all measured parts"
+
+
 ReportWarning = (
     StudyWarning
+    | PartsWarning
+    | AllPartsWarning
     | IdleContributors
     | UnchangedResponse
     | JumpWarning
@@ -140,7 +158,23 @@ def warnings_of(
             if _unchanged(drawn, name)
         ),
         *(JumpWarning(name, x, run.scales[name]) for name, x in clusters.items()),
+        *_of_measured_parts(drawn),
     )
+
+
+def _of_measured_parts(drawn: Drawn) -> Iterator[PartsWarning | AllPartsWarning]:
+    """Yield what few measured parts leave undecided; too few of all limits at once."""
+    run = drawn.run
+    if run.aim and run.measured:
+        yield AllPartsWarning({sample.name: sample.parts for sample in run.measured})
+    for name, limit in run.limits.items():
+        if (share := drawn.doubt(name)) is None:
+            continue
+        permitted, (lower, upper) = 1 - limit.demanded, share.interval[1:3]
+        if not (lower > permitted or upper <= permitted):
+            yield PartsWarning(name, share)
+            if not share.interval.sure:
+                return
 
 
 def warnings_of_run(run: Run) -> tuple[ReportWarning, ...]:

@@ -15,7 +15,7 @@ from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
-from tolstat.statistics.limits.yields import joint_yield
+from tolstat.statistics.limits.yields import JOINT, joint_yield
 from tolstat.statistics.summary import Summary, summarize
 from tolstat.store.stored_run import Run
 
@@ -49,6 +49,7 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
             response.range,
             drawn.ends(response.name),
             drawn.audited(response.name),
+            drawn.doubts.get(response.name),
         )
         for response in drawn.run.responses
     }
@@ -93,7 +94,8 @@ def all_limits(drawn: Drawn) -> AllLimits | None:
     if not limits or not drawn.sample.ran.any():
         return None
     values = {name: drawn.values(name) for name in limits}
-    within = joint_yield(values, drawn.sample_for(*limits), limits)
+    sample, doubt = drawn.sample_for(*limits), drawn.doubt(JOINT)
+    within = joint_yield(values, sample, limits, doubt)
     n = len(limits)
     return AllLimits(n, within, min(n * (1 - CONFIDENCE) / 2, 1.0))
 

@@ -26,9 +26,12 @@ from tolstat.status import Status, words_of
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
+from tolstat.study.cases_section import read_cases
 from tolstat.study.given_points import setting_name
+from tolstat.study.problems import Problems
 from tolstat.study.settings_section import settings_with_links
 from tolstat.study.study import Study, typed_units
+from tolstat.study.study_schema import CASES
 from tolstat.units.scale import Scale, scale_of
 
 
@@ -137,6 +140,9 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         raise RunFileError(f"{run.path}: trial {index} has not run")
     loaded, scales = catalogue.find(model or run.model), run.scales
     settings = read(loaded, settings_with_links(run.study.table, loaded))
+    problems, cases = Problems(str(run.path)), run.study.table.get(CASES, {})
+    loaded = read_cases(cases, loaded, settings, problems)
+    problems.raise_if_any()
     swept, row = dict[str, Quantity](), {part.name: 0.0 for part in run.contributors}
     if index is not None:
         swept = {

@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,13 +17,13 @@ from tolstat.answers.what_if.reweighted_trials import (
 from tolstat.errors import StudyError, TolstatError
 from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
-from tolstat.statistics.limits.limit import within
+from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.sample_size import trials_enough
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
-from tolstat.study.editor import Entries
+from tolstat.study.editor import Entries, StudyEditor
 from tolstat.study.limits_section import read_limits
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Study, load
@@ -81,21 +81,7 @@ def fresh_study(
     if run.sampled is None:
         raise no_sample(run)
     study = study_of(run, model=model)
-    editor, problems = study.editor(), problems_of(run)
-    responses = [response.name for response in run.responses]
-    sizes = {n for n, entry in deviations.items() if editor.is_size(n, entry)}
-    changed = {n: entry for n, entry in deviations.items() if n not in sizes}
-    scenario = read_scenario(changed, study, run, problems)
-    check_section("limits", limits or {}, problems)
-    limited = read_limits(limits or {}, run.responses, problems)
-    if not deviations and not limits:
-        problems.add("[deviations]", None, "no entry is given; name a contributor")
-    for name, entry in deviations.items():
-        with problems.noting(f"[deviations] {name}", None):
-            editor.change(name, entry)
-    problems.raise_if_any()
-    for name, limit in (limits or {}).items():
-        editor.limit(name, limit, responses)
+    editor, sizes, scenario, limited = edited(run, study, deviations, limits)
     keys = {"seed": run.sampled.seed + 1}  # the fresh run has no trial of this one
     editor.table |= keys if run.rules else {**keys, "trials": run.trials}
     if run.sampled.replicates:
@@ -118,6 +104,37 @@ def fresh_study(
             editor.table["trials"] = enough
             fresh = load(editor.table, model=study.model, folder=target)
     return fresh.text
+
+
+class Edited(NamedTuple):
+    """The study of a run with other deviations and limits."""
+
+    editor: StudyEditor
+    sizes: set[str]  # names whose nominal value changes
+    scenario: Deviations  # the other changes
+    limited: dict[str, Limit]
+
+
+def edited(
+    run: Run, study: Study, deviations: Entries, limits: Entries | None
+) -> Edited:
+    """Return the study of a run, changed; StudyError names the entry that is wrong."""
+    editor, problems = study.editor(), problems_of(run)
+    responses = [response.name for response in run.responses]
+    sizes = {n for n, entry in deviations.items() if editor.is_size(n, entry)}
+    changed = {n: entry for n, entry in deviations.items() if n not in sizes}
+    scenario = read_scenario(changed, study, run, problems)
+    check_section("limits", limits or {}, problems)
+    limited = read_limits(limits or {}, run.responses, problems)
+    if not deviations and not limits:
+        problems.add("[deviations]", None, "no entry is given; name a contributor")
+    for name, entry in deviations.items():
+        with problems.noting(f"[deviations] {name}", None):
+            editor.change(name, entry)
+    problems.raise_if_any()
+    for name, limit in (limits or {}).items():
+        editor.limit(name, limit, responses)
+    return Edited(editor, sizes, scenario, limited)
 
 
 def study_in(

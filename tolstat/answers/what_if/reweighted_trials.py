@@ -4,16 +4,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from tolstat.answers.relimit import problems_of, with_limits
-from tolstat.answers.report.summaries import all_limits, reportable, summaries_of
-from tolstat.answers.run_answer import notes_of
+from tolstat.answers.relimit import problems_of
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.answers.what_if.what_if_answer import (
-    AllLimitsWhatIf,
-    Change,
-    ResponseWhatIf,
-    WhatIf,
-)
+from tolstat.answers.what_if.what_if_answer import Change
 from tolstat.deviations.density_ratio import (
     DensityRatio,
     check_overlap,
@@ -29,9 +22,7 @@ from tolstat.errors import (
     Remedy,
     RunFileError,
 )
-from tolstat.execution.compatibility import study_of
 from tolstat.execution.planning import assumed_of
-from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.intervals.weighted_estimates import unmet
 from tolstat.statistics.intervals.weights import (
@@ -40,8 +31,6 @@ from tolstat.statistics.intervals.weights import (
     effective_number,
 )
 from tolstat.statistics.limits.limit import within
-from tolstat.store.open_run import RunSource
-from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations, read_deviations
 from tolstat.study.editor import Entries
@@ -51,95 +40,47 @@ from tolstat.study.study_schema import check_section
 from tolstat.units.scale import PPM
 
 
-def what_if(
-    run: RunSource,
-    deviations: Entries,
-    *,
-    limits: Entries | None = None,
-    model: Model | None = None,
-) -> WhatIf:
-    """Return the results of a run with other deviations; nothing is simulated.
+class ReweightedScenario(NamedTuple):
+    """The trials of a run as those of a scenario."""
 
-    The stored trials are weighted by the ratio of densities.
+    trials: Drawn
+    changes: dict[str, Change]  # by contributor
+    expected: float  # effective sample size by the distributions
+    weights: Weights
+    notes: tuple[str, ...]
 
-    Parameters
-    ----------
-    run : Run or path
-        Of random trials, or rare: then for the limit that it searched.
-    deviations : mapping of str to str or dict
-        `{"rod_length": "+-0.6 mm"}` is another tolerance of the same distribution. A
-        dict is a whole entry, as the section [deviations] of a study has it.
-    limits : mapping, optional
-        Other limits, as of `limited`.
-    model : Model, optional
-        A custom model, if the run is of one.
 
-    Returns
-    -------
-    WhatIf
-        Every number with an interval that holds for weighted trials, or the reason why
-        it has none.
+def reweighted_scenario(
+    run: Run, deviations: Entries, study: Study, trials: Drawn
+) -> ReweightedScenario:
+    """Return the trials weighted by the ratio of densities; nothing is simulated.
 
     Raises
     ------
     StudyError
-        If an entry cannot be read, or the stored trials do not cover it: see
-        `fresh_study` for the study of a run that does.
+        If an entry cannot be read, or the trials do not cover it.
     QuestionError
         If the trials are not random.
-
-    Examples
-    --------
-    >>> found = tolstat.what_if("runs/stack-up.h5", {"housing": "+-0.06 mm"})
-    >>> found.all_limits.scenario.within
-    0.999749 (0.999041 to 0.999879)
     """
-    run = open_run(run)
-    if limits:
-        run = with_limits(run, limits)
-    trials, _ = reportable(run)
     if trials.sample.replicates:
         raise QuestionError(
             f"{run.path}: what-if is {RANDOM_ONLY}; {run.sampling} trials depend on "
             "each other"
         )
-    study = study_of(run, model=model)
-    _check_assumed(run, study)
     problems = problems_of(run)
     scenario = read_scenario(deviations, study, run, problems)
     if not deviations:
         problems.add("[deviations]", None, "no entry is given; name a contributor")
     problems.raise_if_any()
     overlaps, expected, weights = reweighted(scenario, study, trials, problems)
-    weighted = trials._replace(sample=trials.sample._replace(weights=weights))
-    before, after = summaries_of(trials), summaries_of(weighted)
-    yields, new_yields = all_limits(trials), all_limits(weighted)
-    # numbers of the tolerances are those of the baseline
-    notes = notes_of(replace(run, numbers=()), trials.sample)
-    return WhatIf(
-        title=run.title, run=run.path.name, model=run.model,
-        changes={
-            name: Change(run.assumed[name].words, words, overlaps[name])
-            for name, words in scenario.words.items()
-        },
-        trials=len(trials.trials),
-        effective_sample_size=min(weights.number, int(expected)),
-        expected_sample_size=expected,
-        all_limits=AllLimitsWhatIf(yields, new_yields)
-        if yields and new_yields
-        else None,
-        responses={
-            response.name: ResponseWhatIf(
-                before[response.name],
-                after[response.name],
-                run.nominal_values[response.name],
-                response.sentence,
-                run.scales[response.name],
-                _out_of_limit(weighted, response.name),
-            )
-            for response in run.responses
-        },
-        notes=(*scenario.warnings, *_unmet_kinds(run, weights), *notes),
+    changes = {
+        name: Change(run.assumed[name].words, words, overlaps[name])
+        for name, words in scenario.words.items()
+    }
+    return ReweightedScenario(
+        replace(trials, sample=trials.sample._replace(weights=weights)),
+        changes, expected, weights,
+        (*scenario.warnings, *_unmet_kinds(run, weights)),
     )  # fmt: skip
 
 
@@ -154,7 +95,7 @@ def _unmet_kinds(run: Run, weights: Weights) -> Iterator[str]:
     )
 
 
-def _out_of_limit(trials: Drawn, response: str) -> int | None:
+def out_of_limit_sample_size(trials: Drawn, response: str) -> int | None:
     """Return the effective sample size of the out-of-limit trials."""
     sample, limit = trials.sample, trials.run.limits.get(response)
     if limit is None or sample.weights is None:
@@ -163,7 +104,7 @@ def _out_of_limit(trials: Drawn, response: str) -> int | None:
     return effective_number(sample.weights.values[sample.ran & ~good])
 
 
-def _check_assumed(run: Run, study: Study) -> None:
+def check_assumed(run: Run, study: Study) -> None:
     """Refuse a run whose study samples other deviations now."""
     sampled, again = (
         {name: part.distribution for name, part in assumed.items()}

@@ -1,15 +1,27 @@
 """The answer of a what-if: results of a run with other deviations."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import NamedTuple
 
 from tolstat.answers.answer import Answer
-from tolstat.answers.cells import summary_cells
+from tolstat.answers.cells import NONE, summary_cells
+from tolstat.answers.compare.comparison import ResponseDifference
+from tolstat.answers.compare.pairing import NOT_IN_JSON
 from tolstat.answers.report.report_answer import AllLimits
+from tolstat.answers.sampled_trials import Drawn
 from tolstat.document.inline import Number, Row
 from tolstat.statistics.summary import Summary
-from tolstat.units.scale import Scale
+from tolstat.units.scale import PPM, Scale
+
+
+class Method(StrEnum):
+    """Where the trials of a scenario come from."""
+
+    EVALUATED = "evaluated"  # with the seed of the run
+    REWEIGHTED = "reweighted"  # the stored ones, by the ratio of densities
+    STORED = "stored"  # as they are: limits change alone
 
 
 class Change(NamedTuple):
@@ -37,6 +49,8 @@ class ResponseWhatIf(NamedTuple):
     scale: Scale
     # effective sample size of the weighted out-of-limit trials; None without a limit
     out_of_limit_sample_size: int | None
+    # scenario less baseline, trial by trial, of evaluated trials; None of others
+    difference: ResponseDifference | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -46,27 +60,30 @@ class WhatIf(Answer):
     title: str  # of the run
     run: str
     model: str
+    method: Method
     # by contributor; all others stay, and so do batches and correlations
     changes: Mapping[str, Change]
-    trials: int  # that are weighted
-    # of the weighted trials; at most the expected one
+    trials: int  # of the scenario
+    # of weighted trials at most the expected one; of others their number
     effective_sample_size: int
     expected_sample_size: float  # the same by the distributions, without the trials
     all_limits: AllLimitsWhatIf | None  # None without limits
     responses: Mapping[str, ResponseWhatIf]
     notes: tuple[str, ...]  # for readers of the numbers
+    baseline: Drawn = field(metadata=NOT_IN_JSON)
+    scenario: Drawn = field(metadata=NOT_IN_JSON)
     answers = "what_if"
 
     @property
     def _short(self) -> str:
-        return f"{self.run}; {self._scenario}"
+        return f"{self.run}; {self.words}"
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response: the scenario, then the baseline."""
         return [
             {
                 "title": self.title,
-                "scenario": self._scenario,
+                "scenario": self.words,
                 "response": name,
                 "unit": response.scale.shown,
                 "nominal [unit]": Number(response.nominal, response.scale),
@@ -77,10 +94,50 @@ class WhatIf(Answer):
                 "effective sample size, out of limit": ""
                 if response.out_of_limit_sample_size is None
                 else response.out_of_limit_sample_size,
+                **_difference_cells(response),
             }
             for name, response in self.responses.items()
         ]
 
     @property
-    def _scenario(self) -> str:
-        return "; ".join(f"{name}: {x.scenario}" for name, x in self.changes.items())
+    def words(self) -> str:
+        """The scenario: what changes, or its limits."""
+        changes = [f"{name}: {x.scenario}" for name, x in self.changes.items()]
+        limits = [
+            f"{name} {x.scenario.limited.limit.words}"
+            for name, x in self.responses.items()
+            if x.scenario.limited
+        ]
+        return "; ".join(changes or limits)
+
+
+def _difference_cells(response: ResponseWhatIf) -> Row:
+    """Return the paired differences of a response, scenario less baseline."""
+    less, scale = response.difference, response.scale
+    limit = less.limit if less and less.limit else None
+    share = limit.fraction_out_of_limit_difference if limit else NONE
+    ppk = limit.equivalent_ppk_difference if limit else NONE
+    return {
+        "difference: mean [unit]": Number(less.mean if less else NONE, scale),
+        "difference: fraction out of limit [ppm]": Number(share, PPM),
+        "difference: equivalent Ppk": Number(ppk),
+    }
+
+
+@dataclass(frozen=True, repr=False)
+class Scenarios(Answer):
+    """Several scenarios of a run, side by side."""
+
+    title: str  # of the run
+    run: str
+    model: str
+    scenarios: tuple[WhatIf, ...]
+    answers = "scenarios"
+
+    @property
+    def _short(self) -> str:
+        return f"{self.run}; {' | '.join(x.words for x in self.scenarios)}"
+
+    def rows(self) -> Sequence[Row]:
+        """Return the rows of each scenario."""
+        return [row for scenario in self.scenarios for row in scenario.rows()]

@@ -3,7 +3,16 @@
 from collections.abc import Iterator, Sequence
 
 from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm
-from tolstat.answers.what_if.what_if_answer import ResponseWhatIf, WhatIf
+from tolstat.answers.what_if.scenarios_document import (
+    figures_of,
+    scenarios_document,
+)
+from tolstat.answers.what_if.what_if_answer import (
+    Method,
+    ResponseWhatIf,
+    Scenarios,
+    WhatIf,
+)
 from tolstat.document import blocks
 from tolstat.document.inline import (
     Name,
@@ -14,17 +23,28 @@ from tolstat.document.inline import (
     listed,
     say,
     text,
+    with_unit,
 )
 from tolstat.statistics.intervals.weighted_estimates import ENOUGH
 from tolstat.statistics.summary import QUANTILES, Summary
 from tolstat.units.scale import PER_CENT, share_words
 
+EVALUATED = (
+    "{} of the scenario were evaluated with the seed of the run: the same parts, trial "
+    "by trial. Worse: within in the baseline and out of limit in the scenario."
+)
 ON_SCREEN = (0.5, 0.95)  # quantiles
 
 
 def what_if_document(answer: WhatIf) -> blocks.Document:
     """Return yields, changes, limits, responses, notes."""
     both = {name: (x.baseline, x.scenario) for name, x in answer.changes.items()}
+    both |= {
+        name: (before.limit.words if before else "", after.limit.words)
+        for name, x in answer.responses.items()
+        if (after := x.scenario.limited)
+        and ((before := x.baseline.limited) is None or before.limit != after.limit)
+    }
     parts = blocks.shown(
         blocks.Paragraph(_yields(answer), "lead"),
         blocks.paragraph(
@@ -33,12 +53,20 @@ def what_if_document(answer: WhatIf) -> blocks.Document:
             ". All other deviations, batches and correlations stay.",
         ),
         _limits(answer),
+        _differences(answer),
         _responses(answer),
+        figures_of([answer]),
         *map(blocks.note, _notes(answer)),
     )
     return blocks.Document(
         f"{answer.title}: what if", parts, (answer.run, answer.model)
     )
+
+
+def several_document(answer: Scenarios) -> blocks.Document:
+    """Return the document of several scenarios, with the notes of each once."""
+    notes = dict.fromkeys(note for x in answer.scenarios for note in _notes(x))
+    return scenarios_document(answer, [*notes])
 
 
 def _yields(answer: WhatIf) -> Parts:
@@ -65,18 +93,39 @@ def _limits(answer: WhatIf) -> blocks.Table:
         {
             "response": name,
             "": side,
-            "limit": limit_cell(limited.limit) if name else None,
+            "limit": limit_cell(limited.limit) if name or moved else None,
             "verdict": Word(limited.yields.words, limited.yields.verdict),
             "out of limit, ppm": ppm(limited.yields.fraction_out_of_limit),
             "equivalent Ppk": ppk_cell(limited.equivalent_ppk),
             "Ppk by percentiles": ppk_cell(limited.percentiles.ppk),
             "Ppk by moments": ppk_cell(limited.moments.ppk),
         }
-        for name, side, _, summary in _sides(answer, [*answer.responses])
+        for name, side, other, summary in _sides(answer, [*answer.responses])
         if (limited := summary.limited)
+        for moved in [limited.limit != getattr(other.baseline.limited, "limit", None)]
     ]
     page_only = ["Ppk by percentiles", "Ppk by moments"]
     return blocks.table_of(rows, "Limits", page_only=page_only, keys=2, look="verdicts")
+
+
+def _differences(answer: WhatIf) -> blocks.Table | None:
+    """Return the paired differences of limits; None of trials not evaluated."""
+    rows: list[dict[str, blocks.Given]] = []
+    for name, response in answer.responses.items():
+        less = response.difference
+        if less is None or (limit := less.limit) is None:
+            continue
+        rows.append({
+            "response": Name(name),
+            "out of limit, ppm": ppm(limit.fraction_out_of_limit_difference),
+            "worse": None if limit.worse is None else Number(limit.worse),
+            "better": None if limit.better is None else Number(limit.better),
+            "equivalent Ppk": ppk_cell(limit.equivalent_ppk_difference),
+            "mean": with_unit(Number(less.mean, response.scale)),
+        })  # fmt: skip
+    if not rows:
+        return None
+    return blocks.table_of(rows, "Scenario less baseline", look="dense")
 
 
 def _responses(answer: WhatIf) -> blocks.Table:
@@ -105,11 +154,19 @@ def _responses(answer: WhatIf) -> blocks.Table:
 
 def _notes(answer: WhatIf) -> Iterator[Parts]:
     """Yield the notes for readers of the numbers."""
-    yield say(
-        "Nothing was simulated: {}, reweighted, have an effective sample size of {}.",
-        counted(answer.trials, "stored trial"),
-        Number(answer.effective_sample_size),
-    )
+    stored = counted(answer.trials, "stored trial")
+    if answer.method is Method.EVALUATED:
+        trials = counted(answer.trials, "trial")
+        yield say(EVALUATED, trials)
+    elif answer.method is Method.STORED:
+        yield say("Limits change alone: of the {} of the run.", stored)
+    else:
+        yield say(
+            "Nothing was simulated: {}, reweighted, have an effective sample size of "
+            "{}.",
+            stored,
+            Number(answer.effective_sample_size),
+        )
     sizes = {name: x.out_of_limit_sample_size for name, x in answer.responses.items()}
     small = [
         (Name(name), " ", Number(size))
@@ -124,6 +181,9 @@ def _notes(answer: WhatIf) -> Iterator[Parts]:
             listed(small),
         )
     yield from map(text, answer.notes)
+    if answer.method is not Method.REWEIGHTED:
+        yield text("Each number has its 95 % interval below it.")
+        return
     weighted = any(x.baseline.weighted for x in answer.responses.values())
     yield text(
         "Each number has its 95 % interval below it: of fractions out of limit from "

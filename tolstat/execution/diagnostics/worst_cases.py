@@ -96,9 +96,7 @@ def _search(
         tried = [(c, end) for c, end in moves if any(differ[end][i] for i in c)]
         if np.isnan(before.value) or not tried:
             break
-        rows = np.tile(before.deviations, (len(tried), 1))
-        for row, move in zip(rows, tried, strict=True):
-            _move(row, [move], ends)
+        rows = _moved(before.deviations, tried, ends)
         corner, badness = _taken(target, before, rows, (yield rows))
         so_far = target.sign * before.value
         if not badness.max() > so_far + 1e-9 * abs(so_far):
@@ -109,7 +107,8 @@ def _search(
             if badness[i] > so_far:
                 taken[tried[i][0][0]] = tried[i]
         rows = before.deviations[None, :].copy()
-        _move(rows[0], list(taken.values()), ends)
+        for columns, end in taken.values():
+            rows[0, columns] = ends[end, columns]
         corner, _ = _taken(target, corner, rows, (yield rows))
     return corner
 
@@ -128,10 +127,14 @@ def _taken(
     return corner, badness
 
 
-def _move(trial: Array, moves: Sequence[Move], ends: Array) -> None:
-    """Move some of the parts of a trial to an end of their tolerance."""
-    for columns, end in moves:
-        trial[columns] = ends[end, columns]
+def _moved(trial: Array, moves: Sequence[Move], ends: Array) -> Array:
+    """Return the trial once a move, float64[move, contributor]."""
+    rows = np.tile(trial, (len(moves), 1))
+    sizes = [len(columns) for columns, _ in moves]
+    columns = np.concatenate([columns for columns, _ in moves])
+    end = np.repeat([end for _, end in moves], sizes)
+    rows[np.repeat(np.arange(len(moves)), sizes), columns] = ends[end, columns]
+    return rows
 
 
 def worst_cases(
@@ -190,8 +193,9 @@ def _worst_starts(badness: Array, trials: Trials, ends: Array) -> list[Array]:
 def _steepest(slope: Array, ends: Array, groups: Sequence[list[int]]) -> Array:
     """Return the worst corner according to the slopes at the nominal trial."""
     lower, upper = ends
+    change = np.nan_to_num(slope * (upper - lower), posinf=np.inf, neginf=-np.inf)
     corner: Array = lower.copy()
     for columns in groups:
-        if np.nansum(slope[columns] * (upper - lower)[columns]) > 0:
+        if change[columns].sum() > 0:
             corner[columns] = upper[columns]
     return corner

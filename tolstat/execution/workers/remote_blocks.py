@@ -102,10 +102,10 @@ def _lost(reason: str) -> LostError:
 
 
 class _Packer(pickle.Pickler):
-    """Models go by name, file and digest of their source."""
+    """Models go by name, file and digest of their source; cases by value."""
 
     def reducer_override(self, obj: Any) -> Any:
-        if isinstance(obj, Model):
+        if isinstance(obj, Model) and obj.without_cases is obj:
             source = _source_of(obj)
             _loaded[source] = obj  # threads of this process have it already
             return _model_of, (obj.name, source, obj.source_digest)

@@ -1,4 +1,4 @@
-"""Settings of a chain: its links, and its closing link as a formula."""
+"""Settings of a chain: its links, and its closing links as formulas."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,6 +8,7 @@ import numpy as np
 from tolstat.errors import ModelError, UnitError
 from tolstat.machines.dimension_chain.algebras import Dimensions, Kind, Values
 from tolstat.machines.dimension_chain.formula import Formula
+from tolstat.machines.dimension_chain.gaps import formulas_of
 from tolstat.model.settings import column, setting
 from tolstat.units.grammar import Measure
 
@@ -19,46 +20,64 @@ WAVE_GEAR = {
     "d": {"nominal": Measure(0.010, "m")},
 }
 TEMPERATURES = "K", "degC"
+GAP = "gap"  # the closing link of a chain that has one
 CLEARANCE = "R_out - R_in - e - d"
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Links and closing link of a chain."""
+    """Links and closing links of a chain."""
 
     links: dict[str, Any] = setting(
         WAVE_GEAR,
         "links; a study gives them in its section [links], with their tolerances",
         columns={"nominal": column("its size", like=Measure(0.0, "m"))},
     )
-    gap: str = setting(CLEARANCE, "closing link, as a formula of the links")
+    gap: str = setting(
+        CLEARANCE,
+        "closing link, as a formula of the links; several have names, in a section "
+        '[gaps]: play = "a - b"',
+    )
+    gaps: dict[str, Any] = setting(
+        {},
+        "closing links by name, instead of gap; a study has them in its section [gaps]",
+        columns={"formula": column("a formula of links and gaps", like="")},
+    )
 
     def __post_init__(self) -> None:
-        """Check that the formula names links, and has a value where all are nominal.
+        """Check that formulas name links, and have values where all are nominal.
 
         Raises ModelError if not; the message says where in the formula, and why.
         """
-        if self.gap == CLEARANCE and not set(WAVE_GEAR) <= set(self.links):
+        missing = self.gap == CLEARANCE and not set(WAVE_GEAR) <= set(self.links)
+        if missing and not self.gaps:
             names = ", ".join(self.links)
             raise ModelError(
                 f"gap is missing: the closing link as a formula of {names}"
             )
+        if self.gaps and self.gap != CLEARANCE:
+            raise ModelError("gap is given in [settings] too; give it here, by a name")
         warm = {link["nominal"].shown: name for name, link in self.links.items()}
         if {*TEMPERATURES} <= warm.keys():
             typed = " and ".join(f"{warm[unit]} in {unit}" for unit in TEMPERATURES)
             raise ModelError(
                 f"{typed}: both are differences of temperature; give both in one unit"
             )
-        self.formula.worked_out(Values(self.nominal, strict=True))
-        try:
-            _ = self.unit
-        except UnitError as error:
-            raise ModelError(f"gap = {self.gap!r}: {error}") from None
+        # a gap after those that it names: they have the places of what is wrong
+        for formula in sorted(self.formulas.values(), key=lambda f: len(f.gaps)):
+            formula.worked_out(Values(self.nominal, strict=True))
+            try:
+                self.unit_of(formula)
+            except UnitError as error:
+                raise ModelError(f"{formula.gap} = {formula.text!r}: {error}") from None
 
     @property
-    def formula(self) -> Formula:
-        """The closing link, read."""
-        return Formula(self.gap, tuple(self.links))
+    def formulas(self) -> dict[str, Formula]:
+        """The closing links by name, read."""
+        texts = {name: row["formula"] for name, row in self.gaps.items()}
+        if not texts:
+            return {GAP: Formula(self.gap, tuple(self.links), GAP)}
+        return formulas_of(texts, tuple(self.links))
 
     @property
     def nominal(self) -> dict[str, float]:
@@ -66,8 +85,11 @@ class Settings:
         return {n: np.float64(link["nominal"].value) for n, link in self.links.items()}
 
     @property
-    def unit(self) -> str:
-        """SI unit of the closing link."""
-        units = {name: link["nominal"].unit for name, link in self.links.items()}
-        kind: Kind = self.formula.worked_out(Dimensions(units))
+    def units(self) -> dict[str, str]:
+        """SI unit of every link."""
+        return {name: link["nominal"].unit for name, link in self.links.items()}
+
+    def unit_of(self, formula: Formula) -> str:
+        """Return the SI unit of a closing link."""
+        kind: Kind = formula.worked_out(Dimensions(self.units))
         return kind.unit

@@ -6,7 +6,7 @@ import math
 import re
 import sys
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -22,6 +22,7 @@ LONGEST, SHOWN = 1000, 80  # characters
 DEEPEST = 500  # nodes below each other
 LARGEST = 10.0  # exponent
 CONSTANTS = {"pi": math.pi}
+FIT = "{0}_hole {0}_shaft"  # the links of a fit
 Algebra = Values | Dimensions  # evaluates a formula
 # each with the number of its arguments, at least and at most
 FUNCTIONS = {
@@ -52,6 +53,9 @@ class Formula:
 
     text: str
     names: tuple[str, ...]  # of links that it may name
+    gap: str = "gap"  # what it is the formula of
+    # of other gaps that it may name, as what they stand for
+    gaps: Mapping[str, ast.expr] = field(default_factory=dict, repr=False)
     tree: ast.expr = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -65,7 +69,7 @@ class Formula:
         object.__setattr__(self, "tree", self._parsed())
         self.worked_out(Values(dict.fromkeys(self.names, math.nan)))  # as it is walked
         if not self.used:
-            raise ModelError(f"gap = {self._quoted} names no link")
+            raise ModelError(f"{self.gap} = {self._quoted} names no link")
 
     @property
     def used(self) -> tuple[str, ...]:
@@ -191,20 +195,23 @@ class Formula:
                     "allowed, a letter first, and no keyword of Python"
                 )
         if not self.text:
-            raise ModelError("gap is empty: a formula is expected, such as 'A - 2*B'")
+            raise ModelError(
+                f"{self.gap} is empty: a formula is expected, such as 'A - 2*B'"
+            )
         if "#" in self.text:  # what follows it would be left out
             character = self.text.index("#") + 1
             raise ModelError(
-                f"gap = {self._quoted}, character {character}: a formula has no "
-                "comments"
+                f"{self.gap} = {self._quoted}, character {character}: a formula has "
+                "no comments"
             )
         try:
-            return ast.parse(_IF.sub(CHOICE, self.text), mode="eval").body
+            tree = ast.parse(_IF.sub(CHOICE, self.text), mode="eval")
+            return _Gaps(self.gaps).visit(tree).body  # type: ignore[no-any-return]
         except SyntaxError as error:
             character = error.offset or len(self.text)
             raise ModelError(
-                f"gap = {self._quoted} cannot be read at character {character}; a "
-                "formula such as 'A - 2*B' is expected"
+                f"{self.gap} = {self._quoted} cannot be read at character {character}; "
+                "a formula such as 'A - 2*B' is expected"
             ) from None
         except (RecursionError, MemoryError, ValueError):
             raise ModelError("the formula is too deeply nested to be read") from None
@@ -212,7 +219,9 @@ class Formula:
     def _unknown(self, node: ast.expr, name: str) -> ModelError:
         if name in FUNCTIONS:
             return self._refused(node, f"{name} is a function; write {name}(...)")
-        allowed = allowed_names(name, [*self.names, *CONSTANTS])
+        if fit := [link for link in self.names if link in FIT.format(name).split()]:
+            return self._refused(node, f"{name} is a fit; write {' or '.join(fit)}")
+        allowed = allowed_names(name, [*self.names, *self.gaps, *CONSTANTS])
         return self._refused(node, f"[links] has no {name}; {allowed}")
 
     def _function(self, node: ast.Call) -> str:
@@ -234,10 +243,21 @@ class Formula:
         start = len(self.text.encode()[: node.col_offset].decode(errors="ignore"))
         stop = len(self.text.encode()[: node.end_col_offset].decode(errors="ignore"))
         excerpt = self.text[start:stop][:40]
-        where = f"gap = {self._quoted}, character {start + 1}, {excerpt!r}"
+        where = f"{self.gap} = {self._quoted}, character {start + 1}, {excerpt!r}"
         error = ModelError(f"{where}: {reason}")
         error.link = node.id if isinstance(node, ast.Name) else ""
         return error
+
+
+class _Gaps(ast.NodeTransformer):
+    """Puts the formulas of gaps in the place of their names."""
+
+    def __init__(self, gaps: Mapping[str, ast.expr]) -> None:
+        self._gaps = gaps
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """Return the formula of a gap; any other name as it is."""
+        return self._gaps.get(node.id, node)
 
 
 def _is_number(node: ast.expr) -> bool:

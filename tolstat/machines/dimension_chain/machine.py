@@ -1,6 +1,7 @@
-"""A dimension chain as a model: deviations of its links in, the closing link out."""
+"""A dimension chain as a model: deviations of its links in, closing links out."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -8,12 +9,12 @@ from tolstat.arrays import Array, Truths
 from tolstat.machines.dimension_chain.algebras import Roundings
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
+from tolstat.machines.dimension_chain.formula import Formula
 from tolstat.machines.dimension_chain.formula_warnings import jumps, slips
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.units.scale import scale_of
 
-GAP = "gap"
 SHOWN = {"1": "1", "N/m": "N/mm"}  # by SI unit of the gap, unless its limit has another
 NO_VALUE = "the formula has no value"
 FAILURES = {NO_VALUE: "the formula has a value: no root of a negative number, no 1/0"}
@@ -40,69 +41,83 @@ class DimensionChain(Model):
             sentence = f"link of {scale.factor * size:.10g} {scale.mark}".strip()
             link = Contributor(name, unit, "", sentence, size=size, shown=scale.shown)
             links.append(link)
-        unit, text = settings.unit, settings.formula.text
-        gap = Response(GAP, unit, sentence=text, shown=SHOWN.get(unit, ""))
-        return Description(tuple(links), (gap,))
+        gaps = []
+        for name, formula in settings.formulas.items():
+            unit = settings.unit_of(formula)
+            shown = SHOWN.get(unit, "")
+            gaps.append(Response(name, unit, sentence=formula.text, shown=shown))
+        return Description(tuple(links), tuple(gaps))
 
     def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
-        return {NO_VALUE: ~np.isfinite(_gap(deviations, settings))}
+        gaps = _gaps(deviations, settings)
+        return {NO_VALUE: ~np.all(np.isfinite(gaps), axis=1)}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
-        return Outcome(_gap(deviations, settings)[:, None])
+        return Outcome(_gaps(deviations, settings))
 
     def numbers(
         self, settings: Settings, spreads: Spreads, *, independent: bool = True
     ) -> tuple[StudyNumber, ...]:
-        results = answers(settings.formula, settings.nominal, spreads)
-        unit, formula = settings.unit, settings.formula
-        idle = [name for name in spreads if name not in formula.used]
-        turns = ", ".join(results.turning)
-        of_worst = [f"{', '.join(idle)} not in the formula"] if idle else []
-        of_rss = list(of_worst)
-        if not independent:
-            of_worst.append("correlations are ignored")
-        if turns:
-            of_worst.append(f"found by a search: the gap rises and falls with {turns}")
-            of_rss.append(f"inaccurate: the gap rises and falls with {turns}")
-        if math.isnan(results.worst_min):
-            jumps = "jumps, or has no value, somewhere within the tolerances"
-            of_worst = [f"the formula {jumps}"]
-        worst = "closing link within the tolerances, all links at once"
-        numbers = [
-            ("worst_min", results.worst_min, f"least {worst}", of_worst, "least"),
-            ("worst_max", results.worst_max, f"largest {worst}", of_worst, "largest"),
-            ("rss_mean", results.rss_mean, "mean of the linear chain", of_rss, ""),
-        ]
-        shares: dict[str, float] = {}
-        if independent:  # else covariances decide: no sigma, no shares
-            sigma = "its sigma, by root sum square"
-            numbers.append(("rss_sigma", results.rss_sigma, sigma, of_rss, ""))
-            shares = results.shares
-        caveat, words = "; ".join(of_rss), "of {} in that variance"
-        return (
-            *(
-                StudyNumber(name, unit, value, words, "", GAP, "; ".join(but), side)
-                for name, value, words, but, side in numbers
-            ),
-            *(
-                StudyNumber(f"share_{n}", "1", x, words.format(n), caveat=caveat)
-                for n, x in shares.items()
-            ),
-        )
+        numbers = list[StudyNumber]()
+        for name, formula in settings.formulas.items():
+            of_gap = _numbers(formula, settings, spreads, independent=independent)
+            suffix = f"_{name}" if settings.gaps else ""
+            numbers += [x._replace(name=f"{x.name}{suffix}") for x in of_gap]
+        return tuple(numbers)
 
     def warnings(self, settings: Settings, spreads: Spreads) -> tuple[str, ...]:
-        units = {name: link["nominal"].unit for name, link in settings.links.items()}
-        formula, nominal = settings.formula, settings.nominal
-        return (
-            *_unused(settings),
-            *slips(formula, nominal, units),
-            *jumps(formula, nominal, spreads, units),
+        units, nominal = settings.units, settings.nominal
+        sentences = [*_unused(settings)]
+        for formula in settings.formulas.values():
+            sentences += slips(formula, nominal, units)
+            sentences += jumps(formula, nominal, spreads, units)
+        return tuple(dict.fromkeys(sentences))
+
+
+def _numbers(
+    formula: Formula, settings: Settings, spreads: Spreads, *, independent: bool
+) -> Iterator[StudyNumber]:
+    """Yield the numbers of one gap."""
+    results = answers(formula, settings.nominal, spreads)
+    unit = settings.unit_of(formula)
+    idle = [name for name in spreads if name not in formula.used]
+    turns = ", ".join(results.turning)
+    # of several gaps each has links of its own
+    missing = idle if not settings.gaps else []
+    of_worst = [f"{', '.join(missing)} not in the formula"] if missing else []
+    of_rss = list(of_worst)
+    if not independent:
+        of_worst.append("correlations are ignored")
+    if turns:
+        of_worst.append(f"found by a search: the gap rises and falls with {turns}")
+        of_rss.append(f"inaccurate: the gap rises and falls with {turns}")
+    if math.isnan(results.worst_min):
+        jumps = "jumps, or has no value, somewhere within the tolerances"
+        of_worst = [f"the formula {jumps}"]
+    worst = "closing link within the tolerances, all links at once"
+    numbers = [
+        ("worst_min", results.worst_min, f"least {worst}", of_worst, "least"),
+        ("worst_max", results.worst_max, f"largest {worst}", of_worst, "largest"),
+        ("rss_mean", results.rss_mean, "mean of the linear chain", of_rss, ""),
+    ]
+    shares: dict[str, float] = {}
+    if independent:  # else covariances decide: no sigma, no shares
+        sigma = "its sigma, by root sum square"
+        numbers.append(("rss_sigma", results.rss_sigma, sigma, of_rss, ""))
+        shares = results.shares
+    for name, value, words, but, side in numbers:
+        yield StudyNumber(
+            name, unit, value, words, "", formula.gap, "; ".join(but), side
         )
+    for name, share in shares.items():
+        words, caveat = f"of {name} in that variance", "; ".join(of_rss)
+        yield StudyNumber(f"share_{name}", "1", share, words, caveat=caveat)
 
 
 def _unused(settings: Settings) -> tuple[str, ...]:
-    """Return a sentence about the links that the formula does not name."""
-    used = settings.formula.used
+    """Return a sentence about the links that no formula names."""
+    formulas = settings.formulas.values()
+    used = [n for n in settings.links if any(n in f.used for f in formulas)]
     unused = [name for name in settings.links if name not in used]
     if not unused:
         return ()
@@ -110,17 +125,21 @@ def _unused(settings: Settings) -> tuple[str, ...]:
         ("link", "it changes") if len(unused) == 1 else ("links", "they change")
     )
     names = ", ".join(unused)
+    does_not, it = "The formula of the gap does not name", "It names"
+    if settings.gaps:
+        does_not, it = "No formula of a gap names", "They name"
     return (
-        f"The formula of the gap does not name the {links} {names}: {change} nothing. "
-        f"It names {', '.join(used)}.",
+        f"{does_not} the {links} {names}: {change} nothing. {it} {', '.join(used)}.",
     )
 
 
-def _gap(deviations: Array, settings: Settings) -> Array:
-    """Return the gap, float64[trial]; not finite if the formula has no value."""
+def _gaps(deviations: Array, settings: Settings) -> Array:
+    """Return the gaps, float64[trial, gap]; not finite where a formula has no value."""
     links = {
         name: nominal + deviations[:, i]
         for i, (name, nominal) in enumerate(settings.nominal.items())
     }
-    gap = settings.formula.worked_out(Roundings(links)).value
-    return np.broadcast_to(gap, len(deviations))
+    gaps = np.empty((len(deviations), len(settings.formulas)))
+    for column, formula in zip(gaps.T, settings.formulas.values(), strict=True):
+        column[:] = formula.worked_out(Roundings(links)).value
+    return gaps

@@ -17,12 +17,16 @@ from tolstat.machines.ring.harmonics import (
     supported,
     total,
 )
+from tolstat.machines.ring.motion import cutting_forces
 
 POSITIVE = (
     "thickness", "width", "youngs_modulus", "density", "support_angle", "tool_mass",
     "tool_stiffness", "feed", "speed", "force_exponent",
 )  # fmt: skip
 NOT_NEGATIVE = ("ring_damping", "tool_damping", "cutting_force")
+# of a harmonic's size over its deflection: with an rtol of 1e-6, forces of the rollers
+# err by 1e-4 of their sigma; a margin of 1 doubles the steps
+MARGIN = 10.0
 
 
 class Rings(NamedTuple):
@@ -180,15 +184,20 @@ def rows_of(rings: Rings, settings: Asked) -> Array:
 def scale_of(settings: Asked) -> Array:
     """Return float64[state]: the size that each state's error is measured by.
 
-    Displacements by the nominal depth of cut; speeds by that times the frequency of the
-    nominal tool, or of the harmonic alone where it is faster.
+    The tool's displacement by the nominal depth of cut; that of each harmonic by what
+    the nominal cutting force bends it, which is far smaller: a roller's force is the
+    harmonics' stiffness times these displacements. Speeds by that times the frequency
+    of the nominal tool, or of the harmonic alone.
     """
-    n = settings.harmonics - 1
-    k = harmonics(settings.harmonics)
+    k, ring = harmonics(settings.harmonics), nominal(settings)
     omega_c = np.sqrt(settings.tool_stiffness / settings.tool_mass)
-    omega = np.maximum(omega_c, np.sqrt(nominal(settings).nu[0] / k.C) * k.n)
-    unit = np.concatenate([np.ones(2 * n), omega, omega, [1.0, omega_c]])
-    return settings.depth * unit
+    square = ring.nu * (k.n * k.n)  # stiffness over pi chi
+    force = np.hypot(*cutting_forces(ring.t_R0, ring))
+    bent = np.where(force > 0.0, MARGIN * force / (ring.pi_chi * square), np.inf)
+    bent = np.minimum(bent, settings.depth)
+    speed = np.maximum(omega_c, np.sqrt(square / k.C)) * bent
+    tool = [settings.depth, settings.depth * omega_c]
+    return np.concatenate([bent, bent, speed, speed, tool])
 
 
 def depth_of_cut(rings: Rings, states: Array, time: Array | float) -> Array:

@@ -33,11 +33,85 @@ class Caveat(StrEnum):
     INTEGRATION_ERROR = "integration error"
     JUMP = "the response jumps as an angle does"
     MISSED_KIND = "if no kind of failure was missed"
+    FEW_PARTS = "few parts measured"
+    NORMAL_PARTS = "if the parts are normal"
+    LOGNORMAL_PARTS = "if the parts are lognormal"
+    FITTED_PARTS = "if the parts are as fitted"
+
+    @classmethod
+    def of_parts(cls) -> tuple[Caveat, ...]:
+        """Return the conditions on measured parts."""
+        return cls.NORMAL_PARTS, cls.LOGNORMAL_PARTS, cls.FITTED_PARTS
 
 
 MET, NOT_MET, UNDECIDED = Verdict
+OF_FITS = {
+    "normal": Caveat.NORMAL_PARTS, "lognormal": Caveat.LOGNORMAL_PARTS,
+}  # fmt: skip
 INTEGRATION_ERROR, JUMP = Caveat.INTEGRATION_ERROR, Caveat.JUMP
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
+
+
+JOINT = ""  # in place of a response: all limits
+DOMINATE = 0.8  # of the width of an interval: then more trials tell little
+
+
+class PartsDoubt(NamedTuple):
+    """A fraction out of limit as uncertain as the measured parts.
+
+    Attributes
+    ----------
+    entries : dict of str to int
+        Measured parts by entry of the study.
+    assumed : str
+        The family that the interval assumes, "normal"; empty: it holds whatever the
+        parts are.
+    if_fitted, for_any : Estimate
+        The fraction if the parts come from the fitted family, and whatever they are.
+    of_parts : tuple of float
+        Ends of the deciding interval without the error of the trials.
+    needed : int
+        Measured parts that would decide; 0 if it is decided, or a thousand would not.
+    """
+
+    entries: Mapping[str, int]
+    assumed: str
+    if_fitted: Estimate
+    for_any: Estimate
+    of_parts: tuple[float, float]
+    needed: int = 0
+
+    @property
+    def interval(self) -> Estimate:
+        """The interval that decides."""
+        return self.if_fitted if self.assumed else self.for_any
+
+    @property
+    def fewest(self) -> int:
+        """Measured parts of the entry that has the fewest."""
+        return min(self.entries.values())
+
+    def widened(self, share: Estimate) -> Estimate:
+        """Return a fraction out of limit of the trials with both errors."""
+        return _enclosed(share, self.interval)
+
+    def for_any_parts(self, share: Estimate) -> Estimate:
+        """Return the same, whatever the parts are."""
+        return _enclosed(share, self.for_any)
+
+    def dominates(self, share: Estimate) -> bool:
+        """Whether more trials would leave a widened interval as wide."""
+        lower, upper = self.of_parts
+        return not share.sure or upper - lower >= DOMINATE * (share.upper - share.lower)
+
+
+def _enclosed(share: Estimate, interval: Estimate) -> Estimate:
+    if not interval.sure:
+        return Estimate(share.value, reason=interval.reason)
+    if not share.sure:
+        return share
+    ends = min(share.lower, interval.lower), max(share.upper, interval.upper)
+    return Estimate(share.value, *ends)
 
 
 class Yield(NamedTuple):
@@ -55,11 +129,21 @@ class Yield(NamedTuple):
     # 1e9, and if integration errors leave it undecided
     needed: int
     reason: Caveat = Caveat.NONE  # why it is undecided although trials would tell
+    # how far the measured parts leave it in doubt; None without any
+    measured: PartsDoubt | None = None
+
+    @property
+    def reason_words(self) -> str:
+        """Its reason, with the number of measured parts."""
+        if self.measured and self.reason == Caveat.FEW_PARTS:
+            fewest = self.measured.fewest
+            return f"only {fewest} part{'s' * (fewest > 1)} measured"
+        return self.reason
 
     @property
     def words(self) -> str:
         """The verdict, and its reason where it has one."""
-        return worded(self.verdict, self.reason)
+        return worded(self.verdict, self.reason_words)
 
     @property
     def jumping(self) -> Yield:
@@ -74,31 +158,61 @@ def yield_of(
     demanded: float = DEMANDED,
     ends: Array | None = None,
     audited: AuditedResponse | None = None,
+    measured: PartsDoubt | None = None,
 ) -> Yield:
     """Estimate the yield of a limit.
 
     `ends` are responses that integration errors allow, as of `response_ends`; `audited`
-    is what the audit shows, None without one.
+    is what the audit shows, None without one. `measured` is how uncertain it is by
+    measured parts.
 
     For independent trials intervals are anytime-valid: adding trials until there is a
     verdict does not raise the error. Otherwise intervals come from replicates or
     weighted counts.
     """
     good = within(values, limit) & sample.done
-    least = _most(good, sample)
+
+    def share(units: Truths) -> Estimate:
+        within_limit = _most(units, sample)
+        if measured is None:
+            return within_limit
+        return measured.widened(within_limit.complement).complement
+
     judged, reason = judged_with(
-        (ends, audited), limit, demanded, sample.done, good,
-        lambda units: _most(units, sample),
-    )  # fmt: skip
+        (ends, audited), limit, demanded, sample.done, good, share
+    )
     out_of_limit = sample.share(~good, sample.ran)
+    if measured:
+        of_trials, out_of_limit = out_of_limit, measured.widened(out_of_limit)
+        if not reason:
+            reason = _caveat_of(measured, judged, (of_trials, out_of_limit), demanded)
     if (weights := sample.weights) and weights.searched and judged == MET:
         missed = unmet(weights.values) + weights.cut
         if out_of_limit.upper + missed > 1 - demanded:
             reason = Caveat.MISSED_KIND
     undecided = judged == UNDECIDED and not reason
     needed = trials_needed(good, sample, demanded) if undecided else 0
-    most = _most(good | ~sample.done, sample)
-    return Yield(out_of_limit, least, most, judged, needed, reason)
+    most = share(good | ~sample.done)
+    return Yield(out_of_limit, share(good), most, judged, needed, reason, measured)
+
+
+def _caveat_of(
+    measured: PartsDoubt,
+    judged: Verdict,
+    shares: tuple[Estimate, Estimate],
+    demanded: float,
+) -> Caveat:
+    """Return on which condition of the measured parts a verdict holds.
+
+    `shares` are out of limit: of the trials alone, and with both errors.
+    """
+    of_trials, both = shares
+    if judged == UNDECIDED:
+        return Caveat.FEW_PARTS if measured.dominates(both) else Caveat.NONE
+    any_parts = measured.for_any_parts(of_trials).complement
+    if measured.assumed and verdict(any_parts, demanded) != judged:
+        return OF_FITS.get(measured.assumed, Caveat.FITTED_PARTS)
+    return Caveat.NONE
 
 
 def judged_with(
@@ -131,11 +245,15 @@ def judged_with(
 
 
 def joint_yield(
-    responses: Mapping[str, Array], sample: Sample, limits: Mapping[str, Ends]
+    responses: Mapping[str, Array],
+    sample: Sample,
+    limits: Mapping[str, Ends],
+    measured: PartsDoubt | None = None,
 ) -> Estimate:
     """Estimate the yield, all limits, of at least one limit by response, SI."""
     inside = [within(responses[name], limit) for name, limit in limits.items()]
-    return _most(np.all(inside, axis=0) & sample.done, sample)
+    share = _most(np.all(inside, axis=0) & sample.done, sample)
+    return measured.widened(share.complement).complement if measured else share
 
 
 def worded(verdict: str, reason: str) -> str:

@@ -17,9 +17,8 @@ from tolstat.statistics.remedies.remedy import (
     MOST_TRIALS,
     smallest_change,
 )
+from tolstat.statistics.remedies.surface import NONLINEAR, REMAINDER, UNEXPLAINED
 
-NONLINEAR = 0.25  # part of what bends add that may be wrong
-UNEXPLAINED, REMAINDER = 0.02, 0.5  # of sigma: from there half of it may change
 ROUNDS = 4  # searches, the later ones from the fresh trials of the one before
 
 

@@ -1,5 +1,6 @@
 """A quadratic surface of all responses, by least squares."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,22 @@ BLOCK = 4096  # trials whose terms are in memory at a time
 TRIALS_PER_TERM = 4  # at least, with products
 WELL_EXPLAINED = 0.01  # of sigma: where squares leave less, products do not pay
 SIGNIFICANT, ROUNDING = 3.0, 1e-9  # standard errors; of sigma: second order below is 0
+NONLINEAR = 0.25  # part of what bends add that may be wrong
+UNEXPLAINED, REMAINDER = 0.02, 0.5  # of sigma: from there half of it may change
 RANK = 1e-10  # of the largest singular value: terms below it depend on others
+
+
+class Gains(NamedTuple):
+    """What responses gain by a step, float64[trial, response].
+
+    Attributes
+    ----------
+    linear, bent : float64[trial, response]
+        By the slopes, and by all second derivatives.
+    """
+
+    linear: Array
+    bent: Array
 
 
 class Surface(NamedTuple):
@@ -38,11 +54,26 @@ class Surface(NamedTuple):
         """
         changed = np.flatnonzero((shift != 0) | (ratio != 1))
         step = shift[changed] + (ratio[changed] - 1) * z[:, changed]
-        gains = np.asarray(step @ self.slopes[changed])
-        for response, bend in enumerate(self.bends[:, changed]):
-            if bend.any():
-                turn = z @ bend.T + step @ (bend[:, changed] / 2)
-                gains[:, response] += np.einsum("ti,ti->t", step, turn)
+        gains = self.along(z, changed)(step)
+        return gains.linear + gains.bent
+
+    def along(self, z: Array, columns: Integers) -> Callable[[Array], Gains]:
+        """Return what responses gain by steps of some contributors, as a function.
+
+        Its argument is float64[trial, column].
+        """
+        turns = [z @ bend[columns].T if bend.any() else None for bend in self.bends]
+
+        def gains(step: Array) -> Gains:
+            linear = np.asarray(step @ self.slopes[columns])
+            bent = np.zeros_like(linear)
+            for response, turn in enumerate(turns):
+                if turn is not None:
+                    bend = self.bends[response][np.ix_(columns, columns)]
+                    whole = turn + step @ (bend / 2)
+                    bent[:, response] = np.einsum("ti,ti->t", step, whole)
+            return Gains(linear, bent)
+
         return gains
 
 

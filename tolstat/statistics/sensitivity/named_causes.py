@@ -104,7 +104,7 @@ def named_causes(
     tests, together = differences(columns, out), pairs(deviations, tested)
     for response, by_members in sums.items():
         tests[response] |= differences(by_members, {response: out[response]})[response]
-    ranked = Ranked(deviations)
+    ranked = Ranked(deviations, np.logical_or.reduce([*out.values()]))
     causes = {}
     for response, units in out.items():
         raw = tests[response]
@@ -171,19 +171,23 @@ def _parts(
             and (n in same or (n in remaining and kind and effects[n].kind == kind))
         ]  # fmt: skip
         least = DIFFERS / max(len(peers) * (len(peers) + 1) / 2, 1)  # of all pairs
-        differing = {n for n in peers if _level_apart(z[lead], z[n]) < least}
+        levels = _levels_apart(z[lead], np.array([z[n] for n in peers]))
+        differing = {n for n, level in zip(peers, levels, strict=True) if level < least}
         members = tuple(n for n in z if n == lead or n in {*peers} - differing)
         named.append(Named(members, remaining[lead]))
         remaining = {n: p for n, p in remaining.items() if n not in named[-1].members}
     return named
 
 
-def _level_apart(first: Array, second: Array) -> float:
-    """Return the level at which two effects differ, from scores of units out of limit.
+def _levels_apart(first: Array, others: Array) -> Array:
+    """Return the levels at which an effect differs from others, float64[other, unit].
 
-    Units with two equivalent parts exchanged are as likely: a paired t test. Scores to
-    the side of the mean and distances are compared; the smaller level counts, doubled.
+    Scores are of units out of limit. Units with two equivalent parts exchanged are as
+    likely: a paired t test. Scores to the side of the mean and distances are compared;
+    the smaller level counts, doubled.
     """
-    a, b = (math.copysign(1.0, z.mean()) * z for z in (first, second))
+    if not len(others):
+        return np.empty(0)
+    a, b = (np.copysign(1.0, z.mean(-1, keepdims=True)) * z for z in (first, others))
     pairs_of_scores = ((a, b), (b, a), (np.abs(a), np.abs(b)), (np.abs(b), np.abs(a)))
-    return 4 * min(larger(*scores_of) for scores_of in pairs_of_scores)
+    return np.asarray(4 * np.min([larger(*pair) for pair in pairs_of_scores], axis=0))

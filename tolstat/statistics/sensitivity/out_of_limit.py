@@ -24,25 +24,30 @@ LEAST_OWN = 1e-3  # share of the variance below which two parts are one
 
 
 class Ranked:
-    """Deviations sorted once, for the normal scores of units out of several limits.
+    """Ranks of deviations, for the normal scores of units out of several limits.
 
     Equal values are ranked at random. Each contributor has separate random numbers,
-    which never change: common ones would correlate independent contributors.
+    which never change: common ones would correlate independent contributors. Ranks are
+    kept of those units only that are out of any limit, bool[trial].
     """
 
-    def __init__(self, columns: Mapping[str, Array]) -> None:
-        self._columns = columns
-        self._ordered = [np.sort(x[:RANKED]) for x in columns.values()]
+    def __init__(self, columns: Mapping[str, Array], out: Truths) -> None:
+        self._names, self._row = [*map(str, columns)], np.cumsum(out) - 1
+        self._number = min(len(out), RANKED)
+        self._low, self._ties = np.empty((2, len(columns), int(out.sum())), np.int32)
+        for low, ties, x in zip(self._low, self._ties, columns.values(), strict=True):
+            ordered = np.sort(x[:RANKED])
+            low[:], high = (np.searchsorted(ordered, x[out], side) for side in SIDES)
+            ties[:] = high - low
 
     def scores(self, out: Truths) -> Array:
         """Return the normal scores of some units among all: [contributor, unit]."""
-        units = np.flatnonzero(out)
-        positions = np.empty((len(self._ordered), len(units)))
-        rows = zip(positions, self._ordered, self._columns.items(), strict=True)
-        for row, ordered, (name, x) in rows:
-            low, high = (np.searchsorted(ordered, x[units], s) for s in SIDES)
-            numbers, n = _numbers(str(name), len(units)), len(ordered)
-            row[:] = np.clip((low + numbers * (high - low)) / n, 0.5 / n, 1 - 0.5 / n)
+        units, n = self._row[out], self._number
+        numbers = [_numbers(name, len(units)) for name in self._names]
+        positions = np.reshape(numbers, (len(numbers), len(units)))
+        positions *= self._ties[:, units]
+        positions += self._low[:, units]
+        np.clip(positions / n, 0.5 / n, 1 - 0.5 / n, out=positions)
         return np.asarray(ndtri(positions, out=positions), np.float64)
 
 
@@ -87,7 +92,7 @@ def own_parts(deviations: Mapping[str, Array], linked: Truths) -> dict[str, Arra
     names, remainders = list(deviations), dict(deviations)
     all_trials = np.ones(len(next(iter(deviations.values()))), dtype=bool)
     among = [n for n, row in zip(names, linked, strict=True) if row.sum() > 1]
-    ranked = Ranked({name: deviations[name] for name in among})
+    ranked = Ranked({name: deviations[name] for name in among}, all_trials)
     z = dict(zip(among, ranked.scores(all_trials), strict=True))
     for name in among:
         row = linked[names.index(name)]
@@ -101,11 +106,13 @@ def own_parts(deviations: Mapping[str, Array], linked: Truths) -> dict[str, Arra
     return remainders
 
 
-def larger(first: Array, second: Array) -> float:
-    """Return the level of a paired t test: the mean of one is larger."""
+def larger(first: Array, second: Array) -> Array:
+    """Return the levels of paired t tests, along the last axis: one mean is larger."""
     steps = first - second
-    error = float(steps.std(ddof=1)) / math.sqrt(len(steps))
-    return float(stdtr(len(steps) - 1, -float(steps.mean()) / error)) if error else 1.0
+    error = steps.std(axis=-1, ddof=1) / math.sqrt(steps.shape[-1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        levels = stdtr(steps.shape[-1] - 1, -steps.mean(axis=-1) / error)
+    return np.where(error > 0, levels, 1.0)
 
 
 CLEAR = 0.05  # level below which a difference is significant

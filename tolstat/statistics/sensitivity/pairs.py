@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -98,7 +99,8 @@ def pairs(
     free = np.triu(~linked[np.ix_(rows, rows)])
     if not free.any():
         return by_response
-    ranked = _FourRanked(tested_columns, remainders)
+    any_limit = np.logical_or.reduce([*tested.values()])
+    ranked = _FourRanked(tested_columns, remainders, any_limit)
     for name, units in tested.items():
         by_response[name] = _Scores(ranked, units).pairs(free)
     return by_response
@@ -108,12 +110,15 @@ class _FourRanked:
     """Deviations, their distances from the median, and the remainders of both."""
 
     def __init__(
-        self, deviations: Mapping[str, Array], rests: Mapping[str, Array]
+        self,
+        deviations: Mapping[str, Array],
+        rests: Mapping[str, Array],
+        out: Truths,
     ) -> None:
         self.names = list(deviations)
         self._linked = any(rests[n] is not x for n, x in deviations.items())
         self._ranked = [
-            Ranked(columns)
+            Ranked(columns, out)
             for several in ((deviations, rests) if self._linked else (deviations,))
             for columns in (several, _distances(several))
         ]
@@ -144,16 +149,21 @@ class _Scores:
 
         bool[i, j], only above the diagonal.
         """
-        i, j = np.nonzero(free)
         mean, error = self.z.mean(axis=1), self.z.std(axis=1) / math.sqrt(self.units)
-        signed = _weaker(self.own, self.z, self.z - mean[:, None])[i, j]
+        signed = _weaker(self.own, self.z, self.z - mean[:, None])
         still = np.abs(mean) < SHIFTED * error
-        of_far = _weaker(self.own_far, self.far)[i, j] * still[i] * still[j]
+        of_far = _weaker(self.own_far, self.far) * still[:, None] * still
         clear = chdtrc(self.units, np.sum(self.z**2, axis=1)) < CLEAR / len(free)
-        has_clear = clear[i] | clear[j]
-        most = MOST_NEAR if has_clear.any() else 0.0
-        weight = (1 - most) / len(i) + most * has_clear / max(has_clear.sum(), 1)
+        has_clear = clear[:, None] | clear
+        count, clear_pairs = int(free.sum()), int((has_clear & free).sum())
+        most = MOST_NEAR if clear_pairs else 0.0
+        least_weight, more = (1 - most) / count, most / max(clear_pairs, 1)
+        # most pairs have no level below this one, and no exact level is computed
+        least = -0.999 * ndtri(CLEAR / 4 * (least_weight + more))
+        i, j = np.nonzero(free & (np.maximum(np.abs(signed), of_far) > least))
+        weight = least_weight + more * has_clear[i, j]
         # doubled for both ways, and for the contributors tested alone
+        signed, of_far = signed[i, j], of_far[i, j]
         levels = 4 * np.array([2 * ndtr(-np.abs(signed)), ndtr(-of_far)]) / weight
         linked: dict[tuple[int, ...], Together] = {}
         for w, k in np.argwhere(levels < CLEAR).tolist():
@@ -234,5 +244,6 @@ def _weaker(tested: Array, *references: Array) -> Array:
     units = (z / np.linalg.norm(z, axis=1, keepdims=True) for z in references)
     products = [tested @ unit.T for unit in units]
     products += [product.T for product in products]
-    least, most = np.minimum.reduce(products), np.maximum.reduce(products)
-    return np.asarray(np.where(least > 0, least, np.where(most < 0, most, 0.0)))
+    least, most = reduce(np.minimum, products), reduce(np.maximum, products)
+    weakest = np.where(least > 0, least, 0.0)
+    return np.where(most < 0, most, weakest)

@@ -1,0 +1,131 @@
+"""Few measured parts are a doubt of a fraction out of limit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.special import ndtr, ndtri
+
+from tests.studies.coverage.measured_parts import study
+from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.yields import JOINT, MET, UNDECIDED, Caveat, yield_of
+from tolstat.statistics.measured.doubt import MeasuredTrials, doubts_of
+from tolstat.statistics.measured.populations import MeasuredSample
+from tolstat.statistics.sample import Sample
+from tolstat.status import Status
+
+TRIALS = 4096
+RNG = np.random.default_rng(7)
+PARTS = np.sort(RNG.standard_normal(10))
+UNITS, OTHER = RNG.random(TRIALS), 0.75 * RNG.standard_normal(TRIALS)
+
+
+def doubt_of(response, limit, parts=PARTS, fit="normal", p_value=0.5, names=("x",)):
+    """Return the doubt of a response of measured x and another contributor."""
+    fitted = parts.mean() + parts.std(ddof=1) * ndtri(UNITS)
+    x = fitted if fit else parts[(UNITS * len(parts)).astype(int)]
+    sample = MeasuredSample("x", names, parts, fit, p_value)
+    deviations = {**dict.fromkeys(names, x), "other": OTHER}
+    trials = MeasuredTrials(
+        (sample,), deviations, {"y": response(x, OTHER)}, {"y": limit}
+    )
+    return doubts_of(trials, (0.5,))
+
+
+def test_of_a_fit_the_interval_is_that_of_its_mean_and_sigma():
+    end = PARTS.mean() + 3.0
+    share = doubt_of(lambda x, w: x + w, Limit(-np.inf, end))["y"].share
+    rng, n, draws = np.random.default_rng(0), len(PARTS), 20_000
+    sigma = PARTS.std(ddof=1) * np.sqrt((n - 1) / rng.chisquare(n - 1, draws))
+    mean = PARTS.mean() + sigma / np.sqrt(n) * rng.standard_normal(draws)
+    out = ndtr((mean - end) / np.hypot(sigma, OTHER.std()))
+    # 400 draws know the ends of an interval over two decades to a few tenths of one
+    known = np.quantile(out, [0.025, 0.975])
+    assert np.log10(share.if_fitted[1:3]) == pytest.approx(np.log10(known), abs=0.3)
+    assert share.assumed == "normal" and share.entries == {"x": 10}
+    assert share.for_any.upper > share.if_fitted.upper
+
+
+def test_a_bent_response_moves_as_if_evaluated_again():
+    def bent(x, w):
+        return x + 0.1 * x**2 + w + 0.2 * x * w
+
+    limit = Limit(-2.5, 3.0)
+    share = doubt_of(bent, limit)["y"].share
+    sample, rng = MeasuredSample("x", ("x",), PARTS, "normal", 0.5), None
+    rng = np.random.default_rng(1)
+    out = [
+        np.mean((y < limit.lower) | (y > limit.upper))
+        for population in sample.populations(400, rng, fitted=True)
+        for y in [bent(population(UNITS), OTHER)]
+    ]
+    assert share.of_parts == pytest.approx(np.quantile(out, [0.025, 0.975]), abs=1e-12)
+
+
+def test_two_parts_give_no_interval_and_no_verdict():
+    parts = np.array([-0.01, 0.01])
+    doubts = doubt_of(lambda x, w: x + 0.1 * w, Limit(-1.0, 1.0), parts, "")
+    share, sample = doubts["y"].share, Sample(np.full(TRIALS, Status.DONE))
+    found = yield_of(0.1 * OTHER, sample, (-1.0, 1.0), measured=share)
+    assert (found.verdict, found.reason) == (UNDECIDED, Caveat.FEW_PARTS)
+    assert found.words == "undecided (only 2 parts measured)"
+    assert not found.fraction_out_of_limit.sure and found.needed == 0
+    assert found.fraction_out_of_limit.value == 0
+    assert not doubts[JOINT].share.widened(found.fraction_out_of_limit).sure
+
+
+def test_a_doubtful_fit_decides_nothing():
+    doubt = doubt_of(lambda x, w: x + w, Limit(-np.inf, 3.0), p_value=0.04)
+    assert not doubt["y"].share.assumed
+
+
+def test_a_verdict_by_a_fit_has_its_condition_until_the_parts_agree():
+    sample = Sample(np.full(TRIALS, Status.DONE))
+    many = np.sort(np.random.default_rng(3).standard_normal(1000))
+    for parts, end, reason in (
+        (PARTS, 9.0, Caveat.NORMAL_PARTS),
+        (many, 9.0, Caveat.NONE),
+    ):
+        share = doubt_of(lambda x, w: x + w, Limit(-np.inf, end), parts)["y"].share
+        found = yield_of(OTHER, sample, (-np.inf, end), measured=share)
+        assert (found.verdict, found.reason) == (MET, reason)
+
+
+def test_parts_that_decide_are_said_and_do_decide():
+    limit = Limit(-np.inf, PARTS.mean() + 5.5 * PARTS.std(ddof=1))
+    needed = doubt_of(lambda x, w: x + w, limit, fit="")["y"].share.needed
+    assert needed in (20, 30, 50, 100, 200, 300, 500, 1000)
+    more = MeasuredSample("x", ("x",), PARTS).enlarged(needed).values
+    assert len(more) == needed
+    assert more.mean() == pytest.approx(PARTS.mean())
+    assert more.std(ddof=1) == pytest.approx(PARTS.std(ddof=1))
+    share = doubt_of(lambda x, w: x + w, limit, more, "")["y"].share
+    assert share.of_parts[1] <= 0.0027 and share.needed == 0
+
+
+def test_contributors_of_one_entry_come_from_one_population():
+    """Two parts from one file err together: as one part that counts twice."""
+    limit = Limit(-np.inf, 6.0)
+    rng = np.random.default_rng(4)
+    x = [PARTS[(rng.random(TRIALS) * 10).astype(int)] for _ in "ab"]
+    widths = []
+    for samples in (
+        (MeasuredSample("x", ("a", "b"), PARTS),),
+        tuple(MeasuredSample(n, (n,), PARTS) for n in "ab"),
+    ):
+        trials = MeasuredTrials(
+            samples, dict(zip("ab", x, strict=True)), {"y": sum(x)}, {"y": limit}
+        )
+        gains = doubts_of(trials, (0.5,))["y"].numbers.mean
+        widths.append(gains.std())
+    assert widths[0] == pytest.approx(np.sqrt(2) * widths[1], rel=0.15)
+
+
+@pytest.mark.parametrize("kind", ["normal", "skewed"])
+def test_intervals_of_few_parts_hold(kind):
+    """More in tests/studies/coverage/measured_parts.csv."""
+    rng, truth = np.random.default_rng(5), 0.0027
+    studies = [study(rng, kind, "", 10, 1, 1.0) for _ in range(12)]
+    shares = [x.fraction_out_of_limit for x in studies]
+    assert sum(x.lower <= truth <= x.upper for x in shares) >= 10
+    assert not any(x.verdict == MET for x in studies)

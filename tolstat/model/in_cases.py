@@ -1,0 +1,231 @@
+"""A model in cases is a model: the same units, judged in several conditions.
+
+Contributors are those of the model. Each response exists once in each case, as
+`play_at_cold`; a trial is done if it is done in all cases.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tolstat.arrays import Array, Truths
+from tolstat.deviations.names import IN_CASE
+from tolstat.lanes.digest import digest
+from tolstat.model.checked import complete, described, impossible
+from tolstat.model.contract import History, Model, Outcome, Spreads
+from tolstat.model.description import Description, StudyNumber
+from tolstat.model.view import Chart, Offer, View
+from tolstat.status import Status, words_of
+
+# what it has in common with its model
+COMMON = "name", "title", "settings", "assumptions", "failures"
+
+
+class Condition(NamedTuple):
+    """A case: its name, and the settings that it changes."""
+
+    name: str
+    words: str  # the changes, as they are written
+    # by setting, SI; of a table by name, such as links, only the rows that change
+    changes: Mapping[str, Any]
+
+    def of(self, name: str) -> str:
+        """Return the name of a response, a number or a view in this case."""
+        return f"{name}{IN_CASE}{self.name}"
+
+    def settings(self, settings: Any) -> Any:
+        """Return settings as they are in this case."""
+        changes = {}
+        for name, value in self.changes.items():
+            before = getattr(settings, name)
+            if isinstance(value, Mapping):
+                rows = {key: {**before[key], **row} for key, row in value.items()}
+                value = {**before, **rows}
+            changes[name] = value
+        return replace(settings, **changes)
+
+
+class ModelInCases(Model):
+    """A model whose trials are evaluated once in each case."""
+
+    def __init__(self, base: Model, conditions: tuple[Condition, ...]) -> None:
+        self.base, self.conditions = base, conditions
+        vars(self).update({name: getattr(base, name) for name in COMMON})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how it is made again in another process."""
+        return ModelInCases, (self.base, self.conditions)
+
+    def describe(self, settings: Any) -> Description:
+        """Return the contributors, and each response in each case."""
+        contributors, responses = described(self.base, settings)
+        return Description(
+            contributors,
+            tuple(
+                replace(
+                    response,
+                    name=condition.of(response.name),
+                    sentence=", ".join(filter(None, words)),
+                )
+                for response in responses
+                for condition in self.conditions
+                for words in [(response.sentence, condition.words)]
+            ),
+        )
+
+    def evaluate(self, deviations: Array, settings: Any) -> Outcome:
+        """Return the responses of all cases; a trial ends as it first fails."""
+        answers = []
+        for case in self._settings(settings):
+            outcome = self.base.evaluate(deviations, case)
+            answers.append(complete(self.base, outcome, len(deviations), case))
+        status = answers[0].status
+        for answer in answers[1:]:
+            status = np.where(status == Status.DONE, answer.status, status)
+        steps = [answer.steps for answer in answers if answer.steps is not None]
+        responses = np.stack([answer.responses for answer in answers], axis=2)
+        return Outcome(
+            responses.reshape(len(deviations), -1),
+            status,
+            np.sum(steps, axis=0) if steps else None,
+        )
+
+    def impossible(self, deviations: Array, settings: Any) -> Mapping[str, Truths]:
+        """Return which trials cannot be built in one of the cases."""
+        status = np.zeros(len(deviations), np.int64)
+        for case in self._settings(settings):
+            other = impossible(self.base, deviations, case)
+            status = np.where(status == 0, other, status)
+        codes = words_of(self.failures)
+        return {codes[code]: status == code for code in np.unique(status[status > 0])}
+
+    def tightened(self, settings: Any) -> Any | None:
+        """Return settings that integrate more precisely, in each case."""
+        return self.base.tightened(settings)
+
+    def numbers(
+        self, settings: Any, spreads: Spreads, *, independent: bool = True
+    ) -> tuple[StudyNumber, ...]:
+        """Return the numbers of each case."""
+        return tuple(
+            number._replace(
+                name=condition.of(number.name), of=number.of and condition.of(number.of)
+            )
+            for condition, case in self._cases(settings)
+            for number in self.base.numbers(case, spreads, independent=independent)
+        )
+
+    def warnings(self, settings: Any, spreads: Spreads) -> tuple[str, ...]:
+        """Return the warnings of all cases, with its name where not all have one."""
+        by_case = {
+            condition.name: self.base.warnings(case, spreads)
+            for condition, case in self._cases(settings)
+        }
+        first, *others = by_case.values()
+        common = [words for words in first if all(words in rest for rest in others)]
+        return (
+            *common,
+            *(
+                f"Case {name}: {words}"
+                for name, warnings in by_case.items()
+                for words in warnings
+                if words not in common
+            ),
+        )
+
+    def history(self, deviations: Array, settings: Any, step: float) -> History:
+        """Return the histories of all cases in one chart, over the first one's axis."""
+        charts = [
+            _renamed(self.base.history(deviations, case, step).chart, condition)
+            for condition, case in self._cases(settings)
+        ]
+        first = charts[0]
+        chart = replace(
+            first,
+            curves=tuple(
+                curve
+                if curve.at is None and np.array_equal(chart.at, first.at)
+                else curve._replace(at=chart.at if curve.at is None else curve.at)
+                for chart in charts
+                for curve in chart.curves
+            ),
+            marks=tuple(mark for chart in charts for mark in chart.marks),
+            regions=tuple(region for chart in charts for region in chart.regions),
+            panels=tuple(panel for chart in charts for panel in chart.panels),
+            bands=(),  # they have no axis of their own
+        )
+        return History(chart, self.evaluate(deviations[None, :], settings))
+
+    @property
+    def views(self) -> tuple[Offer, ...]:  # type: ignore[override]
+        """The views of its model, in each case."""
+        return tuple(
+            offer._replace(
+                name=condition.of(offer.name),
+                sentence=f"{offer.sentence}, {condition.words}",
+                function=partial(_view, offer, condition),
+            )
+            for offer in self.base.views
+            for condition in self.conditions
+        )
+
+    @property
+    def source_digest(self) -> str:
+        """The digest of the code that decides the bits of its trials."""
+        return digest(Path(__file__), self.base.source_digest)
+
+    @property
+    def without_cases(self) -> Model:
+        """The model that is evaluated in each case."""
+        return self.base
+
+    @property
+    def audits_steps(self) -> bool:
+        """Whether an audit shortens its longest step, or takes another method."""
+        return self.base.audits_steps
+
+    @property
+    def moves(self) -> bool:
+        """Whether it has histories."""
+        return self.base.moves
+
+    def _cases(self, settings: Any) -> Iterator[tuple[Condition, Any]]:
+        """Yield each case with its settings."""
+        for condition in self.conditions:
+            yield condition, condition.settings(settings)
+
+    def _settings(self, settings: Any) -> Iterator[Any]:
+        """Yield the settings of each case."""
+        return (case for _, case in self._cases(settings))
+
+
+def _view(offer: Offer, condition: Condition, deviations: Array, settings: Any) -> View:
+    """Return a view of a model in a case."""
+    return offer.function(deviations, condition.settings(settings))
+
+
+def _renamed(chart: Chart, condition: Condition) -> Chart:
+    """Return a chart with the names of a case."""
+    names = condition.of
+    return replace(
+        chart,
+        curves=tuple(c._replace(name=names(c.name)) for c in chart.curves),
+        marks=tuple(mark._replace(curve=names(mark.curve)) for mark in chart.marks),
+        regions=tuple(area._replace(name=names(area.name)) for area in chart.regions),
+        panels=tuple(
+            panel._replace(
+                title=f"{panel.title}, {condition.words}".removeprefix(", "),
+                names=tuple(
+                    names(name)
+                    for name in panel.names
+                    if name not in {band.name for band in chart.bands}
+                ),
+                right=tuple(map(names, panel.right)),
+            )
+            for panel in chart.panels
+        ),
+    )

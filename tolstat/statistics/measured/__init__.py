@@ -1,0 +1,1 @@
+"""The doubt that few measured parts leave in every number of a run."""
