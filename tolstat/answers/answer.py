@@ -22,6 +22,7 @@ DOCUMENTS = {
     "allocate": ("allocate.allocation_document", "allocation_document"),
     "compare": ("compare.comparison_document", "comparison_document"),
     "extremes": ("sweep.extremes_document", "extremes_document"),
+    "parts": ("parts.parts_document", "parts_document"),
     "rare": ("rare.rare_document", "rare_document"),
     "report": ("report.report_document", "report_document"),
     "runs": ("runs_document", "runs_document"),

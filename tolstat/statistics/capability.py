@@ -23,6 +23,7 @@ from tolstat.statistics.summary import NO_SPREAD, ONE_END
 
 TAIL = (1 - CONFIDENCE) / 2
 FEWEST = 5  # parts with an interval
+MANY = 30  # parts whose mean is normal, whatever they are
 ABNORMAL = NoInterval(Lack.NORMAL_PARTS)
 
 
@@ -72,26 +73,30 @@ def capability_of(
     lots : sequence of str
         The lot of each; none without lots.
     normal : bool
-        Whether they may be normal: without that only the share outside has an interval.
+        Whether they may be normal. Without that only the share outside has an interval,
+        and the mean of many.
     """
     parts, mean = len(values), float(values.mean())
     freedom = parts - 1
     sigma = float(values.std(ddof=1)) if parts > 1 else math.nan
     reason: str = "" if normal else ABNORMAL
     if parts < FEWEST:
-        reason = NoInterval(Lack.PARTS, needed=FEWEST)
+        reason = NoInterval(Lack.FEWEST_PARTS, needed=FEWEST)
     half = float(stdtrit(max(freedom, 1), 1 - TAIL)) * sigma / math.sqrt(parts)
     below = int(np.count_nonzero(values < tolerance.lower))
     above = int(np.count_nonzero(values > tolerance.upper))
     pp, ppk = _indices(mean, sigma, parts, freedom, tolerance, reason)
     within, degrees = sigma_within(values, lots)
+    widest, narrowest = _ratios(freedom)
     cp = cpk = NONE
     if degrees:
         cp, cpk = _indices(mean, within, parts, degrees, tolerance, reason)
     return Capability(
         parts,
-        _with_interval(mean, mean - half, mean + half, reason),
-        _with_interval(sigma, *(sigma / x for x in _ratios(freedom)), reason=reason),
+        _with_interval(
+            mean, mean - half, mean + half, "" if parts >= MANY else reason
+        ),
+        _with_interval(sigma, sigma / widest, sigma / narrowest, reason),
         pp, ppk, cp, cpk, below, above,
         proportion(below + above, parts) if tolerance.finite else NONE,
     )  # fmt: skip

@@ -28,7 +28,7 @@ class Lack(Enum):
     REPLICATES = "no replicates of {size} trials"
     LIGHT_WEIGHTS = "{trials} trials are too few with these weights"
     EFFECTIVE_TRIALS = "effective sample size {effective}; {needed} needed"
-    PARTS = "needs {needed} parts"
+    FEWEST_PARTS = "needs {needed} parts"
     NORMAL_PARTS = "the parts are not normal"
     SECOND_END = "the limit has one end"
     SPREAD = "the response does not spread"

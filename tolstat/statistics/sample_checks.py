@@ -180,8 +180,8 @@ def cut_off(values: Array, end: float, level: float = LEVEL) -> CutOff | None:
     distance, band = side * (end - values), BAND * float(values.std())
     if (distance < 0).any() or not band > 0:
         return None
-    near = np.count_nonzero(distance < band)
-    farther = np.count_nonzero((distance >= band) & (distance < 2 * band))
+    near = int(np.count_nonzero(distance < band))
+    farther = int(np.count_nonzero((distance >= band) & (distance < 2 * band)))
     # a bell falls ever faster: by exp(-band^2/sigma^2) from band to band
     ratio = min(1.0, near / max(farther, 1)) * math.exp(-(BAND**2))
     expected = near * ratio

@@ -1,6 +1,7 @@
 """Files of data that a study names: measured parts, trials, published points."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,34 +22,69 @@ _WHOLE = re.compile(r"[+-]?[0-9]+")
 
 
 def read_data(
-    folder: Path | None, entry: FileEntry, wanted: tuple[str, ...] = ()
+    folder: Path | None, entry: FileEntry, wanted: Sequence[str] = ()
 ) -> Table:
     """Return the table of a file beside a study; see `read_table`."""
     path = beside(folder, entry.data)
     return read_table(path, content(path, MOST_MEGABYTES), form_of(entry), wanted)
 
 
-def read_measured(folder: Path | None, entry: PartsEntry) -> tuple[MeasuredColumn, str]:
-    """Return a measured column, and the text of a number that a comma may tear."""
-    path, torn = beside(folder, entry.data), ""
-    if path.suffix.lower() in qdas.ENDINGS:
-        raw = content(path, MOST_MEGABYTES)
-        values = values_beside(folder, entry.data)
-        file = read_qdas(path, raw, values, form_of(entry))
-        return file.measured(entry.column), torn
-    table = read_data(folder, entry, (entry.column,))
-    column = table.measured(entry.column)
-    if table.grid.separator == COMMA:
-        torn = torn_by_commas(table.rows, table.columns[column.name])
-    return column, torn
+class MeasuredFile:
+    """A file of measured parts: a table, or characteristics of Q-DAS.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    entry : PartsEntry
+        How it is written.
+    wanted : sequence of str
+        Columns that will be read.
+    """
+
+    def __init__(
+        self, path: Path, entry: PartsEntry, wanted: Sequence[str] = ()
+    ) -> None:
+        raw, form = content(path, MOST_MEGABYTES), form_of(entry)
+        self._file: Table | qdas.QdasFile
+        if path.suffix.lower() in qdas.ENDINGS:
+            self._file = read_qdas(path, raw, _values_beside(path), form)
+        else:
+            self._file = read_table(path, raw, form, wanted)
+
+    @property
+    def names(self) -> list[str]:
+        """The characteristics, or columns of numbers that do not count 1, 2, 3."""
+        if isinstance(self._file, qdas.QdasFile):
+            return self._file.names
+        columns = [n for n in self._file.numeric if not _counts(self._file, n)]
+        return columns or self._file.partly_numeric
+
+    def measured(self, name: str, lots: str = "") -> MeasuredColumn:
+        """Return a column; `lots` names that of the lots, which Q-DAS tells itself."""
+        if isinstance(self._file, qdas.QdasFile):
+            return self._file.measured(name)
+        return self._file.measured(name, lots)
+
+    def torn(self, name: str) -> str:
+        """Return the text of a number that a decimal comma may tear in two columns."""
+        if isinstance(self._file, qdas.QdasFile) or self._file.grid.separator != COMMA:
+            return ""
+        return torn_by_commas(self._file.rows, self._file.columns[name])
 
 
-def values_beside(folder: Path | None, name: str) -> bytes:
+def _counts(table: Table, name: str) -> bool:
+    """Return whether a column counts the rows."""
+    numbers = table.measured(name).numbers
+    return len(numbers) > 1 and bool((np.diff(numbers) == 1).all())
+
+
+def _values_beside(path: Path) -> bytes:
     """Return the values that belong to a DFD file; nothing for a DFQ file."""
-    if Path(name).suffix.lower() != ".dfd":
+    if path.suffix.lower() != ".dfd":
         return b""
-    suffix = ".DFX" if Path(name).suffix.isupper() else ".dfx"
-    return content(beside(folder, str(Path(name).with_suffix(suffix))), MOST_MEGABYTES)
+    suffix = ".DFX" if path.suffix.isupper() else ".dfx"
+    return content(path.with_suffix(suffix), MOST_MEGABYTES)
 
 
 def form_of(entry: FileEntry) -> Form:

@@ -12,8 +12,8 @@ from typing import Any
 
 from tolstat import regular_files
 from tolstat.errors import DataError, StudyError
+from tolstat.regular_files import as_text
 from tolstat.study.problems import Problems
-from tolstat.tables.encodings import as_text
 from tolstat.toml import DEEP_KEY, DEEPEST, toml_table, toml_text
 from tolstat.units.grammar import MOST_NUMBER
 

@@ -9,7 +9,8 @@ import numpy as np
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.measured import DOUBTFUL, Fitted, Measured, fit
 from tolstat.errors import DataError
-from tolstat.study.data_files import read_measured, source_words
+from tolstat.study.data_files import MeasuredFile, source_words
+from tolstat.study.files import beside
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.study_schema import PartsEntry, read_entry
 from tolstat.units.scale import Scale, scale_of
@@ -36,7 +37,8 @@ def read_parts(
     """
     entry = read_entry(PartsEntry, keys, "measured parts have")
     contributor = reader.contributor
-    column, torn = read_measured(folder, entry)
+    file = MeasuredFile(beside(folder, entry.data), entry, (entry.column,))
+    column = file.measured(entry.column, entry.lots or "")
     written = column.unit if entry.unit is None else entry.unit
     if column.unit and column.unit != written:
         raise DataError(
@@ -49,7 +51,7 @@ def read_parts(
     sized = reader.with_nominal(nominal) if nominal is not None else reader
     holds = entry.holds or ("sizes" if sized is not reader else "")
     values, sizes = sized.column(column.numbers, written, holds, column.places)
-    if torn:
+    if torn := file.torn(column.name):
         reader.warnings.append(
             f"{entry.data}: {torn} may be one number with a decimal comma, in two "
             "columns; if so, write it with a point"

@@ -144,6 +144,9 @@ class PartsEntry(FileEntry):
     nominal: str | None = key('a text such as "2450 mm"', None)
     holds: Literal["sizes", "deviations"] | None = key("one of sizes, deviations", None)
     fit: Literal["normal", "lognormal"] | None = key("one of normal, lognormal", None)
+    # of the drawing, to judge the parts by; trials take the parts as they are
+    tolerance: str | None = key('a tolerance such as "+-1.2 mm"', None)
+    lots: str | None = key("the name of a column, in quotes", None)
 
 
 class AxisEntry(Entry):

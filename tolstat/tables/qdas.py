@@ -118,6 +118,7 @@ class QdasFile:
         words += [f"part {part.name}"] if len(self._parts) > 1 else []
         words += [f"{left_out} that do not count"] if left_out else []
         return MeasuredColumn(
+            self.path,
             self._name(index),
             part.key(index, "K2142"),
             tuple(

@@ -14,6 +14,7 @@ from tolstat.tables.numerals import COMMA, NAMES, POINT, number, settled_decimal
 class MeasuredColumn(NamedTuple):
     """The measured values of one characteristic, as written."""
 
+    path: Path
     name: str
     unit: str  # empty where the file has none
     numbers: tuple[float, ...]
@@ -93,12 +94,23 @@ class Table:
     @property
     def numeric(self) -> list[str]:
         """The columns in which all cells that are not empty are numbers."""
-        return [
-            name
-            for name, i in self.columns.items()
-            if (filled := [r.cells[i] for r in self.rows if not is_empty(r.cells[i])])
-            and all(map(is_number, filled))
-        ]
+        shares = self._shares_of_numbers
+        return [name for name, share in shares.items() if share == 1.0]
+
+    @property
+    def partly_numeric(self) -> list[str]:
+        """The columns with numbers and other cells."""
+        shares = self._shares_of_numbers
+        return [name for name, share in shares.items() if 0.0 < share < 1.0]
+
+    @property
+    def _shares_of_numbers(self) -> dict[str, float]:
+        """The share of numbers among the cells that are not empty, by column."""
+        shares = {}
+        for name, i in self.columns.items():
+            filled = [r.cells[i] for r in self.rows if not is_empty(r.cells[i])]
+            shares[name] = sum(map(is_number, filled)) / max(1, len(filled))
+        return shares
 
     @cached_property
     def decimal(self) -> str:
@@ -153,6 +165,7 @@ class Table:
             )
         words = self._texts(lots) if lots else []
         return MeasuredColumn(
+            self.path,
             self.head.names[self._index(name)],
             self.head.units[self._index(name)],
             tuple(x for x in numbers if x is not None),
