@@ -88,7 +88,7 @@ def test_command_line_programs(run, program):
 @pytest.mark.parametrize("reader", ["pandas", "polars", "duckdb"])
 def test_tables_by_parquet(run, tmp_path, reader):
     path = tmp_path / "run.parquet"
-    from tolstat.answers.output_file import export
+    from tolstat.answers.export.trials_table import export
 
     export(run, path)
     with warnings.catch_warnings():

@@ -30,7 +30,7 @@ from tolstat.cli import options
 @click.option("--encoding", metavar="NAME", help="Of a text, such as cp850.")
 @click.option("--sheet", metavar="NAME", help="The sheet of a workbook.")
 @click.option("--part", metavar="NUMBER", help="The part of a Q-DAS file.")
-@options.output_option("Also write a file: .html, .csv or .json.")
+@options.output_option("Also write a file: .html, .csv, .json or .xlsx.")
 @options.form
 def parts(
     file: Path,

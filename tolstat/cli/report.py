@@ -7,8 +7,9 @@ import click
 
 from tolstat.answers import reports
 from tolstat.answers.compare.compare_runs import compare as comparison
+from tolstat.answers.export.trials_table import UNITS
+from tolstat.answers.export.trials_table import export as write_trials
 from tolstat.answers.output_file import check_output
-from tolstat.answers.output_file import export as write_trials
 from tolstat.answers.relimit import limited
 from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
@@ -53,7 +54,7 @@ def report(
 
 @click.command()
 @options.path_argument("runs", "A.h5 B.h5...", nargs=-1, required=True)
-@options.output_option("Also write a file: .html, .csv or .json.")
+@options.output_option("Also write a file: .html, .csv, .json or .xlsx.")
 @options.form
 @options.closely
 def compare(
@@ -74,14 +75,20 @@ def compare(
 @click.command()
 @options.run_file
 @options.output_option(
-    "The table to write.", metavar="FILE.csv|.parquet", required=True
+    "The table to write.", metavar="FILE.csv|.parquet|.xlsx", required=True
+)
+@click.option(
+    "--units",
+    type=click.Choice(UNITS),
+    help="SI, or the units of the study; default: of the study in XLSX, else SI.",
 )
 @options.force("Replace an existing file.")
-def export(source: Path, output: Path, force: bool) -> None:
-    """Write the trials of a run as a table, in SI.
+def export(source: Path, output: Path, units: str | None, force: bool) -> None:
+    """Write the trials of a run as a table.
 
-    It has a row for each trial, and units in its heads.
+    It has a row for each trial, and units in its heads. A workbook (XLSX) also has the
+    limits, responses, contributors and the provenance.
     """
     run = open_run(source)
-    write_trials(run, output, force=force)
+    write_trials(run, output, units=units or "", force=force)
     options.say(f"{run.trials} trials in {output}")
