@@ -115,11 +115,10 @@ def _estimate(cell: Cell) -> Estimate | None:
 
 def _plain(cell: Cell) -> Any:
     """Return a cell as a number, in the unit shown, or as text."""
-    match cell.main:
-        case (Number(value=int() as count),):
-            return count
-        case (Number(value=float() as value, scale=scale), *rest) if not any(rest):
-            return scale.factor * value
+    first = cell.main[0] if cell.main and not any(cell.main[1:]) else None
+    if isinstance(first, Number) and not isinstance(first.value, Estimate):
+        whole = isinstance(first.value, int)
+        return first.value if whole else first.scale.factor * first.value
     if (estimate := _estimate(cell)) is not None and not math.isnan(estimate.value):
         return estimate.value
     return "; ".join(filter(None, (as_text(cell.main), as_text(cell.below))))

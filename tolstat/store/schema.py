@@ -6,13 +6,12 @@ hard links, of the types and dimensions of `SCHEMA`, contiguous in the file itse
 byte of it in one dataset at most.
 """
 
-import re
 from typing import Any, NamedTuple
 
 import h5py
 from h5py import h5a, h5d, h5g, h5l, h5o, h5s, h5t
 
-from tolstat.store.tables import place_name
+from tolstat.store.tables import is_place
 
 
 class Values(NamedTuple):
@@ -48,7 +47,9 @@ SCHEMA = Group({
         "*": Values("f8", (0,)), "status": Values("u1", (0,)),
         "steps": Values("i8", (0,)),
     }),
-    "assumed": TABLE, "measured": Group({"*": Group({"values": NUMBERS})}),
+    "assumed": TABLE, "measured": Group({"*": Group({
+        "values": NUMBERS, "order": Values("i8"), "lot": Values("i8"),
+    })}),
     "rank-correlation": TABLE, "settings": TEXTS, "numbers": TEXTS,
     "provenance": Group(), "title-block": Group(), "status-words": Group(),
     "reference": Group({"columns": Group({"*": NUMBERS})}),
@@ -69,9 +70,7 @@ def _size_of(group: h5g.GroupID, schema: Group, path: str, size: int) -> int:
     used = 0
     for name in group:
         inner = f"{path}/{name.decode(errors='replace')}"
-        index = path and re.fullmatch(
-            place_name(path) + r"(_\d+)?", inner[len(path) + 1 :]
-        )
+        index = path and is_place(inner[len(path) + 1 :], path)
         others = INDEX if index else schema.get("*")
         expected = schema.get(name.decode(errors="replace"), others)
         if group.links.get_info(name).type != h5l.TYPE_HARD:

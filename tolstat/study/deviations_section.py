@@ -14,6 +14,7 @@ from tolstat.deviations.dependence import (
     rank_of_pearson,
 )
 from tolstat.deviations.distributions import Constant, Distribution
+from tolstat.deviations.measured import InOrder
 from tolstat.deviations.names import expand
 from tolstat.errors import DependenceError, ModelError
 from tolstat.model.description import Contributor
@@ -54,6 +55,7 @@ class Deviations(NamedTuple):
     warnings: tuple[str, ...] = ()  # that stand before the verdicts
     # contributors with a nominal value: see `tolstat.deviations.spread.fixed_point`
     sized: frozenset[str] = frozenset()
+    measured: Mapping[str, InOrder] = {}  # by contributor of measured parts
 
 
 NOTHING = Deviations({}, Dependence({}, {}), {}, {}, {}, ())
@@ -81,6 +83,7 @@ def read_deviations(
     warnings: dict[str, None] = {}
     priced: list[Priced] = []
     sized: set[str] = set()
+    measured: dict[str, InOrder] = {}
     for name, entry in entries.items():
         section = "links" if name in linked else "deviations"
         with problems.noting(f"[{section}] {name}", entry):
@@ -95,7 +98,8 @@ def read_deviations(
                 if "data" in keys:  # few studies read files
                     from tolstat.study.measured_parts import read_parts
 
-                    distribution, unit, fit = read_parts(keys, reader, folder)
+                    parts_of = read_parts(keys, reader, folder)
+                    distribution, unit, fit, measured[member] = parts_of
                 else:
                     distribution, fit = read_distribution(keys, reader), ""
                     unit = written_unit(keys, reader)
@@ -119,6 +123,7 @@ def read_deviations(
     return Deviations(
         distributions, Dependence(batches, ranks), words, written, units, tuple(notes),
         priced=tuple(priced), warnings=tuple(warnings), sized=frozenset(sized),
+        measured=measured,
     )  # fmt: skip
 
 
@@ -142,7 +147,8 @@ def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:
         kind += f" {rest.pop('data')}"
     else:
         kind = str(rest.pop("distribution", DEFAULT)).replace("_", " ")
-    zone = [str(rest.pop("tolerance"))] if "tolerance" in rest else []
+    typed = "tolerance" in rest and "data" not in keys  # else it is of the drawing
+    zone = [str(rest.pop("tolerance"))] if typed else []
     if kind == DEFAULT and not {"cp", "cpk", "sigma"} & set(rest):
         rest["cp"] = 1
     words = [kind, *zone, *(f"{key} {as_typed(value)}" for key, value in rest.items())]

@@ -6,13 +6,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.measured import DOUBTFUL, Fitted, Measured, fit
+from tolstat.deviations.distributions import Distribution, Tolerance
+from tolstat.deviations.measured import DOUBTFUL, Fitted, InOrder, Measured, fit
 from tolstat.errors import DataError
 from tolstat.study.data_files import MeasuredFile, source_words
 from tolstat.study.files import beside
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.study_schema import PartsEntry, read_entry
+from tolstat.tables.table import MeasuredColumn
+from tolstat.units.conversion import to_si
 from tolstat.units.scale import Scale, scale_of
 
 
@@ -22,7 +24,8 @@ class Parts(NamedTuple):
     distribution: Distribution  # of their deviations, SI
     written: str  # unit in which they are given
     # mean and sigma of the fitted distribution, in that unit; empty without one
-    fitted: str = ""
+    fitted: str
+    in_order: InOrder
 
 
 def read_parts(
@@ -72,7 +75,29 @@ def read_parts(
             f"p = {fitted.p_value:.3g}{warning}"
         )
     reader.notes.append(f"{contributor.name}: {note}")
-    return Parts(fitted or Measured(parts), written, words)
+    order = np.empty(len(values), np.int64)
+    order[np.argsort(values, kind="stable")] = np.arange(len(values))
+    in_order = InOrder(
+        order, column.lots, _tolerance(entry, sized, column, written),
+        f"{entry.data}: {column.words}",
+    )  # fmt: skip
+    return Parts(fitted or Measured(parts), written, words, in_order)
+
+
+def _tolerance(
+    entry: PartsEntry, reader: DeviationReader, column: MeasuredColumn, written: str
+) -> Tolerance:
+    """Return the tolerance of the drawing as deviations, SI: typed, or of the file."""
+    if entry.tolerance is not None:
+        return reader.zone(entry.tolerance)
+    unit = reader.contributor.unit
+    lower, upper = (
+        None if end is None else to_si(end - (column.nominal or 0.0), written, unit)
+        for end in (column.lower, column.upper)
+    )
+    return Tolerance(
+        -math.inf if lower is None else lower, math.inf if upper is None else upper
+    )
 
 
 def _fitted_in_words(fitted: Fitted, scale: Scale) -> str:

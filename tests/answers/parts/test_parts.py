@@ -15,6 +15,7 @@ from tolstat.answers.parts.judged_parts import (
     FewParts,
     NotNormal,
     OtherLots,
+    judged_parts_of,
 )
 from tolstat.cli.main import main
 from tolstat.errors import DataError
@@ -117,3 +118,67 @@ def test_what_cannot_be_read_is_said(tmp_path):
     with pytest.raises(DataError, match="line 3, column d: 'x'"):
         tolstat.parts(path)
     assert "no such file" in call(tmp_path / "b.csv").output
+
+
+@pytest.fixture(scope="module")
+def run(file, tmp_path_factory):
+    part = {"nominal": "60 mm", "data": str(file), "column": "Länge",
+            "tolerance": "+-0.02 mm", "lots": "Charge"}  # fmt: skip
+    study = {
+        "model": "dimension_chain", "trials": 300, "seed": 1,
+        "settings": {"gap": "A - B"}, "limits": {"gap": "0.95..1.05 mm"},
+        "links": {"A": part, "B": {"nominal": "59 mm", "tolerance": "+-0.03 mm"}},
+    }  # fmt: skip
+    path = tmp_path_factory.mktemp("run") / "run.h5"
+    tolstat.run(study, output=path)
+    return tolstat.open(path)
+
+
+def test_a_run_holds_order_lots_and_tolerance(run, judged):
+    (sample,) = run.measured
+    part = judged.characteristics["Länge"]
+    np.testing.assert_allclose(sample.values[sample.order], part.values - 60e-3)
+    assert [sample.lot_names[lot] for lot in sample.lot] == [*part.lot_of_each]
+    assert (sample.lower, sample.upper) == pytest.approx((-20e-6, 20e-6))
+    assert "semicolons, decimal comma" in sample.source
+
+
+def test_the_report_judges_the_parts_as_the_command_does(run, judged, tmp_path):
+    part, alone = judged_parts_of(run)["A"], judged.characteristics["Länge"]
+    assert part.capability.ppk == pytest.approx(alone.capability.ppk)
+    assert part.capability.cpk == pytest.approx(alone.capability.cpk)
+    assert [type(warning) for warning in part.warnings] == [OtherLots]
+    page = tolstat.report(run).html()
+    assert "Numbers are deviations from the nominal." in page
+    assert "A in the order of the parts" in page
+
+
+def test_trials_take_the_parts_and_not_their_tolerance(run):
+    (sample,) = run.measured
+    assert {*run.column("A")} <= {*sample.values}
+    assert "tolerance +-0.02 mm" in run.assumed["A"].words
+
+
+def test_a_drawing_in_a_file_of_qdas(tmp_path):
+    lines = ["K0100 1", "K1001 X", "K2001/1 7", "K2002/1 bore", "K2101/1 20.0",
+             "K2112/1 -0.02", "K2113/1 0.03", "K2142/1 mm"]  # fmt: skip
+    rng = np.random.default_rng(3)
+    values = [f"{20 + 0.005 * x:.4f}" for x in rng.standard_normal(60)]
+    path = tmp_path / "a.dfq"
+    path.write_text("\n".join([*lines, *values]) + "\n")
+    part = tolstat.parts(path).characteristics["bore"]
+    assert part.tolerance == pytest.approx((19.98e-3, 20.03e-3))
+    assert part.nominal == pytest.approx(20e-3)
+    study = {
+        "model": "dimension_chain", "trials": 100, "seed": 1,
+        "settings": {"gap": "A - B"},
+        "links": {
+            "A": {"nominal": "20 mm", "data": str(path), "column": "7"},
+            "B": "19 mm",
+        },
+    }  # fmt: skip
+    (sample,) = tolstat.run(study).measured
+    assert (sample.lower, sample.upper) == pytest.approx((-20e-6, 30e-6))
+    np.testing.assert_allclose(
+        sample.values, np.sort([float(x) - 20 for x in values]) * 1e-3, atol=1e-12
+    )

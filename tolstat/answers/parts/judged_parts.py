@@ -12,6 +12,7 @@ from tolstat.deviations.measured import fit
 from tolstat.errors import DistributionError
 from tolstat.statistics import sample_checks
 from tolstat.statistics.capability import Capability, Tolerance, capability_of
+from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
 FEW = 50  # parts: fewer do not settle the tails
@@ -140,6 +141,27 @@ def judged_parts(sample: Sample, scale: Scale, source: str) -> JudgedParts:
         values=values,
         lot_of_each=lots,
     )
+
+
+def judged_parts_of(run: Run) -> dict[str, JudgedParts]:
+    """Return the measured parts of a run, judged as deviations, by entry."""
+    judged = {}
+    for sample in run.measured:
+        scale = run.scales[sample.contributors[0]]
+        values, lots = sample.values, list[str]()
+        if sample.order is not None:
+            values = values[sample.order]
+        if sample.lot is not None:
+            lots = [sample.lot_names[lot] for lot in sample.lot]
+        parts = Sample(
+            values,
+            Tolerance(sample.lower, sample.upper),
+            lots=lots,
+            written=(scale.factor * values).tolist(),
+            unit=1 / scale.factor,
+        )
+        judged[sample.name] = judged_parts(parts, scale, sample.source)
+    return judged
 
 
 def _p_value(values: Array) -> float:
