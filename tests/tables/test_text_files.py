@@ -172,7 +172,7 @@ REFUSED = {  # content, column, words of the refusal
 @pytest.mark.parametrize("name", FILES)
 def test_a_file_is_read_as_it_was_meant(name):
     content, column, values, words = FILES[name]
-    table = read_table(Path("parts.csv"), content, wanted=(column,))
+    table = read_table(Path("parts.csv"), content, requested=(column,))
     measured = table.measured(column)
     assert list(measured.numbers) == values
     assert measured.words == words
@@ -182,7 +182,7 @@ def test_a_file_is_read_as_it_was_meant(name):
 def test_what_may_be_read_in_two_ways_or_none_is_refused(name):
     content, column, words = REFUSED[name]
     with pytest.raises(DataError) as refused:
-        read_table(Path("parts.csv"), content, wanted=(column,)).measured(column)
+        read_table(Path("parts.csv"), content, requested=(column,)).measured(column)
     said = str(refused.value)
     assert [word for word in ["parts.csv", *words] if word not in said] == []
 
@@ -230,7 +230,7 @@ def test_the_wanted_column_tells_the_head():
     content = b"Pruefer;Auftrag\nMueller;4711\nTeil;d\nA;5,5\nB;6,5\n"
     with pytest.raises(DataError, match="'d' is not a number"):
         read_table(Path("a.csv"), content).measured("Auftrag")
-    measured = read_table(Path("a.csv"), content, wanted=("d",)).measured("d")
+    measured = read_table(Path("a.csv"), content, requested=("d",)).measured("d")
     assert measured.numbers == (5.5, 6.5) and "2 lines skipped" in measured.words
 
 

@@ -22,11 +22,11 @@ _WHOLE = re.compile(r"[+-]?[0-9]+")
 
 
 def read_data(
-    folder: Path | None, entry: FileEntry, wanted: Sequence[str] = ()
+    folder: Path | None, entry: FileEntry, requested: Sequence[str] = ()
 ) -> Table:
     """Return the table of a file beside a study; see `read_table`."""
     path = beside(folder, entry.data)
-    return read_table(path, content(path, MOST_MEGABYTES), form_of(entry), wanted)
+    return read_table(path, content(path, MOST_MEGABYTES), form_of(entry), requested)
 
 
 class MeasuredFile:
@@ -38,19 +38,19 @@ class MeasuredFile:
         The file.
     entry : PartsEntry
         How it is written.
-    wanted : sequence of str
+    requested : sequence of str
         Columns that will be read.
     """
 
     def __init__(
-        self, path: Path, entry: PartsEntry, wanted: Sequence[str] = ()
+        self, path: Path, entry: PartsEntry, requested: Sequence[str] = ()
     ) -> None:
         raw, form = content(path, MOST_MEGABYTES), form_of(entry)
         self._file: Table | qdas.QdasFile
         if path.suffix.lower() in qdas.ENDINGS:
             self._file = read_qdas(path, raw, _values_beside(path), form)
         else:
-            self._file = read_table(path, raw, form, wanted)
+            self._file = read_table(path, raw, form, requested)
 
     @property
     def names(self) -> list[str]:

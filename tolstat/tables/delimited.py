@@ -48,7 +48,7 @@ def read_delimited(
     *,
     delimiter: str = "",
     decimal: str = "",
-    wanted: Sequence[str] = (),
+    requested: Sequence[str] = (),
 ) -> Grid:
     """Return the rows of a text from its head on; `#` begins a remark.
 
@@ -68,7 +68,7 @@ def read_delimited(
         del lines[0]
     if len(lines) < 2:
         raise DataError(f"{path} is empty: a head and a row of numbers are expected")
-    split = _split(path, lines, TYPED.get(delimiter, delimiter), wanted)
+    split = _split(path, lines, TYPED.get(delimiter, delimiter), requested)
     separator, rows, head = split.separator, split.rows, split.head
     if head is None:
         raise DataError(
@@ -102,7 +102,10 @@ def read_delimited(
 
 
 def _split(
-    path: Path, lines: Sequence[tuple[int, str]], delimiter: str, wanted: Sequence[str]
+    path: Path,
+    lines: Sequence[tuple[int, str]],
+    delimiter: str,
+    requested: Sequence[str],
 ) -> Split:
     """Return the rows by the separator that fits, or the typed one."""
     if delimiter:
@@ -111,9 +114,9 @@ def _split(
                 f'delimiter = "{delimiter}": one character is expected, or "tab" or '
                 '"space"'
             )
-        return _by(path, lines, delimiter, wanted)
+        return _by(path, lines, delimiter, requested)
     used = [sign for sign in SEPARATORS if any(sign in line for _, line in lines)]
-    splits = [_by(path, lines, sign, wanted) for sign in used]
+    splits = [_by(path, lines, sign, requested) for sign in used]
     fits = [split for split in splits if split.width > 1 and split.head]
     strong = [split for split in fits if split.separator != COMMA]
     if len(strong) > 1:
@@ -125,18 +128,21 @@ def _split(
     if fits:
         return (strong or fits)[0]
     ragged = [split for split in splits if split.width > 1 and split.separator == COMMA]
-    alone = _by(path, lines, NONE, wanted)
+    alone = _by(path, lines, NONE, requested)
     return alone if alone.head or not ragged else ragged[0]
 
 
 def _by(
-    path: Path, lines: Sequence[tuple[int, str]], separator: str, wanted: Sequence[str]
+    path: Path,
+    lines: Sequence[tuple[int, str]],
+    separator: str,
+    requested: Sequence[str],
 ) -> Split:
     """Return the rows by one separator."""
     rows = [*_rows(path, lines, separator)]
     width = usual_width(rows)
     usual = [row for row in rows if len(row.cells) == width]
-    return Split(separator, rows, head_of(usual, wanted))
+    return Split(separator, rows, head_of(usual, requested))
 
 
 def _rows(

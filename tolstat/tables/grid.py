@@ -43,7 +43,7 @@ class Grid(NamedTuple):
             else (f"{self.path}, line {line}")
         )
 
-    def place(self, line: int, column: int, name: str) -> str:
+    def address(self, line: int, column: int, name: str) -> str:
         """Return file and address of a cell; of a text line and column."""
         if self.sheet:
             return f"{self.path}, {self.sheet}!{letters(column)}{line}"

@@ -64,11 +64,11 @@ def summary_word(row: Row) -> str:
     return str(first) if known else ""
 
 
-def head_of(rows: Sequence[Row], wanted: Collection[str] = ()) -> Head | None:
+def head_of(rows: Sequence[Row], requested: Collection[str] = ()) -> Head | None:
     """Return the head of rows of equal width; None without one.
 
     Above each column of numbers a head has a text, and numbers come below it. Of
-    several such rows it is the first, or the first one with a wanted name.
+    several such rows it is the first, or the first one with a requested name.
     """
     for part in TAILS:
         tail = rows[-max(1, len(rows) // part) :]
@@ -78,7 +78,7 @@ def head_of(rows: Sequence[Row], wanted: Collection[str] = ()) -> Head | None:
             for index in range(len(rows) - 1)
             if columns and (head := _head_at(rows, index, columns))
         ]
-        named = [head for head in heads if {*wanted} & {*head.names}]
+        named = [head for head in heads if {*requested} & {*head.names}]
         if heads:
             return (named or heads)[0]
     return None

@@ -76,7 +76,7 @@ def settled_decimal(
     Parameters
     ----------
     cells : iterable of (str, str)
-        Texts of numbers, each with its place.
+        Texts of numbers, each with its address.
     between_commas : bool
         Whether commas separate the columns: cells that prove nothing and hold no comma
         have a point.
@@ -88,14 +88,18 @@ def settled_decimal(
     """
     proofs: dict[Proof, tuple[str, str]] = {}
     commas = False
-    for text, place in cells:
+    for text, address in cells:
         proved = proof(text)
-        proofs.setdefault(proved, (text.strip(), place))
+        proofs.setdefault(proved, (text.strip(), address))
         commas |= proved is Proof.EITHER and COMMA in text
     if Proof.POINT in proofs and Proof.COMMA in proofs:
-        (first, there), (second, elsewhere) = proofs[Proof.POINT], proofs[Proof.COMMA]
+        (first, first_address), (second, second_address) = (
+            proofs[Proof.POINT],
+            proofs[Proof.COMMA],
+        )
         raise DataError(
-            f"{there}: '{first}' has a decimal point; {elsewhere}: '{second}' has a "
+            f"{first_address}: '{first}' has a decimal point; {second_address}: "
+            f"'{second}' has a "
             'decimal comma; correct one, or give decimal = "." or decimal = ","'
         )
     for sign in (Proof.POINT, Proof.COMMA):
@@ -105,11 +109,11 @@ def settled_decimal(
         return ""
     if between_commas and not commas:
         return POINT
-    text, place = proofs[Proof.EITHER]
+    text, address = proofs[Proof.EITHER]
     readings = " or ".join(f"{number(text, sign):.10g}" for sign in (POINT, COMMA))
     raise DataError(
-        f"{place}: '{text}' may be {readings}, and no other number of the file settles "
-        'it; give decimal = "." or decimal = ","'
+        f"{address}: '{text}' may be {readings}, and no other number of the file "
+        'settles it; give decimal = "." or decimal = ","'
     )
 
 

@@ -37,8 +37,8 @@ class _Value:
     fields: list[str]
     line: int
 
-    def field(self, place: int) -> str:
-        return self.fields[place].strip() if place < len(self.fields) else ""
+    def field(self, address: int) -> str:
+        return self.fields[address].strip() if address < len(self.fields) else ""
 
 
 @dataclass
@@ -122,8 +122,8 @@ class QdasFile:
             self._name(index),
             part.key(index, "K2142"),
             tuple(
-                self._as_number(value.field(0), place)
-                for value, place in zip(counted, places, strict=True)
+                self._as_number(value.field(0), address)
+                for value, address in zip(counted, places, strict=True)
             ),
             tuple(places),
             ", ".join(words),
@@ -137,21 +137,21 @@ class QdasFile:
             sequence=all(times),
         )
 
-    def _read(self, line: str, place: str, number: int) -> None:
+    def _read(self, line: str, address: str, number: int) -> None:
         """Take one line."""
         if not line.startswith("K"):
-            self._read_values(line, place, number)
+            self._read_values(line, address, number)
             return
         if not (match := _LINE.fullmatch(line)):
-            raise DataError(f"{place}: '{line[:40]}' is no key of Q-DAS")
+            raise DataError(f"{address}: '{line[:40]}' is no key of Q-DAS")
         key, index, value = match[1], int(match[2] or 0), (match[3] or "").strip()
         if key == "K0100":
             if not value.isdigit() or not 0 < int(value) <= MOST:
-                raise DataError(f"{place}: K0100 is a number from 1 to {MOST}")
+                raise DataError(f"{address}: K0100 is a number from 1 to {MOST}")
             self._parts.append(_Part(int(value)))
         elif not self._parts:
             if key[1] != "0":
-                raise DataError(f"{place}: {key} stands before K0100")
+                raise DataError(f"{address}: {key} stands before K0100")
         elif key[1] == "1":
             self._parts[-1].keys[key] = value
         elif key[1] == "2":
@@ -165,15 +165,15 @@ class QdasFile:
             elif values:
                 values[-1].fields[PLACES[key]] = value
 
-    def _read_values(self, line: str, place: str, number: int) -> None:
+    def _read_values(self, line: str, address: str, number: int) -> None:
         """Take a line of values, one of each characteristic."""
         if not self._parts:
-            raise DataError(f"{place}: values stand before K0100; no Q-DAS file")
+            raise DataError(f"{address}: values stand before K0100; no Q-DAS file")
         part = self._parts[-1]
         cells = line.removesuffix(BETWEEN_CELLS).split(BETWEEN_CELLS)
         if len(cells) != part.number:
             raise DataError(
-                f"{place}: {len(cells)} values, and K0100 says {part.number} "
+                f"{address}: {len(cells)} values, and K0100 says {part.number} "
                 "characteristics"
             )
         for index, cell in enumerate(cells, start=1):
@@ -239,9 +239,9 @@ class QdasFile:
             return nominal + distance
         return limit
 
-    def _as_number(self, text: str, place: str) -> float:
+    def _as_number(self, text: str, address: str) -> float:
         """Return a number; Q-DAS has no sign between thousands."""
         try:
             return bare_number(text.replace(COMMA, POINT))
         except UnitError:
-            raise DataError(f"{place}: '{text}' is not a number") from None
+            raise DataError(f"{address}: '{text}' is not a number") from None

@@ -30,7 +30,7 @@ AS_IS = Form()
 
 
 def read_table(
-    path: Path, raw: bytes, form: Form = AS_IS, wanted: Sequence[str] = ()
+    path: Path, raw: bytes, form: Form = AS_IS, requested: Sequence[str] = ()
 ) -> Table:
     """Return the table of a text or a workbook.
 
@@ -38,7 +38,7 @@ def read_table(
     ----------
     raw : bytes
         Content of the file.
-    wanted : sequence of str
+    requested : sequence of str
         Columns that will be read: they tell the head among similar lines.
 
     Raises
@@ -54,14 +54,14 @@ def read_table(
         )
     if ending in workbook.ENDINGS or raw.startswith(workbook.ZIP):
         grid = workbook.read_workbook(
-            path, raw, digest, sheet=form.sheet, wanted=wanted
+            path, raw, digest, sheet=form.sheet, requested=requested
         )
     else:
         grid = read_delimited(
             path, digest, text_of_data(path, raw, form.encoding),
-            delimiter=form.delimiter, decimal=form.decimal, wanted=wanted,
+            delimiter=form.delimiter, decimal=form.decimal, requested=requested,
         )  # fmt: skip
-    head = head_of(grid.rows, wanted)
+    head = head_of(grid.rows, requested)
     assert head  # it was found among the lines above it
     return Table(grid, head, form.decimal)
 

@@ -119,7 +119,7 @@ class Table:
             return self.typed_decimal
         columns = [(name, self.columns[name]) for name in self.numeric]
         cells = (
-            (cell, self.grid.place(row.line, i, name))
+            (cell, self.grid.address(row.line, i, name))
             for name, i in columns
             for row in self.rows
             if isinstance(cell := row.cells[i], str) and not is_empty(cell)
@@ -145,8 +145,8 @@ class Table:
         for row, value in zip(self.rows, numbers, strict=True):
             if value is None:
                 cell = row.cells[self._index(name)]
-                place = self.grid.place(row.line, self._index(name), name)
-                raise DataError(f"{place}: '{cell}' is not a number")
+                address = self.grid.address(row.line, self._index(name), name)
+                raise DataError(f"{address}: '{cell}' is not a number")
         return [value for value in numbers if value is not None]
 
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
@@ -158,10 +158,10 @@ class Table:
         left_out = len(numbers) - len(filled)
         if left_out and self.grid.doubtful:
             row = next(i for i, value in enumerate(numbers) if value is None)
-            place = self.grid.place(self.rows[row].line, self._index(name), name)
+            address = self.grid.address(self.rows[row].line, self._index(name), name)
             raise DataError(
-                f"{place} is empty, or an error that an XLS file hides; save the file "
-                "as XLSX"
+                f"{address} is empty, or an error that an XLS file hides; save the "
+                "file as XLSX"
             )
         words = self._texts(lots) if lots else []
         return MeasuredColumn(
@@ -196,10 +196,10 @@ class Table:
         for row in self.rows:
             if is_number(cell := row.cells[index]) or is_empty(cell):
                 continue
-            place, wrong = self.grid.place(row.line, index, name), f"'{cell}' is"
+            address, wrong = self.grid.address(row.line, index, name), f"'{cell}' is"
             if isinstance(cell, Unusable):
                 wrong = f"{cell.text} is {cell.why}, and"
-            raise DataError(f"{place}: {wrong} not a number")
+            raise DataError(f"{address}: {wrong} not a number")
         return [self._number(row, index, name) for row in self.rows]
 
     def _number(self, row: Row, index: int, name: str) -> float | None:
@@ -211,5 +211,5 @@ class Table:
         try:
             return number(cell, self.decimal)
         except UnitError as error:
-            place = self.grid.place(row.line, index, name)
-            raise DataError(f"{place}: '{cell}' is not a number ({error})") from None
+            address = self.grid.address(row.line, index, name)
+            raise DataError(f"{address}: '{cell}' is not a number ({error})") from None

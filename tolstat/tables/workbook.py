@@ -36,7 +36,12 @@ class Marks(NamedTuple):
 
 
 def read_workbook(
-    path: Path, raw: bytes, digest: str, *, sheet: str = "", wanted: Sequence[str] = ()
+    path: Path,
+    raw: bytes,
+    digest: str,
+    *,
+    sheet: str = "",
+    requested: Sequence[str] = (),
 ) -> Grid:
     """Return the rows of a sheet from its head on.
 
@@ -66,7 +71,7 @@ def read_workbook(
         chosen = {
             name: grid
             for name in ([sheet] if sheet else shown)
-            if (grid := _sheet(path, digest, archive, book, name, wanted))
+            if (grid := _sheet(path, digest, archive, book, name, requested))
         }
     except (calamine.CalamineError, ElementTree.ParseError, KeyError) as error:
         raise DataError(f"{path} cannot be read as a workbook: {error}") from None
@@ -111,7 +116,7 @@ def _sheet(
     archive: zipfile.ZipFile | None,
     book: Any,
     name: str,
-    wanted: Sequence[str],
+    requested: Sequence[str],
 ) -> Grid | None:
     """Return the rows of a sheet; None if it has no head above numbers."""
     marks = _marks(archive, name) if archive else Marks({}, set(), 0)
@@ -128,7 +133,7 @@ def _sheet(
         for i, cells in enumerate(values)
     ]
     rows = [row for row in rows if not all(map(is_empty, row.cells))]
-    if (head := head_of(rows, wanted)) is None:
+    if (head := head_of(rows, requested)) is None:
         return None
     table = rows[head.position :]
     lines = [row.line for row in table]

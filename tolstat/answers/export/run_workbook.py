@@ -31,20 +31,20 @@ def run_workbook(run: Run, path: Path, trials: pd.DataFrame) -> bytes:
             f"{path}: a sheet has {MOST_ROWS} rows and the run {len(trials)} trials; "
             "name a file that ends in .parquet"
         )
-    about = summary(run)
+    answer = summary(run)
     sheets = (
         Sheet("trials", ["trial", *trials.columns], trials.itertuples(name=None)),
-        sheet_of_rows("limits", [*_limits(run, about)]),
-        sheet_of_rows("responses", about.rows()),
+        sheet_of_rows("limits", [*_limits(run, answer)]),
+        sheet_of_rows("responses", answer.rows()),
         sheet_of_rows("contributors", [*_contributors(run)]),
-        Sheet("provenance", ["name", "value"], [*_provenance(about)]),
+        Sheet("provenance", ["name", "value"], [*_provenance(answer)]),
     )
     return workbook_of(sheets, str(run.provenance["started_at"]))
 
 
-def _limits(run: Run, about: AboutRun) -> Iterator[Row]:
+def _limits(run: Run, answer: AboutRun) -> Iterator[Row]:
     """Yield what each limit permits, and its verdict; more is among the responses."""
-    verdicts = {row["response"]: row.get("verdict", "") for row in about.rows()}
+    verdicts = {row["response"]: row.get("verdict", "") for row in answer.rows()}
     for name, limit in run.limits.items():
         scale = run.scales[name]
         lower, upper = limit.permitted
@@ -80,9 +80,9 @@ def _contributors(run: Run) -> Iterator[Row]:
         }
 
 
-def _provenance(about: AboutRun) -> Iterator[tuple[str, str]]:
-    yield "title", about.title
-    yield "model", about.model
-    for name, value in about.provenance.items():
+def _provenance(answer: AboutRun) -> Iterator[tuple[str, str]]:
+    yield "title", answer.title
+    yield "model", answer.model
+    for name, value in answer.provenance.items():
         lines = str(value).splitlines() if name == "study" else [str(value)]
         yield from ((name.replace("_", " "), line) for line in lines)

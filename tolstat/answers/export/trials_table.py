@@ -80,7 +80,7 @@ def trials_table(run: Run, units: str = SI) -> pd.DataFrame:
         scales = run.scales
         marks = marks | {name: scale.mark for name, scale in scales.items()}
         for name, scale in scales.items():
-            if scale.factor != 1.0:
+            if frame[name].dtype.kind in "fiu" and scale.factor != 1.0:
                 frame[name] = frame[name] * scale.factor
     plain = ("", PLAIN)
     heads = {n: f"{n} [{u}]" for n, u in marks.items() if u not in plain}
