@@ -10,6 +10,7 @@ if TYPE_CHECKING:  # `__getattr__` loads these names
     from tolstat.answers.chain_study import Chain
     from tolstat.answers.compare.compare_runs import compare
     from tolstat.answers.new_study import new_study
+    from tolstat.answers.parts.parts_answer import parts
     from tolstat.answers.relimit import limited
     from tolstat.answers.reports import report, summary
     from tolstat.answers.views.evaluate import evaluate, trajectory, view
@@ -51,7 +52,7 @@ __all__ = [
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
     "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "as_model",
     "column", "compare", "decide", "evaluate", "extend", "fresh_study", "limited", "models",
-    "new_study", "open", "replay", "report", "resume", "run", "save", "setting",
+    "new_study", "open", "parts", "replay", "report", "resume", "run", "save", "setting",
     "summary", "trajectory", "verify", "view", "what_if",
 ]  # fmt: skip
 

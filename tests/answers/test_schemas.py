@@ -16,6 +16,7 @@ from tests.answers.schema_maker import schema_of
 from tests.conftest import ROOT
 from tolstat.answers.allocate.allocation import Allocation
 from tolstat.answers.compare.comparison import Comparison
+from tolstat.answers.parts.parts_answer import PartsAnswer
 from tolstat.answers.rare.rare_answer import RareSummary
 from tolstat.answers.report.report_answer import Report, RunSummary
 from tolstat.answers.run_entries import RunIndex, stored_runs
@@ -29,7 +30,7 @@ SCHEMAS = ROOT / "tolstat" / "answers" / "schemas"
 ANSWERS = {
     "allocate": Allocation, "check": LimitCheck, "compare": Comparison,
     "extremes": Extremes,
-    "rare": RareSummary, "report": Report, "runs": RunIndex,
+    "parts": PartsAnswer, "rare": RareSummary, "report": Report, "runs": RunIndex,
     "scenarios": Scenarios, "summary": RunSummary, "trial": Replay, "what_if": WhatIf,
 }  # fmt: skip
 WIDEST = 88
@@ -118,6 +119,11 @@ def test_a_comparison_matches_its_schema(gears, tmp_path):
     study, path = ROOT / "runs/wave-gear.toml", tmp_path / "other.h5"
     other = tolstat.run(study, trials=300, seed=2, output=path)
     valid(tolstat.compare(gears, gears, other))
+
+
+def test_measured_parts_match_their_schema():
+    drawing = {"unit": "mm", "nominal": "2450 mm", "tolerance": "+-1.2 mm"}
+    valid(tolstat.parts(ROOT / "runs/rods.csv", **drawing))
 
 
 def test_an_allocation_matches_its_schema():

@@ -10,6 +10,7 @@ import time
 from threading import Thread
 
 import numpy as np
+import openpyxl
 import pandas as pd
 import pyarrow
 import pytest
@@ -86,7 +87,7 @@ def test_a_table_replaces_no_file_without_a_flag(grid, tmp_path):
     assert path.read_text() == "my own\n"
     assert call("export", grid.path, "-o", path, "--force").exit_code == 0
     assert path.read_text().startswith("trial,")
-    for other in ("table.xlsx", "grid.h5", "nowhere/table.csv"):
+    for other in ("table.xls", "grid.h5", "nowhere/table.csv"):
         assert call("export", grid.path, "-o", tmp_path / other).exit_code == 2
     assert call("export", grid.path).exit_code == 2
     assert sorted(each.suffix for each in tmp_path.iterdir()) == [
@@ -182,3 +183,10 @@ def test_doctor_finds_answers_that_differ(monkeypatch):
     monkeypatch.setattr(Workers, "simulate", one_bit_off)
     found = call("doctor")
     assert found.exit_code == 1 and "different responses" in found.stdout
+
+
+def test_a_grid_with_settings_in_words_is_a_workbook(grid, tmp_path):
+    path = tmp_path / "grid.xlsx"
+    assert call("export", grid.path, "-o", path).exit_code == 0
+    sheet = openpyxl.load_workbook(path)["trials"]
+    assert sheet.max_row == 1 + grid.trials

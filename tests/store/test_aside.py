@@ -77,7 +77,7 @@ def test_files_of_other_names_are_kept(toy, tmp_path):
     for name in ("4000000-mine", "\u00b2-0", "99999999999999999999-0"):
         (tmp_path / f"run.h5.{name}.part").write_text("mine")
     notes = tmp_path / "notes.h5"
-    notes.write_text("how a tolstat seal, format 8 is found")
+    notes.write_text("how a tolstat seal, format 9 is found")
     tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
     assert len(list(tmp_path.glob("*.part"))) == 3
     with pytest.raises(RunFileError, match="is not a run; it is not replaced"):
@@ -95,8 +95,8 @@ def test_a_foreign_lock_is_kept(linked, toy, tmp_path):
 
 
 def test_a_title_that_reads_like_a_seal(toy, tmp_path):
-    text = "tolstat seal, format 8\nsize 9\nsha256 " + 64 * "0" + "\nrows 1 2\n"
-    for title in ("tolstat seal, format 8", text):
+    text = "tolstat seal, format 9\nsize 9\nsha256 " + 64 * "0" + "\nrows 1 2\n"
+    for title in ("tolstat seal, format 9", text):
         study = STUDY | {"title": title}
         run = tolstat.run(study, model=toy, output=tmp_path / "run.h5", force=True)
         assert tolstat.open(run.path).title == title

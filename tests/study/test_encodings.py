@@ -8,8 +8,9 @@ import tolstat
 from tolstat.cli.main import main
 from tolstat.errors import DataError, StudyError
 from tolstat.execution.compatibility import study_differs
-from tolstat.study.csv_table import read_csv
+from tolstat.study.data_files import read_data, si_values
 from tolstat.study.study import load
+from tolstat.study.study_schema import FileEntry
 
 TEXT = """model = "dimension_chain"
 trials = 64
@@ -32,8 +33,8 @@ def test_a_byte_order_mark_names_the_encoding(tmp_path, encoding, end):
     study = load(path)
     assert (study.text, study.title) == (TEXT, "Spalt µ ü °")
     (tmp_path / "rods.csv").write_bytes(CSV.replace("\n", end).encode(encoding))
-    table = read_csv(tmp_path, "rods.csv")
-    assert table.values("length", "m") == pytest.approx([1e-7, 3e-7])
+    table = read_data(tmp_path, FileEntry(data="rods.csv"))
+    assert si_values(table, "length", "m") == pytest.approx([1e-7, 3e-7])
 
 
 def test_both_orders_of_utf_16(tmp_path):
@@ -59,10 +60,31 @@ def test_what_no_mark_tells_is_refused_with_its_place(tmp_path, content, words):
     path.write_bytes(content)
     with pytest.raises(StudyError) as refused:
         load(path)
-    with pytest.raises(DataError) as refused_table:
-        read_csv(tmp_path, "study.toml")
-    for error in (refused, refused_table):
-        assert [w for w in [str(path), *words] if w not in str(error.value)] == []
+    assert [w for w in [str(path), *words] if w not in str(refused.value)] == []
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (CSV.encode("utf-16-le"), ["NUL bytes", 'encoding = "utf-16-le"']),
+        (CSV.encode("utf-16")[:-1], ["UTF-16", "cut off"]),
+        (
+            CSV.encode("cp1252").replace(b"1", b"\x81"),
+            ["line 2", "0x81", "Windows-1252"],
+        ),
+    ],
+)
+def test_data_whose_encoding_no_rule_tells_are_refused(tmp_path, content, words):
+    (tmp_path / "rods.csv").write_bytes(content)
+    with pytest.raises(DataError) as refused:
+        read_data(tmp_path, FileEntry(data="rods.csv"))
+    assert [w for w in ["rods.csv", *words] if w not in str(refused.value)] == []
+
+
+def test_data_of_windows_are_read_without_a_mark(tmp_path):
+    (tmp_path / "rods.csv").write_bytes(CSV.encode("cp1252"))
+    table = read_data(tmp_path, FileEntry(data="rods.csv"))
+    assert table.units["length"] == "µm" and "Windows-1252" in table.words()
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,12 @@ import tolstat
 from tests.conftest import Toy
 from tolstat.errors import DataError, StudyError
 from tolstat.model.checked import described
-from tolstat.study import csv_table
+from tolstat.study import data_files
 from tolstat.study import memory_needed as size
-from tolstat.study.csv_table import read_csv
+from tolstat.study.data_files import read_data
 from tolstat.study.files import content
 from tolstat.study.study import load
+from tolstat.study.study_schema import FileEntry
 
 TOY = described(Toy(), None)  # 3 contributors, 2 responses: 96 bytes a trial
 
@@ -58,17 +59,19 @@ def test_files_are_read_up_to_the_largest_size(tmp_path, monkeypatch):
     path.write_bytes(b"1" * 1_000_001)
     with pytest.raises(DataError, match=r"long\.csv is larger than 1 MB"):
         content(path, 1)
-    monkeypatch.setattr(csv_table, "MOST_MEGABYTES", 1)
+    monkeypatch.setattr(data_files, "MOST_MEGABYTES", 1)
     with pytest.raises(DataError, match="larger than 1 MB"):
-        read_csv(tmp_path, "long.csv")
+        read_data(tmp_path, FileEntry(data="long.csv"))
     path.write_bytes(b"\xef\xbb\xbfa [mm]\r\n1\r\n")
-    assert read_csv(tmp_path, "long.csv").column("a") == [1.0]
+    assert read_data(tmp_path, FileEntry(data="long.csv")).column("a") == [1.0]
     below = tmp_path / "parts"
     below.mkdir()
     path.rename(below / "short.csv")
-    assert [*read_csv(tmp_path, "parts/short.csv").units] == ["a"]
-    assert read_csv(None, str(below / "short.csv")).units == {"a": "mm"}
+    assert [*read_data(tmp_path, FileEntry(data="parts/short.csv")).units] == ["a"]
+    assert read_data(None, FileEntry(data=str(below / "short.csv"))).units == {
+        "a": "mm"
+    }
     with pytest.raises(DataError, match="outside the folder"):
-        read_csv(tmp_path / "parts", str(tmp_path / "other.csv"))
+        read_data(tmp_path / "parts", FileEntry(data=str(tmp_path / "other.csv")))
     with pytest.raises(DataError, match=r"no such file; did you mean 'short\.csv'"):
-        read_csv(below, "shrt.csv")
+        read_data(below, FileEntry(data="shrt.csv"))

@@ -23,7 +23,7 @@ FILES = {
     "rods.csv": "rod,length [mm]\n1,2450.1\n2,2449.9\n3,2450.2\n",
     "torn.csv": "rod,length [mm]\n1,2450.1\n# remark\n2,n.a.\n",
     "short.csv": "rod,length\n1,2450.1\n2\n",
-    "german.csv": "rod;length\n1;2450,1\n",
+    "german.csv": "rod;length\n1;20,001\n2;20,003\n",
     "bare.csv": "rod_length_1\n0.1\n",
     "wide.csv": f"length [mm]\n{'1' * 200_000}\n",
     "broad.csv": f"length [mm]\n{'1' * 2000}\n",
@@ -329,10 +329,10 @@ WRONG = {
         '{ data = "short.csv", column = "length", unit = "mm" }\n',
         ["rod_length", "short.csv, line 3: 1 cells under 2 heads"],
     ),
-    "semicolons": (
+    "a decimal comma or thousands": (
         HEAD + "[deviations]\nrod_length = "
         '{ data = "german.csv", column = "length", unit = "mm" }\n',
-        ["rod_length", "use commas, and points"],
+        ["rod_length", "line 2, column length: '20,001' may be 20001 or 20.001", 'decimal = ","'],
     ),
     "unknown fit": (
         HEAD + "[deviations]\nrod_length = "

@@ -15,13 +15,14 @@ from tolstat.document.inline import Row
 if TYPE_CHECKING:
     import pandas as pd
 
-ENDINGS = (".html", ".csv", ".json")
+ENDINGS = (".html", ".csv", ".json", ".xlsx")
 # by the name of an answer: the module of this folder that has its document, and the
 # function there. An answer is types, and knows none of its words.
 DOCUMENTS = {
     "allocate": ("allocate.allocation_document", "allocation_document"),
     "compare": ("compare.comparison_document", "comparison_document"),
     "extremes": ("sweep.extremes_document", "extremes_document"),
+    "parts": ("parts.parts_document", "parts_document"),
     "rare": ("rare.rare_document", "rare_document"),
     "report": ("report.report_document", "report_document"),
     "runs": ("runs_document", "runs_document"),
@@ -80,6 +81,17 @@ class Answer(ABC):
 
         return rows_as_csv(self.rows())
 
+    def workbook(self) -> bytes:
+        """Return it as XLSX: its wide table, and each table of its page."""
+        from tolstat.render.workbook import (
+            sheet_of_rows,
+            sheets_of_document,
+            workbook_of,
+        )
+
+        wide = sheet_of_rows(self.answers.replace("_", " "), self.rows())
+        return workbook_of((wide, *sheets_of_document(self.document())))
+
     def html(self, run: str = "") -> str:
         """Return it as a self-contained page; `run` in its head identifies a file."""
         from tolstat.render.page import page
@@ -87,7 +99,7 @@ class Answer(ABC):
         return page(self.document(), run)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write it to a file: .html, .csv or .json, by its ending.
+        """Write it to a file: .html, .csv, .json or .xlsx, by its ending.
 
         Raises
         ------
@@ -97,9 +109,17 @@ class Answer(ABC):
         from tolstat.answers.output_file import check_ending, replace
 
         path = Path(path)
-        written = {".html": self.html, ".csv": self.csv, ".json": self.json}
         check_ending(path, "an answer", ENDINGS)
-        return replace(path, written[path.suffix.lower()]().encode())
+        match path.suffix.lower():
+            case ".html":
+                content = self.html().encode()
+            case ".csv":
+                content = self.csv().encode()
+            case ".json":
+                content = self.json().encode()
+            case _:
+                content = self.workbook()
+        return replace(path, content)
 
     def __repr__(self) -> str:
         """Return a description in one line."""

@@ -1,4 +1,4 @@
-"""Output files: which may be replaced, and how; trials of a run as a table."""
+"""Output files: which may be replaced, and how."""
 
 from __future__ import annotations
 
@@ -7,23 +7,15 @@ import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from tolstat.errors import Advice, BrokenError, Remedy, RunFileError
-from tolstat.literal import csv_cell
+from tolstat.errors import RunFileError
 from tolstat.operating_system import held_open
 from tolstat.regular_files import content as content_of
 from tolstat.store.files_beside import create_aside
 from tolstat.store.integrity import is_run
-from tolstat.store.stored_run import SI, Run
-from tolstat.units.scale import PLAIN
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 KEPT = {".h5": "a run", ".toml": "a study"}  # by the ending of its name
 MEGABYTES = 1  # of a study
-TABLES = (".csv", ".parquet")
 
 
 def check_folder(path: Path) -> None:
@@ -126,53 +118,3 @@ def replace(path: Path, content: bytes | Callable[[Path], object]) -> Path:
     except OSError as error:
         raise RunFileError(f"{path} cannot be written: {error}") from error
     return path
-
-
-def export(run: Run, path: Path, *, force: bool = False, units: str = SI) -> None:
-    """Write all trials of a run: a row for each, with units in the heads.
-
-    `units` as of `Run.frame`.
-
-    Raises
-    ------
-    RunFileError
-        If the ending is not allowed, the file exists, or Parquet is not installed.
-    BrokenError
-        If it cannot be written; no part of it remains.
-    """
-    ending = path.suffix.lower()
-    check_ending(path, "a table", TABLES)
-    if path.exists() and not (force and path.is_file()):
-        raise RunFileError(
-            f"{path} already exists, and is replaced only by force",
-            Advice(Remedy.REPLACE, path),
-        )
-    frame = run.frame(units)
-    written = frame.attrs.pop("units")
-    heads = {n: f"{n} [{u}]" for n, u in written.items() if u not in ("", PLAIN)}
-    table = frame.rename(columns=heads)
-
-    def write(aside: Path) -> None:
-        if ending == ".csv":
-            _as_cells(table).to_csv(aside, lineterminator="\n")
-        else:
-            table.to_parquet(aside, engine="pyarrow")
-
-    try:
-        replace(path, write)
-    except ImportError as error:
-        raise RunFileError(
-            f"{path}: Parquet needs pyarrow, pip install 'tolstat[parquet]'; or name a "
-            "file that ends in .csv"
-        ) from error
-    except RunFileError as error:
-        raise BrokenError(str(error)) from error
-
-
-def _as_cells(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table in which no text is a formula to a spreadsheet."""
-    cells = table.copy(deep=False)
-    for name, column in table.items():
-        if column.dtype.kind not in "iuf":
-            cells[name] = column.astype(object).map(csv_cell)
-    return cells.rename(columns=csv_cell)

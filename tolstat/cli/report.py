@@ -7,8 +7,8 @@ import click
 
 from tolstat.answers import reports
 from tolstat.answers.compare.compare_runs import compare as comparison
+from tolstat.answers.export.trials_table import export as write_trials
 from tolstat.answers.output_file import check_output
-from tolstat.answers.output_file import export as write_trials
 from tolstat.answers.relimit import limited
 from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
@@ -63,7 +63,7 @@ def report(
 
 @click.command()
 @options.path_argument("runs", "A.h5 B.h5...", nargs=-1, required=True)
-@options.output_option("Also write a file: .html, .csv or .json.")
+@options.output_option("Also write a file: .html, .csv, .json or .xlsx.")
 @options.form
 @options.closely
 def compare(
@@ -84,20 +84,20 @@ def compare(
 @click.command()
 @options.run_file
 @options.output_option(
-    "The table to write.", metavar="FILE.csv|.parquet", required=True
+    "The table to write.", metavar="FILE.csv|.parquet|.xlsx", required=True
 )
-@options.force("Replace an existing file.")
 @click.option(
     "--units",
     type=click.Choice([SI, SHOWN]),
-    default=SI,
-    help="SI with deviations, or the units shown on pages with sizes; default: SI.",
+    help="SI, or units and sizes as on pages; default: as on pages in XLSX, else SI.",
 )
-def export(source: Path, output: Path, force: bool, units: str) -> None:
+@options.force("Replace an existing file.")
+def export(source: Path, output: Path, units: str | None, force: bool) -> None:
     """Write the trials of a run as a table.
 
-    It has a row for each trial, and units in its heads.
+    It has a row for each trial, and units in its heads. A workbook (XLSX) also has the
+    limits, responses, contributors and the provenance.
     """
     run = open_run(source)
-    write_trials(run, output, force=force, units=units)
+    write_trials(run, output, units=units or "", force=force)
     options.say(f"{run.trials} trials in {output}")

@@ -25,7 +25,7 @@ NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 @click.command("what-if")
 @options.run_file
 @click.argument("deviations", metavar="NAME=TOLERANCE...", nargs=-1)
-@options.output_option("Also write a file: .html, .csv or .json.")
+@options.output_option("Also write a file: .html, .csv, .json or .xlsx.")
 @options.form
 @options.limits
 @click.option(

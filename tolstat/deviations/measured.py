@@ -1,18 +1,28 @@
 """Distributions of measured parts: the parts themselves, or a fit."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Integers
+from tolstat.deviations.distributions import Tolerance
 from tolstat.errors import DistributionError
 
 DOUBTFUL = 0.05  # p-value below which a fit is doubtful
 RESAMPLES = 999
 # most parts of a simulated sample: A^2 of more has the same distribution
 MOST_SIMULATED = 2000
+
+
+class InOrder(NamedTuple):
+    """What trials do not need of measured parts, and their judgement does."""
+
+    order: Integers  # places among the ascending parts, as they were measured
+    lots: tuple[str, ...]  # of each, in that order; empty without lots
+    tolerance: Tolerance  # of the drawing: deviations, SI; open ends are infinite
+    source: str  # file, and how it was read
 
 
 @dataclass(frozen=True, eq=False)

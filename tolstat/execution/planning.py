@@ -243,7 +243,17 @@ def measured_samples(deviating: Deviations) -> Iterator[MeasuredSample]:
         fit = ("", math.nan)
         if isinstance(first, Fitted):
             fit = first.kind, first.p_value
-        yield MeasuredSample(name, tuple(names_of), first.values, *fit)
+        parts = deviating.measured[names_of[0]]
+        lots = tuple(dict.fromkeys(parts.lots))
+        yield MeasuredSample(
+            name, tuple(names_of), first.values, *fit,
+            order=parts.order,
+            lot=np.array([lots.index(lot) for lot in parts.lots]) if lots else None,
+            lot_names=lots,
+            lower=parts.tolerance.lower,
+            upper=parts.tolerance.upper,
+            source=parts.source,
+        )  # fmt: skip
 
 
 def assumed_of(deviating: Deviations) -> dict[str, Assumed]:

@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Callable
 from contextlib import chdir, suppress
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -128,7 +129,7 @@ def carry_out(
                     number = evaluate_stages(
                         study.model, until or stages, trials, workers, tell, file=file,
                         check=BlockCheck(study, trials, workers),
-                        look=lambda: stop_if_none_is_done(study, trials, workers),
+                        look=partial(stop_if_none_is_done, study, trials, workers),
                     )  # fmt: skip
                     if not (until and until.rows):
                         break
@@ -159,6 +160,8 @@ def _stopping_rule(study: Study) -> StoppingRule | None:
 
         return UntilDecided(study)
     return UntilPrecise(study) if study.until else None
+
+
 def stop_if_none_is_done(study: Study, trials: Trials, workers: Workers) -> None:
     """Stop a run whose first trials all fail in the integration: a ModelError.
 

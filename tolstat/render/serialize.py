@@ -85,11 +85,14 @@ def rows_as_csv(rows: Sequence[Row]) -> str:
     A head may end in its unit in brackets; "[unit]" is that of the row. An estimate
     takes four columns: itself, the ends of its 95 % interval, and why it has none.
     """
+    return csv_text(*table_of_rows(rows))
+
+
+def table_of_rows(rows: Sequence[Row]) -> tuple[list[str], Iterator[list[Any]]]:
+    """Return the heads of a wide table, and its cells in the units shown."""
     heads = [head for head, _, _ in _cells(rows[0])]
-    return csv_text(
-        heads,
-        ([_converted(value, times) for _, value, times in _cells(row)] for row in rows),
-    )
+    cells = ([_converted(value, times) for _, value, times in _cells(r)] for r in rows)
+    return heads, cells
 
 
 def rows_as_frame(rows: Sequence[Row], index: str) -> pd.DataFrame:

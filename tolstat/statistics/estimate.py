@@ -28,6 +28,8 @@ class Lack(Enum):
     REPLICATES = "no replicates of {size} trials"
     LIGHT_WEIGHTS = "{trials} trials are too few with these weights"
     EFFECTIVE_TRIALS = "effective sample size {effective}; {needed} needed"
+    FEWEST_PARTS = "needs {needed} parts"
+    NORMAL_PARTS = "the parts are not normal"
     SECOND_END = "the limit has one end"
     SPREAD = "the response does not spread"
     MORE_SPREAD = "over {most:g}: hardly any spread"

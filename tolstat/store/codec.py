@@ -21,7 +21,7 @@ from tolstat.store.stored_fields import (
     read_attribute,
     write_attribute,
 )
-from tolstat.store.tables import read_table, write_table
+from tolstat.store.tables import is_place, read_table, write_table
 
 PLAIN = (str, bool, int, float)
 
@@ -105,6 +105,7 @@ def _take(owner: h5py.HLObject, name: str, kind: Any) -> Any:
     if _is_group(kind):
         group, inner = owner[name], _inner(kind)
         keys = list(group.attrs if _is_attribute(inner) else group)
+        keys = [key for key in keys if not is_place(key, group.name)]
         return _collected(kind, keys, [_take(group, key, inner) for key in keys])
     if not _is_attribute(kind):
         return owner[name][...]

@@ -15,6 +15,7 @@ and limits there are. Results known at the end come with a new file, written und
 temporary name and renamed.
 """
 
+import errno
 import io
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -35,11 +36,14 @@ from tolstat.store.stored_fields import (
     write_attribute,
 )
 from tolstat.store.stored_run import Run
+from tolstat.store.tables import place_name
 
 TRIAL = "trial"
 NOMINAL, CHECKS = "nominal", "checks"  # groups
-CHECKSUM, ALONE = f"{CHECKS}/trial", f"{CHECKS}/nominal"  # of a trial, of the nominal
+# of a trial, of the nominal; no dataset has the name of a coordinate above it
+CHECKSUM, ALONE = f"{CHECKS}/checksum", f"{CHECKS}/nominal"
 CLOCK = f"{CHECKS}/clock"
+LOCKINGS = False, None, True, "best-effort"  # how h5py may lock a file
 ROOM = 1 << 16  # bytes of a file in memory at first; it doubles when used up
 METADATA = 1 << 26  # bytes, hardly exceeded by all that a file holds beside its rows
 Column = NDArray[Any]
@@ -131,6 +135,20 @@ def decoded(values: NDArray[Any]) -> NDArray[Any]:
     return np.char.decode(values, "utf-8", "replace") if text else values
 
 
+def open_for_reading(path: Path) -> h5py.File:
+    """Open a file without a lock, or as another part of this process holds it open.
+
+    HDF5 refuses to open it in two ways at once.
+    """
+    for locking in LOCKINGS:
+        try:
+            return h5py.File(path, "r", locking=locking)
+        except OSError as error:
+            if "flag values" not in str(error):
+                raise
+    raise OSError(errno.EBUSY, "another part of this process holds it open")
+
+
 class Extent(NamedTuple):
     """Where a column lies: offset in the file, NumPy type, and how many values."""
 
@@ -208,6 +226,9 @@ def draft_of(run: Run, path: Path) -> tuple[MemoryFile, dict[str, Extent]]:
         for name in ("audit", "audit/third", "rerun"):
             if name in file:
                 _describe(file[name], run)
+        for group in file.values():
+            if isinstance(group, h5py.Group):
+                _name_dimensions(group, {})
         if run.study_file:  # from here: both may be moved together
             file.attrs["study_file"] = os.path.relpath(run.study_file, path.parent)
         extents = extents_of(file)
@@ -236,7 +257,7 @@ def _lay_out(file: h5py.File, run: Run) -> None:
         columns.append(allocate(file, name, (trials,), dtype))
         if name in (STATUS, STEPS):
             allocate(nominal, name, (), dtype)
-    _attach(index, columns)
+    _attach(index, [*columns, file[CHECKSUM]])
     for response in run.responses:
         write_record(allocate(nominal, response.name, (), np.float64), response)
     for described in run.described:
@@ -265,6 +286,29 @@ def _attach(index: h5py.Dataset, columns: Sequence[h5py.Dataset]) -> None:
     users = np.zeros(len(columns), np.dtype(fields, align=True))
     users["dataset"] = [column.ref for column in columns]
     index.attrs.create("REFERENCE_LIST", users)
+
+
+def _name_dimensions(group: h5py.Group, scales: Mapping[int, h5py.Dataset]) -> None:
+    """Give each list below a group a dimension, by length; readers refuse bare ones.
+
+    It is that of the groups above if there is one.
+    """
+    scales, lists = dict(scales), dict[int, list[h5py.Dataset]]()
+    for item in [*group.values()]:
+        bare = isinstance(item, h5py.Dataset) and item.ndim == 1 and not item.is_scale
+        if bare and not len(item.dims[0]):
+            lists.setdefault(len(item), []).append(item)
+    for length, items in lists.items():
+        if length not in scales:
+            name = place_name(group.name)
+            name += f"_{length}" * (name in group)
+            scales[length] = group.create_dataset(name, data=np.arange(length))
+            scales[length].make_scale(name)
+        for item in items:
+            item.dims[0].attach_scale(scales[length])
+    for item in group.values():
+        if isinstance(item, h5py.Group):
+            _name_dimensions(item, scales)
 
 
 def _describe(audited: h5py.Group, run: Run) -> None:

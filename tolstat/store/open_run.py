@@ -58,7 +58,7 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
     path = existing(Path(path))
     check_seal(path)
     try:
-        with h5py.File(path, "r", locking=False) as file:
+        with layout.open_for_reading(path) as file:
             check_schema(file, path.stat().st_size)
             run = _read(path, file)
         wrong = next(broken_rules(run), "")

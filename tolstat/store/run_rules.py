@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tolstat.arrays import Integers
 from tolstat.deviations.draw import SAMPLERS
 from tolstat.deviations.names import general
 from tolstat.deviations.samplers import DISTANCE, SPREAD, STAGE, WEIGHT
@@ -135,8 +136,23 @@ def _measured(run: Run) -> bool:
         and sample.fit in ("", "normal", "lognormal")
         and (sample.fit != "lognormal" or sample.values[0] > 0)
         and (not sample.fit or np.ptp(sample.values) > 0)
+        and sample.lower < sample.upper
+        and _ordered(sample.order, sample.parts)
+        and _ordered_lots(sample.lot, sample.parts, len(sample.lot_names))
         for sample in run.measured
     )
+
+
+def _ordered(order: Integers | None, parts: int) -> bool:
+    """Return whether an order has each part once."""
+    return order is None or np.array_equal(np.sort(order), np.arange(parts))
+
+
+def _ordered_lots(lot: Integers | None, parts: int, lots: int) -> bool:
+    """Return whether each part is of a lot."""
+    if lot is None:
+        return lots == 0
+    return len(lot) == parts and bool(((lot >= 0) & (lot < lots)).all())
 
 
 def _sampled(run: Run) -> bool:

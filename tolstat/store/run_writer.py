@@ -15,7 +15,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -132,7 +131,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         end it: the file stays then.
         """
         try:
-            with h5py.File(lock.path, "r", locking=False) as file:
+            with layout.open_for_reading(lock.path) as file:
                 extents = layout.extents_of(file)
             rows = Rows(opened_for_writing(lock.path.resolve()), extents)
             rows.write(STATUS, status)

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import h5py
 from h5py import h5a, h5d, h5g, h5l, h5o, h5s, h5t
 
+from tolstat.store.tables import is_place
+
 
 class Values(NamedTuple):
     """A dataset: its NumPy types, and how many dimensions it may have."""
@@ -27,6 +29,7 @@ class Group(dict[str, Any]):
 
 
 NUMBERS, TEXTS = Values("f8"), Group({"*": Group()})
+INDEX = Values("i8")  # the dimension of a list
 TABLE = Group({"*": Values("f8 i8 b1 text", (1, 2, 3))})
 AUDITED = {
     "trials": Values("i8"), "status": Values("u1"), "at_random": Values("b1"),
@@ -38,13 +41,15 @@ SCHEMA = Group({
     "*": Values("f8 i8 u1 S"),  # a column
     "trial": Values("i8"), "status": Values("u1"), "steps": Values("i8"),
     "checks": Group({
-        "trial": Values("u8"), "nominal": Values("u8", (0,)), "clock": NUMBERS,
+        "checksum": Values("u8"), "nominal": Values("u8", (0,)), "clock": NUMBERS,
     }),
     "nominal": Group({
         "*": Values("f8", (0,)), "status": Values("u1", (0,)),
         "steps": Values("i8", (0,)),
     }),
-    "assumed": TABLE, "measured": Group({"*": Group({"values": NUMBERS})}),
+    "assumed": TABLE, "measured": Group({"*": Group({
+        "values": NUMBERS, "order": Values("i8"), "lot": Values("i8"),
+    })}),
     "rank-correlation": TABLE, "settings": TEXTS, "numbers": TEXTS,
     "provenance": Group(), "title-block": Group(), "status-words": Group(),
     "reference": Group({"columns": Group({"*": NUMBERS})}),
@@ -65,7 +70,9 @@ def _size_of(group: h5g.GroupID, schema: Group, path: str, size: int) -> int:
     used = 0
     for name in group:
         inner = f"{path}/{name.decode(errors='replace')}"
-        expected = schema.get(name.decode(errors="replace"), schema.get("*"))
+        index = path and is_place(inner[len(path) + 1 :], path)
+        others = INDEX if index else schema.get("*")
+        expected = schema.get(name.decode(errors="replace"), others)
         if group.links.get_info(name).type != h5l.TYPE_HARD:
             raise ValueError(f"{inner} is a link to another place")
         item = h5o.open(group, name)

@@ -6,6 +6,7 @@ length become one more dimension. Where a key is
 missing in some of the mappings, `present` says which have it.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, get_args, get_origin
 
@@ -16,6 +17,16 @@ from tolstat.store.stored_fields import BETWEEN, TEXT, fields_of
 
 VALUE, PRESENT, PLACE = "value", "present", "place"  # names of arrays
 EMPTY = {float: np.nan, int: 0, bool: False, str: ""}  # of a key that is missing
+
+
+def place_name(group: str) -> str:
+    """Return the name of the dimension of lists in a group: as no column is called."""
+    return f"{group.strip('/').replace('/', '_')}_{PLACE}"
+
+
+def is_place(name: str, group: str) -> bool:
+    """Return whether a name in a group is that of such a dimension."""
+    return bool(re.fullmatch(re.escape(place_name(group)) + r"(_\d+)?", name))
 
 
 class Cells(NamedTuple):

@@ -14,12 +14,12 @@ from tolstat.deviations.dependence import (
     rank_of_pearson,
 )
 from tolstat.deviations.distributions import Constant, Distribution, Tolerance
+from tolstat.deviations.measured import InOrder
 from tolstat.deviations.names import expand
 from tolstat.errors import DependenceError, DistributionError, ModelError
 from tolstat.model.description import Contributor
 from tolstat.model.setting_kinds import as_typed
 from tolstat.study.cost_entry import Priced, read_costs
-from tolstat.study.csv_table import read_parts
 from tolstat.study.distribution_entry import (
     DEFAULT,
     REMEDY_KEYS,
@@ -59,6 +59,7 @@ class Deviations(NamedTuple):
     sized: frozenset[str] = frozenset()
     # how far the mean of each may move, SI, where it lies anywhere within a range
     means: Mapping[str, Tolerance] = {}
+    measured: Mapping[str, InOrder] = {}  # by contributor of measured parts
 
 
 NOTHING = Deviations({}, Dependence({}, {}), {}, {}, {}, ())
@@ -87,6 +88,7 @@ def read_deviations(
     priced: list[Priced] = []
     sized: set[str] = set()
     means = dict[str, Tolerance]()
+    measured: dict[str, InOrder] = {}
     for name, entry in entries.items():
         section = "links" if name in linked else "deviations"
         with problems.noting(f"[{section}] {name}", entry):
@@ -105,8 +107,11 @@ def read_deviations(
             for member, reader in readers.items():
                 if member in distributions:
                     raise ModelError(f"{member} is given twice")
-                if "data" in keys:
-                    distribution, unit, fit = read_parts(keys, reader, folder)
+                if "data" in keys:  # few studies read files
+                    from tolstat.study.measured_parts import read_parts
+
+                    parts_of = read_parts(keys, reader, folder)
+                    distribution, unit, fit, measured[member] = parts_of
                 else:
                     distribution, fit = read_distribution(keys, reader), ""
                     unit = written_unit(keys, reader)
@@ -133,7 +138,7 @@ def read_deviations(
     return Deviations(
         distributions, Dependence(batches, ranks), words, written, units, tuple(notes),
         priced=tuple(priced), warnings=tuple(warnings), sized=frozenset(sized),
-        means=means,
+        means=means, measured=measured,
     )  # fmt: skip
 
 
@@ -157,7 +162,8 @@ def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:
         kind += f" {rest.pop('data')}"
     else:
         kind = str(rest.pop("distribution", DEFAULT)).replace("_", " ")
-    zone = [str(rest.pop("tolerance"))] if "tolerance" in rest else []
+    typed = "tolerance" in rest and "data" not in keys  # else it is of the drawing
+    zone = [str(rest.pop("tolerance"))] if typed else []
     if kind == DEFAULT and not {"cp", "cpk", "sigma"} & set(rest):
         rest["cp"] = 1
     words = [kind, *zone, *(f"{key} {as_typed(value)}" for key, value in rest.items())]

@@ -1,8 +1,6 @@
 """Bounds of a study: the size and depth of its text, and the files that it may name."""
 
-import codecs
 import errno
-import io
 import math
 import os
 import re
@@ -14,6 +12,7 @@ from typing import Any
 
 from tolstat import regular_files
 from tolstat.errors import DataError, StudyError
+from tolstat.regular_files import as_text
 from tolstat.study.problems import Problems
 from tolstat.toml import DEEP_KEY, DEEPEST, toml_table, toml_text
 from tolstat.units.grammar import MOST_NUMBER
@@ -22,12 +21,6 @@ LONGEST, LONGEST_KEY = 10_000, 200  # characters
 TOO_DEEP = f"more than {DEEPEST} tables or lists inside each other"
 MOST_MEGABYTES = 1  # of a study
 TOO_LONG = "a number has thousands of digits; no key allows that"
-BYTE_ORDER_MARKS = {  # that of UTF-16 begins one of UTF-32
-    codecs.BOM_UTF32_LE: "utf-32", codecs.BOM_UTF32_BE: "utf-32",
-    codecs.BOM_UTF8: "utf-8-sig",
-    codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
-}  # fmt: skip
-AS_UTF_8 = "save the file as UTF-8"
 TYPOGRAPHIC = "“”„‟‘’"
 BACKSLASH = "in double quotes \\ begins an escape; write / between folders"
 
@@ -122,35 +115,6 @@ def content(path: Path, megabytes: int) -> bytes:
         ours = error.errno in (errno.EFBIG, errno.EINVAL)
         why = f"is {error.strerror}" if ours else f"cannot be read: {error}"
         raise DataError(f"{path} {why}") from None
-
-
-def as_text(path: Path, raw: bytes) -> str:
-    """Return the text of a file; every line ends as in Python.
-
-    UTF-8, or what its byte order mark says: UTF-8, UTF-16 or UTF-32, as editors of
-    Windows write them. No other encoding is guessed.
-    """
-    marks = (mark for mark in BYTE_ORDER_MARKS if raw.startswith(mark))
-    encoding = BYTE_ORDER_MARKS.get(next(marks, b""), "utf-8")
-    if encoding == "utf-8" and b"\0" in raw:
-        raise DataError(
-            f"{path} cannot be read: it contains NUL bytes, as UTF-16 without a byte "
-            f"order mark does; {AS_UTF_8}"
-        )
-    try:
-        return io.TextIOWrapper(io.BytesIO(raw), encoding).read()
-    except UnicodeDecodeError as error:
-        if not encoding.startswith("utf-8"):
-            raise DataError(
-                f"{path} cannot be read: it begins as {encoding.upper()} and is cut "
-                f"off or damaged; {AS_UTF_8}"
-            ) from None
-        line = len(re.findall(rb"\r\n|\r|\n", raw[: error.start])) + 1
-        byte = raw[error.start : error.start + 1]
-        raise DataError(
-            f"{path}, line {line}: byte 0x{byte.hex().upper()} is not UTF-8 (in "
-            f"Windows-1252 it is '{byte.decode('cp1252', 'replace')}'); {AS_UTF_8}"
-        ) from None
 
 
 def study_text(path: Path) -> str:

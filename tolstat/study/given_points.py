@@ -26,7 +26,6 @@ from tolstat.model.description import Description
 from tolstat.model.setting_kinds import Number, as_typed
 from tolstat.model.settings import setting_of, settings_of
 from tolstat.study import study_schema as schema
-from tolstat.study.csv_table import read_csv
 from tolstat.study.memory_needed import too_large
 from tolstat.study.nominal_size import HOLDS, DeviationReader, Holds
 from tolstat.study.problems import Problems
@@ -251,17 +250,23 @@ def _steps(values: list[float], points: int) -> list[float]:
 
 
 def read_table(
-    folder: Path | None, name: str, settings: Any, description: Description
+    folder: Path | None,
+    file: str | Mapping[str, Any],
+    settings: Any,
+    description: Description,
 ) -> Points:
-    """Return the trials of a CSV file.
+    """Return the trials of a file.
 
     Heads are contributors with their unit, `rod_length_1 [mm]`; a row is a trial, with
     its deviations, or sizes. `rod_length_1 sizes [mm]` says which.
     """
-    table = read_csv(folder, name)
+    from tolstat.study.data_files import read_data, source_words  # few studies do
+
+    keys = {"data": file} if isinstance(file, str) else file
+    table = read_data(folder, schema.read_entry(schema.FileEntry, keys, "a table has"))
     path = table.path
     parts = {part.name: part for part in description.contributors}
-    deviations = np.zeros((len(table.lines), len(parts)))
+    deviations = np.zeros((len(table.rows), len(parts)))
     names, units, warnings = [*parts], dict[str, str](), dict[str, None]()
     for head, written in table.units.items():
         part, holds = _part_of_head(head)
@@ -288,7 +293,7 @@ def read_table(
         deviations,
         (Case(0, len(deviations), settings),),
         units,
-        note=f"{len(deviations)} trials of {path.name} (SHA-256 {table.digest[:12]})",
+        note=f"{len(deviations)} trials of {path.name} ({source_words(table)})",
         warnings=tuple(warnings),
     )
 
@@ -310,8 +315,10 @@ def read_reference(
     The first column is swept. The others are responses, or swept too if the grid has
     several axes. Each head has its unit.
     """
+    from tolstat.study.data_files import read_data, si_values
+
     entry = schema.read_entry(schema.ReferenceEntry, keys, "there is")
-    table = read_csv(folder, entry.data)
+    table = read_data(folder, entry)
     units = {axis.name: axis.unit for axis in swept if axis.words is None}
     if (first := next(iter(table.units))) not in units:
         raise DataError(
@@ -322,5 +329,5 @@ def read_reference(
     if wrong := [head for head in table.units if head not in units]:
         allowed = allowed_names(wrong[0], units)
         raise DataError(f"{table.path}, column {wrong[0]}: {allowed}")
-    columns = {head: table.values(head, units[head]) for head in table.units}
+    columns = {head: si_values(table, head, units[head]) for head in table.units}
     return entry.label, columns

@@ -14,7 +14,9 @@ MOST_TRIALS = 10_000_000  # of a grid
 LEAST_PRICE, MOST_PRICE = 1e-30, 1e30
 TitleKey = Literal["project", "drawing", "revision", "author", "approval"]
 TITLE_KEYS = get_args(TitleKey)
-CSV_FILE = "the name of a CSV file, in quotes"
+DATA_FILE = (
+    "the name of a file in quotes: a table of text such as CSV, XLSX, XLSM, ODS or XLS"
+)
 MISSING = {
     "model": 'missing; name a model, such as model = "stand"',
     "trials": "missing; give the number of trials, such as trials = 4096",
@@ -64,8 +66,8 @@ class Document(Entry):
         "random",
     )
     audit: Literal["sure"] | None = key('only audit = "sure"', None)
-    table: str | None = key(
-        'the name of a CSV file, such as table = "machines.csv"', None
+    table: str | dict[str, Any] | None = key(
+        'the name of a file, such as table = "machines.csv"', None
     )
     settings: dict[str, Any] = key("a table of settings, each name = value", {})
     links: dict[str, str | int | float | dict[str, Any]] = key(
@@ -144,15 +146,29 @@ class CorrelationEntry(Entry):
     spearman: float | None = key("a number such as spearman = 0.6", None)
 
 
-class PartsEntry(Entry):
+class FileEntry(Entry):
+    """A file with a table, and what it does not tell about itself."""
+
+    data: str = key(DATA_FILE)
+    decimal: Literal[".", ","] | None = key('one of ".", ","', None)
+    delimiter: str | None = key('a character such as ";", or "tab" or "space"', None)
+    encoding: str | None = key('a text such as "utf-8" or "cp1252"', None)
+    sheet: str | None = key("the name of a sheet, in quotes", None)
+
+
+class PartsEntry(FileEntry):
     """Measured parts of a contributor."""
 
-    data: str = key(CSV_FILE)
-    column: str = key("the name of a column, in quotes")
+    data: str = key(f"{DATA_FILE}, or DFQ or DFD of Q-DAS")
+    column: str = key("the name of a column or a characteristic, in quotes")
+    part: str | None = key("the number of a part in a Q-DAS file, in quotes", None)
     unit: str | None = key('a text such as "mm"', None)
     nominal: str | None = key('a text such as "2450 mm"', None)
     holds: Literal["sizes", "deviations"] | None = key("one of sizes, deviations", None)
     fit: Literal["normal", "lognormal"] | None = key("one of normal, lognormal", None)
+    # of the drawing, to judge the parts by; trials take the parts as they are
+    tolerance: str | None = key('a tolerance such as "+-1.2 mm"', None)
+    lots: str | None = key("the name of a column, in quotes", None)
 
 
 class AxisEntry(Entry):
@@ -165,10 +181,9 @@ class AxisEntry(Entry):
     )
 
 
-class ReferenceEntry(Entry):
+class ReferenceEntry(FileEntry):
     """Known points of a publication or a measurement."""
 
-    data: str = key(CSV_FILE)
     label: str = key('a text such as "measured"')
 
 

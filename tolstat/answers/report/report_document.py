@@ -3,6 +3,8 @@
 import math
 
 from tolstat.answers.next_steps import command
+from tolstat.answers.parts.judged_parts import judged_parts_of
+from tolstat.answers.parts.parts_section import ALL_PARTS, parts_section, parts_table
 from tolstat.answers.report.case_results import cases_section
 from tolstat.answers.report.first_page import (
     ALL_LIMITS,
@@ -28,6 +30,7 @@ MOMENTS = (
     "as out of limit where the limit has one end. With two ends or none the interval "
     "holds for any value of failed trials."
 )
+AS_DEVIATIONS = "Numbers are deviations from the nominal."
 TAILS = (
     " A fraction of 1 ppm depends on the tails of the distributions as much as on the "
     "model."
@@ -56,6 +59,7 @@ def report_document(report: Report) -> blocks.Document:
         (*first, blocks.note(*reading(report).parts)),
         rest,
         assumptions_section(report),
+        _measured_parts(report),
         cases_section(report),
         _summary(report),
         _numbers(report),
@@ -148,6 +152,18 @@ def _assumed(summary: RunSummary) -> list[Parts]:
         none = f"No slopes, worst cases or halved tolerances: {missing}."
         sentences.append(text(none))
     return list(filter(None, sentences))
+
+
+def _measured_parts(report: Report) -> blocks.Section:
+    """Return the measured parts against the tolerance of their drawing."""
+    parts = judged_parts_of(report.stored_run)
+    return blocks.section(
+        "Measured parts",
+        parts_table(parts.items()),
+        blocks.note(f"{AS_DEVIATIONS} {ALL_PARTS}") if parts else None,
+        *(parts_section(name, part, level=3) for name, part in parts.items()),
+        anchor="measured-parts", page_only=True,
+    )  # fmt: skip
 
 
 def _correlation(summary: RunSummary) -> Parts:

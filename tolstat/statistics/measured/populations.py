@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Integers
 
 LEAST_PARTS = 5  # fewer tell nothing of the tails
 FEW_PARTS = 10  # of fewer, tails as long as the others drawn are too long too often
@@ -33,6 +33,17 @@ class MeasuredSample:
         "normal", "lognormal", or empty: the parts themselves are sampled.
     p_value : float
         Of the test of the fit (Anderson-Darling); NaN without a fit.
+    order : int64[part] or None
+        Places of the parts among the values, in the order in which they were measured;
+        None where that is not known.
+    lot : int64[part] or None
+        The lot of each, in that order: its place in `lot_names`; None without lots.
+    lot_names : tuple of str
+        The lots.
+    lower, upper : float
+        The tolerance of the drawing, as deviations, SI; infinite where it is open.
+    source : str
+        Where they come from, and how that was read.
     """
 
     name: str
@@ -40,6 +51,12 @@ class MeasuredSample:
     values: Array
     fit: str = ""
     p_value: float = math.nan
+    order: Integers | None = None
+    lot: Integers | None = None
+    lot_names: tuple[str, ...] = ()
+    lower: float = -math.inf
+    upper: float = math.inf
+    source: str = ""
 
     @property
     def parts(self) -> int:

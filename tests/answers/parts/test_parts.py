@@ -1,0 +1,184 @@
+"""`tolstat parts`: measured parts of a file, on screen, page, JSON and CSV."""
+
+import io
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+import tolstat
+from tolstat.answers.parts.judged_parts import (
+    CoarseStep,
+    FarParts,
+    FewParts,
+    NotNormal,
+    OtherLots,
+    judged_parts_of,
+)
+from tolstat.cli.main import main
+from tolstat.errors import DataError
+
+HEAD = "Protokoll;;;\nTeil;Länge [mm];Breite [mm];Charge\n"
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    rng = np.random.default_rng(2)
+    rows = [HEAD]
+    for i in range(90):
+        lot = "ABC"[i // 30]
+        length = 60 + 0.004 * rng.standard_normal() + 0.006 * (lot == "B")
+        width = 20.08 if i == 40 else 20 + 0.01 * rng.standard_normal()
+        rows.append(f"{i + 1};{length:.4f};{width:.2f};{lot}\n".replace(".", ","))
+    path = tmp_path_factory.mktemp("parts") / "teile.csv"
+    path.write_bytes("".join(rows).encode("cp1252"))
+    return path
+
+
+@pytest.fixture(scope="module")
+def judged(file):
+    return tolstat.parts(file, nominal="60 mm", tolerance="+-0.02 mm", lots="Charge",
+                         columns=["Länge"])  # fmt: skip
+
+
+def call(*words):
+    return CliRunner().invoke(main, ["parts", *map(str, words)])
+
+
+def test_numbers_are_of_the_drawing(judged):
+    part = judged.characteristics["Länge"]
+    assert part.tolerance == pytest.approx((59.98e-3, 60.02e-3))
+    numbers, values = part.capability, part.values
+    assert numbers.parts == 90
+    half = values.std(ddof=1) * 3
+    assert numbers.ppk.value == pytest.approx((60.02e-3 - values.mean()) / half)
+    assert numbers.cpk.value > 1.2 * numbers.ppk.value
+    assert [lot.parts for lot in part.lots.values()] == [30, 30, 30]
+    (warning,) = part.warnings
+    assert isinstance(warning, OtherLots) and warning.lots.highest == "B"
+
+
+def test_all_columns_of_numbers_but_a_counter(file):
+    answer = tolstat.parts(file)
+    assert [*answer.characteristics] == ["Länge", "Breite"]
+    far, coarse = answer.characteristics["Breite"].warnings[:2]
+    assert isinstance(far, FarParts) and far.places == (f"{file}, line 43",)
+    assert isinstance(coarse, CoarseStep) and coarse.step == pytest.approx(1e-5)
+
+
+def test_screen_page_json_and_csv(file, judged, tmp_path):
+    typed = (file, "--column", "Länge", "--nominal", "60 mm", "--tolerance",
+             "+-0.02 mm", "--lots", "Charge")  # fmt: skip
+    page = tmp_path / "parts.html"
+    shown = call(*typed, "-o", page)
+    assert shown.exit_code == 0, shown.output
+    for words in ("59.98..60.02 mm", "semicolons, decimal comma, Windows-1252, 1 line",
+                  "Lots differ: C is lowest, B highest."):  # fmt: skip
+        assert words in shown.output
+    html = page.read_text()
+    assert html.count("<svg") == 2 and "in the order of the parts" in html
+    numbers = json.loads(call(*typed, "--json").stdout)["characteristics"]["Länge"]
+    assert numbers["capability"]["parts"] == 90 and "values" not in numbers
+    table = pd.read_csv(io.StringIO(call(*typed, "--csv").stdout))
+    assert table["Ppk"].item() == pytest.approx(
+        judged.characteristics["Länge"].capability.ppk.value
+    )
+    assert judged.frame()["Ppk"]["Länge"] == pytest.approx(table["Ppk"].item())
+
+
+def test_a_limit_with_one_end_and_deviations(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("d [um]\n" + "\n".join(f"{x}.5" for x in range(-8, 9)))
+    part = tolstat.parts(path, tolerance="<= 10 um").characteristics["d"]
+    assert part.tolerance.finite == [pytest.approx(10e-6)]
+    # of a known nominal, the file holds deviations
+    part = tolstat.parts(path, tolerance="+-9 um", nominal="20 mm").characteristics["d"]
+    assert part.tolerance == pytest.approx((-9e-6, 9e-6))
+    assert isinstance(part.warnings[0], FewParts)
+
+
+def test_skewed_parts_have_no_interval_of_normal_ones(tmp_path):
+    values = np.random.default_rng(1).exponential(1.0, 200)
+    path = tmp_path / "a.csv"
+    path.write_text("d [um]\n" + "\n".join(f"{x:.4f}" for x in values))
+    part = tolstat.parts(path, tolerance="<= 5 um").characteristics["d"]
+    assert any(isinstance(warning, NotNormal) for warning in part.warnings)
+    assert not part.capability.ppk.sure and part.capability.outside.sure
+
+
+def test_what_cannot_be_read_is_said(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("n;d\n1;20,001\n2;20,003\n")
+    refused = call(path)
+    assert refused.exit_code == 2 and "20001 or 20.001" in refused.output
+    assert call(path, "--decimal", ",", "--unit", "mm").exit_code == 0
+    path.write_text("n;d\n1;5,5\n2;x\n3;6,5\n4;7\n5;6,1\n")
+    with pytest.raises(DataError, match="line 3, column d: 'x'"):
+        tolstat.parts(path)
+    assert "no such file" in call(tmp_path / "b.csv").output
+
+
+@pytest.fixture(scope="module")
+def run(file, tmp_path_factory):
+    part = {"nominal": "60 mm", "data": str(file), "column": "Länge",
+            "tolerance": "+-0.02 mm", "lots": "Charge"}  # fmt: skip
+    study = {
+        "model": "dimension_chain", "trials": 300, "seed": 1,
+        "settings": {"gap": "A - B"}, "limits": {"gap": "0.95..1.05 mm"},
+        "links": {"A": part, "B": {"nominal": "59 mm", "tolerance": "+-0.03 mm"}},
+    }  # fmt: skip
+    path = tmp_path_factory.mktemp("run") / "run.h5"
+    tolstat.run(study, output=path)
+    return tolstat.open(path)
+
+
+def test_a_run_holds_order_lots_and_tolerance(run, judged):
+    (sample,) = run.measured
+    part = judged.characteristics["Länge"]
+    np.testing.assert_allclose(sample.values[sample.order], part.values - 60e-3)
+    assert [sample.lot_names[lot] for lot in sample.lot] == [*part.lot_of_each]
+    assert (sample.lower, sample.upper) == pytest.approx((-20e-6, 20e-6))
+    assert "semicolons, decimal comma" in sample.source
+
+
+def test_the_report_judges_the_parts_as_the_command_does(run, judged, tmp_path):
+    part, alone = judged_parts_of(run)["A"], judged.characteristics["Länge"]
+    assert part.capability.ppk == pytest.approx(alone.capability.ppk)
+    assert part.capability.cpk == pytest.approx(alone.capability.cpk)
+    assert [type(warning) for warning in part.warnings] == [OtherLots]
+    page = tolstat.report(run).html()
+    assert "Numbers are deviations from the nominal." in page
+    assert "A in the order of the parts" in page
+
+
+def test_trials_take_the_parts_and_not_their_tolerance(run):
+    (sample,) = run.measured
+    assert {*run.column("A")} <= {*sample.values}
+    assert "tolerance +-0.02 mm" in run.assumed["A"].words
+
+
+def test_a_drawing_in_a_file_of_qdas(tmp_path):
+    lines = ["K0100 1", "K1001 X", "K2001/1 7", "K2002/1 bore", "K2101/1 20.0",
+             "K2112/1 -0.02", "K2113/1 0.03", "K2142/1 mm"]  # fmt: skip
+    rng = np.random.default_rng(3)
+    values = [f"{20 + 0.005 * x:.4f}" for x in rng.standard_normal(60)]
+    path = tmp_path / "a.dfq"
+    path.write_text("\n".join([*lines, *values]) + "\n")
+    part = tolstat.parts(path).characteristics["bore"]
+    assert part.tolerance == pytest.approx((19.98e-3, 20.03e-3))
+    assert part.nominal == pytest.approx(20e-3)
+    study = {
+        "model": "dimension_chain", "trials": 100, "seed": 1,
+        "settings": {"gap": "A - B"},
+        "links": {
+            "A": {"nominal": "20 mm", "data": str(path), "column": "7"},
+            "B": "19 mm",
+        },
+    }  # fmt: skip
+    (sample,) = tolstat.run(study).measured
+    assert (sample.lower, sample.upper) == pytest.approx((-20e-6, 30e-6))
+    np.testing.assert_allclose(
+        sample.values, np.sort([float(x) - 20 for x in values]) * 1e-3, atol=1e-12
+    )

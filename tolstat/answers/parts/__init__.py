@@ -1,0 +1,1 @@
+"""Measured parts of a file, judged by the tolerance of their drawing."""

@@ -1,0 +1,187 @@
+"""The answer about a file of measured parts, without a study."""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tolstat.answers.answer import Answer
+from tolstat.answers.parts.judged_parts import JudgedParts, Sample, judged_parts
+from tolstat.document.inline import Number, Row
+from tolstat.errors import DataError
+from tolstat.model.description import Contributor
+from tolstat.statistics.capability import Tolerance
+from tolstat.study.data_files import MeasuredFile
+from tolstat.study.nominal_size import DeviationReader
+from tolstat.study.study_schema import PartsEntry, read_entry
+from tolstat.tables.table import MeasuredColumn
+from tolstat.units.conversion import dimension, si_unit, to_si
+from tolstat.units.grammar import SIDES, limit, measure, unit_of
+from tolstat.units.scale import PER_CENT, PLAIN, Scale
+
+MOST_COLUMNS = 40  # of a file, of which none is named
+
+
+@dataclass(frozen=True, repr=False)
+class PartsAnswer(Answer):
+    """Measured parts of a file, each characteristic against its tolerance.
+
+    Attributes
+    ----------
+    file : str
+        The file.
+    characteristics : mapping of str to JudgedParts
+        By name of a column or a characteristic.
+    """
+
+    file: str
+    characteristics: Mapping[str, JudgedParts]
+    answers = "parts"
+    index = "characteristic"
+
+    @property
+    def _short(self) -> str:
+        counts = (
+            f"{name} {part.capability.parts}"
+            for name, part in self.characteristics.items()
+        )
+        return f"{self.file}; {', '.join(counts)}"
+
+    def rows(self) -> Sequence[Row]:
+        """Return a row for each characteristic."""
+        return [_row(name, part) for name, part in self.characteristics.items()]
+
+
+def _row(name: str, part: JudgedParts) -> Row:
+    numbers, scale = part.capability, part.scale
+    lower, upper = (end if np.isfinite(end) else np.nan for end in part.tolerance)
+    return {
+        "characteristic": name,
+        "unit": scale.shown,
+        "parts": numbers.parts,
+        "nominal [unit]": Number(part.nominal, scale),
+        "lower limit [unit]": Number(lower, scale),
+        "upper limit [unit]": Number(upper, scale),
+        "mean [unit]": Number(numbers.mean, scale),
+        "sigma [unit]": Number(numbers.sigma, scale),
+        "Pp": Number(numbers.pp),
+        "Ppk": Number(numbers.ppk),
+        "Cp": Number(numbers.cp),
+        "Cpk": Number(numbers.cpk),
+        "below": numbers.below,
+        "above": numbers.above,
+        "outside [%]": Number(numbers.outside, PER_CENT),
+        "warnings": ", ".join(warning.kind for warning in part.warnings),
+    }
+
+
+def parts(
+    path: str | os.PathLike[str],
+    columns: Sequence[str] = (),
+    *,
+    tolerance: str = "",
+    nominal: str = "",
+    lots: str = "",
+    **keys: str,
+) -> PartsAnswer:
+    """Return measured parts of a file, judged against the tolerance of their drawing.
+
+    Parameters
+    ----------
+    path : path
+        A text such as CSV, a workbook, or a Q-DAS file.
+    columns : sequence of str
+        Columns or characteristics; by default all with numbers.
+    tolerance : str
+        Such as "+-0.05 mm" about the nominal, "19.98..20.02 mm" or "<= 6.3 um". A
+        Q-DAS file has its own.
+    nominal : str
+        Such as "20 mm".
+    lots : str
+        The column that names the lot of each part.
+    **keys : str
+        `unit`, and how the file is written: `decimal`, `delimiter`, `encoding`,
+        `sheet`, `part`, as in a study.
+
+    Returns
+    -------
+    PartsAnswer
+        `save` writes its page (.html), its numbers (.json) or its table (.csv).
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, or in two ways.
+
+    Examples
+    --------
+    >>> found = tolstat.parts("runs/rods.csv", ["length"], unit="mm",
+    ...                       nominal="2450 mm", tolerance="+-1.2 mm")
+    >>> found.frame()["Ppk"]["length"].round(2).item()
+    1.04
+    """
+    typed = {"data": str(path), "column": "", **keys}
+    entry = read_entry(PartsEntry, typed, "measured parts have")
+    file = MeasuredFile(Path(path), entry, columns)
+    names = list(columns) or file.names
+    if not names or len(names) > MOST_COLUMNS:
+        raise DataError(
+            f"{path} has {len(names)} columns of numbers; name those of measured parts"
+        )
+    judged = {
+        column.name: _judged(column, tolerance, nominal, entry.unit or "")
+        for column in (file.measured(name, lots) for name in names)
+    }
+    return PartsAnswer(str(path), judged)
+
+
+def _judged(
+    column: MeasuredColumn, tolerance: str, nominal: str, unit: str
+) -> JudgedParts:
+    """Return a column, judged by what is typed, or else by what its file tells."""
+    unit = unit or column.unit or next(_units(nominal, tolerance), PLAIN)
+    si = si_unit(dimension(unit))
+    factor = to_si(1.0, unit, si)
+    size = measure(nominal).value if nominal else None
+    if size is None and column.nominal is not None:
+        size = factor * column.nominal
+    return judged_parts(
+        Sample(
+            factor * np.array(column.numbers),
+            _tolerance(
+                column, tolerance, Contributor(column.name, si, size=size), factor
+            ),
+            np.nan if size is None else size,
+            column.lots,
+            column.places,
+            column.numbers,
+            factor,
+        ),
+        Scale(si, unit),
+        f"{Path(column.path).name}: {column.words}",
+    )
+
+
+def _units(*texts: str) -> Iterator[str]:
+    yield from (unit_of(text) for text in texts if text)
+
+
+def _tolerance(
+    column: MeasuredColumn, typed: str, contributor: Contributor, factor: float
+) -> Tolerance:
+    """Return the typed tolerance, or that of the file, as permitted values, SI."""
+    if typed.strip().startswith(SIDES):
+        return Tolerance(*limit(typed, contributor.unit))
+    if typed:
+        lower, upper = DeviationReader(contributor).zone(typed)
+        size = contributor.size or 0.0
+        numbers = factor * np.array(column.numbers)
+        if np.median(np.abs(numbers)) < np.median(np.abs(numbers - size)):
+            size = 0.0  # the column holds deviations
+        return Tolerance(size + lower, size + upper)
+    return Tolerance(
+        -np.inf if column.lower is None else factor * column.lower,
+        np.inf if column.upper is None else factor * column.upper,
+    )

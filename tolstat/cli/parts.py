@@ -1,0 +1,57 @@
+"""The command that judges measured parts of a file."""
+
+from pathlib import Path
+
+import click
+
+from tolstat.cli import options
+
+
+@click.command()
+@options.path_argument("file", "FILE")
+@click.option(
+    "--column",
+    "columns",
+    multiple=True,
+    metavar="NAME",
+    help="A column or a characteristic; default: all. May be repeated.",
+)
+@click.option(
+    "--tolerance",
+    default="",
+    metavar="TEXT",
+    help='Of the drawing: "+-0.05 mm", "19.98..20.02 mm" or "<= 6.3 um".',
+)
+@click.option("--nominal", default="", metavar="TEXT", help='Such as "20 mm".')
+@click.option("--lots", default="", metavar="NAME", help="The column of the lots.")
+@click.option("--unit", metavar="TEXT", help="Of the numbers, if the file has none.")
+@click.option("--decimal", metavar="SIGN", help='The decimal sign, "." or ",".')
+@click.option("--delimiter", metavar="SIGN", help="The sign between columns.")
+@click.option("--encoding", metavar="NAME", help="Of a text, such as cp850.")
+@click.option("--sheet", metavar="NAME", help="The sheet of a workbook.")
+@click.option("--part", metavar="NUMBER", help="The part of a Q-DAS file.")
+@options.output_option("Also write a file: .html, .csv, .json or .xlsx.")
+@options.form
+def parts(
+    file: Path,
+    columns: tuple[str, ...],
+    tolerance: str,
+    nominal: str,
+    lots: str,
+    output: Path | None,
+    form: str | None,
+    **keys: str | None,
+) -> None:
+    """Judge measured parts of a file by the tolerance of their drawing.
+
+    FILE is a text such as CSV, a workbook (XLSX, XLSM, ODS, XLS) or a Q-DAS file (DFQ,
+    DFD). No study is needed.
+    """
+    from tolstat.answers.parts.parts_answer import parts as judged
+
+    options.check_delivery(output, form)
+    typed = {key: value for key, value in keys.items() if value is not None}
+    answer = judged(
+        file, columns, tolerance=tolerance, nominal=nominal, lots=lots, **typed
+    )
+    options.deliver(answer, output, form)

@@ -1,0 +1,132 @@
+"""Files of data that a study names: measured parts, trials, published points."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.errors import DataError
+from tolstat.study.files import beside, content
+from tolstat.study.study_schema import FileEntry, PartsEntry
+from tolstat.tables import qdas
+from tolstat.tables.grid import Row
+from tolstat.tables.numerals import COMMA
+from tolstat.tables.read import MOST_MEGABYTES, Form, read_qdas, read_table
+from tolstat.tables.table import MeasuredColumn, Table
+from tolstat.units.conversion import to_si
+
+FEW = 5  # rows: fewer tell nothing
+_WHOLE = re.compile(r"[+-]?[0-9]+")
+
+
+def read_data(
+    folder: Path | None, entry: FileEntry, requested: Sequence[str] = ()
+) -> Table:
+    """Return the table of a file beside a study; see `read_table`."""
+    path = beside(folder, entry.data)
+    return read_table(path, content(path, MOST_MEGABYTES), form_of(entry), requested)
+
+
+class MeasuredFile:
+    """A file of measured parts: a table, or characteristics of Q-DAS.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    entry : PartsEntry
+        How it is written.
+    requested : sequence of str
+        Columns that will be read.
+    """
+
+    def __init__(
+        self, path: Path, entry: PartsEntry, requested: Sequence[str] = ()
+    ) -> None:
+        raw, form = content(path, MOST_MEGABYTES), form_of(entry)
+        self._file: Table | qdas.QdasFile
+        if path.suffix.lower() in qdas.ENDINGS:
+            self._file = read_qdas(path, raw, _values_beside(path), form)
+        else:
+            self._file = read_table(path, raw, form, requested)
+
+    @property
+    def names(self) -> list[str]:
+        """The characteristics, or columns of numbers that do not count 1, 2, 3."""
+        if isinstance(self._file, qdas.QdasFile):
+            return self._file.names
+        columns = [n for n in self._file.numeric if not _counts(self._file, n)]
+        return columns or self._file.partly_numeric
+
+    def measured(self, name: str, lots: str = "") -> MeasuredColumn:
+        """Return a column; `lots` names that of the lots, which Q-DAS tells itself."""
+        if isinstance(self._file, qdas.QdasFile):
+            return self._file.measured(name)
+        return self._file.measured(name, lots)
+
+    def torn(self, name: str) -> str:
+        """Return the text of a number that a decimal comma may tear in two columns."""
+        if isinstance(self._file, qdas.QdasFile) or self._file.grid.separator != COMMA:
+            return ""
+        return torn_by_commas(self._file.rows, self._file.columns[name])
+
+
+def _counts(table: Table, name: str) -> bool:
+    """Return whether a column counts the rows."""
+    numbers = table.measured(name).numbers
+    return len(numbers) > 1 and bool((np.diff(numbers) == 1).all())
+
+
+def _values_beside(path: Path) -> bytes:
+    """Return the values that belong to a DFD file; nothing for a DFQ file."""
+    if path.suffix.lower() != ".dfd":
+        return b""
+    suffix = ".DFX" if path.suffix.isupper() else ".dfx"
+    return content(path.with_suffix(suffix), MOST_MEGABYTES)
+
+
+def form_of(entry: FileEntry) -> Form:
+    """Return what a study says of how a file is written."""
+    part = entry.part if isinstance(entry, PartsEntry) else None
+    return Form(
+        entry.decimal or "", entry.delimiter or "", entry.encoding or "",
+        sheet=entry.sheet or "", part=part or "",
+    )  # fmt: skip
+
+
+def si_values(table: Table, name: str, unit: str) -> Array:
+    """Return the numbers of a column, SI."""
+    written = table.units[name]
+    try:
+        factor = to_si(1.0, "" if written == "1" else written, unit)
+    except ValueError as error:
+        raise DataError(f"{table.path}, column {name}: {error}") from None
+    return np.array(table.column(name)) * factor
+
+
+def source_words(file: Table | MeasuredColumn) -> str:
+    """Return what identifies the content of a file, and how it was read."""
+    words = file.words() if isinstance(file, Table) else file.words
+    digest = f"SHA-256 {file.digest[:12]}"
+    return digest if file.plain else f"{digest}; {words}"
+
+
+def torn_by_commas(rows: list[Row], index: int) -> str:
+    """Return the text of a number that a decimal comma may tear in two columns.
+
+    Whole numbers beside digits, as many in each row: 6,8 may be 6.8. Empty where a cell
+    shows that it is a number of its own.
+    """
+    for first in (index - 1, index):
+        pairs = [row.cells[first : first + 2] for row in rows] if first >= 0 else []
+        texts = [[str(cell) for cell in pair] for pair in pairs]
+        if not texts or not all(
+            len(pair) == 2 and _WHOLE.fullmatch(pair[0]) and pair[1].isdigit()
+            for pair in texts
+        ):
+            continue
+        if len(texts) >= FEW and len({len(pair[1]) for pair in texts}) == 1:
+            return ",".join(texts[0])
+    return ""

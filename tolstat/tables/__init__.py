@@ -1,0 +1,1 @@
+"""Tables in files as other programs write them: text, workbooks, Q-DAS."""

@@ -1,0 +1,195 @@
+"""Rows of a text: CSV with any separator, lines above its head, remarks."""
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from tolstat.errors import DataError
+from tolstat.tables.encodings import UTF_8, Decoded
+from tolstat.tables.grid import Grid, Row
+from tolstat.tables.heads import Head, head_of, is_unit
+from tolstat.tables.numerals import COMMA, Proof, proof
+
+LONGEST_CELL = 1000  # characters
+SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars", ",": "commas"}
+BLANKS = "blanks"
+NONE = "\x1f"  # in no line of a text
+TYPED = {"tab": "\t", "\\t": "\t", "space": " "}
+_EXCEL = re.compile(r'"?sep=(.)"?\s*')  # as Excel begins a file
+_WHOLE = re.compile(r"\s*[+-]?[0-9]+")
+
+
+class Split(NamedTuple):
+    """The rows of a text by a separator."""
+
+    separator: str
+    rows: list[Row]
+    head: Head | None  # among the rows of the usual width
+
+    @property
+    def width(self) -> int:
+        """The usual number of cells of a row."""
+        return usual_width(self.rows)
+
+
+def usual_width(rows: Sequence[Row]) -> int:
+    """Return the most frequent number of cells; of equally frequent ones the larger."""
+    counts = Counter(len(row.cells) for row in rows)
+    return max(counts, key=lambda width: (counts[width], width))
+
+
+def read_delimited(
+    path: Path,
+    digest: str,
+    decoded: Decoded,
+    *,
+    delimiter: str = "",
+    decimal: str = "",
+    requested: Sequence[str] = (),
+) -> Grid:
+    """Return the rows of a text from its head on; `#` begins a remark.
+
+    Raises
+    ------
+    DataError
+        If there is no head above numbers, columns may be separated in two ways, or a
+        row has more or fewer cells than its head.
+    """
+    lines = [
+        (number, line)
+        for number, line in enumerate(decoded.text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if lines and (first := _EXCEL.fullmatch(lines[0][1])):
+        delimiter = delimiter or first[1]
+        del lines[0]
+    if len(lines) < 2:
+        raise DataError(f"{path} is empty: a head and a row of numbers are expected")
+    split = _split(path, lines, TYPED.get(delimiter, delimiter), requested)
+    separator, rows, head = split.separator, split.rows, split.head
+    if head is None:
+        raise DataError(
+            f"{path}: no head above numbers was found; above each column of numbers a "
+            'name is expected. Where blanks separate columns, give delimiter = "space"'
+        )
+    usual = [row for row in rows if len(row.cells) == split.width]
+    first_line = usual[head.position].line
+    table = [row for row in rows if row.line >= first_line]
+    for row in table:
+        if len(row.cells) != split.width:
+            hint = "; is a comma its decimal sign? Use points" * (
+                separator == COMMA and len(row.cells) > split.width
+            )
+            raise DataError(
+                f"{path}, line {row.line}: {len(row.cells)} cells under {split.width} "
+                f"heads{hint}"
+            )
+    _check_decimal_comma(path, split, table, decimal)
+    skipped = len(rows) - len(table)
+    words = [SEPARATORS.get(separator, f"'{separator}' between columns")]
+    if separator in (NONE, " "):
+        words = ["one column" if separator == NONE else BLANKS]
+    above = [f"{skipped} line{'s' * (skipped > 1)} skipped"] if skipped else []
+    return Grid(
+        path, digest, table,
+        separator="" if separator == NONE else separator,
+        words=(*words, decoded.encoding, *above),
+        plain=separator in (COMMA, NONE) and decoded.encoding == UTF_8 and not skipped,
+    )  # fmt: skip
+
+
+def _split(
+    path: Path,
+    lines: Sequence[tuple[int, str]],
+    delimiter: str,
+    requested: Sequence[str],
+) -> Split:
+    """Return the rows by the separator that fits, or the typed one."""
+    if delimiter:
+        if len(delimiter) != 1:
+            raise DataError(
+                f'delimiter = "{delimiter}": one character is expected, or "tab" or '
+                '"space"'
+            )
+        return _by(path, lines, delimiter, requested)
+    used = [sign for sign in SEPARATORS if any(sign in line for _, line in lines)]
+    splits = [_by(path, lines, sign, requested) for sign in used]
+    fits = [split for split in splits if split.width > 1 and split.head]
+    strong = [split for split in fits if split.separator != COMMA]
+    if len(strong) > 1:
+        names = " or ".join(SEPARATORS[split.separator] for split in strong)
+        raise DataError(
+            f"{path}: columns may be separated by {names}; give delimiter = "
+            f'"{strong[0].separator}"'.replace("\t", "tab")
+        )
+    if fits:
+        return (strong or fits)[0]
+    ragged = [split for split in splits if split.width > 1 and split.separator == COMMA]
+    alone = _by(path, lines, NONE, requested)
+    return alone if alone.head or not ragged else ragged[0]
+
+
+def _by(
+    path: Path,
+    lines: Sequence[tuple[int, str]],
+    separator: str,
+    requested: Sequence[str],
+) -> Split:
+    """Return the rows by one separator."""
+    rows = [*_rows(path, lines, separator)]
+    width = usual_width(rows)
+    usual = [row for row in rows if len(row.cells) == width]
+    return Split(separator, rows, head_of(usual, requested))
+
+
+def _rows(
+    path: Path, lines: Sequence[tuple[int, str]], separator: str
+) -> Iterator[Row]:
+    """Yield rows with the number of the line in which they begin; refuse long cells."""
+    if separator == " ":
+        yield from (Row(number, [*line.split()]) for number, line in lines)
+        return
+    reader = csv.reader((f"{line}\n" for _, line in lines), delimiter=separator)
+    begun = 0
+    while True:
+        try:
+            cells = next(reader, None)
+        except csv.Error as error:
+            raise DataError(f"{path}, line {lines[begun][0]}: {error}") from None
+        if cells is None:
+            return
+        cells = [cell.strip() for cell in cells]
+        if (longest := max(map(len, cells), default=0)) > LONGEST_CELL:
+            raise DataError(
+                f"{path}, line {lines[begun][0]}: a cell has {longest} characters; at "
+                f"most {LONGEST_CELL} are allowed"
+            )
+        if any(cells):
+            yield Row(lines[begun][0], [*cells])
+        begun = reader.line_num
+
+
+def _check_decimal_comma(
+    path: Path, split: Split, table: Sequence[Row], decimal: str
+) -> None:
+    """Refuse commas that are either a decimal sign or a separator."""
+    assert split.head
+    body = [row.cells for row in table[split.head.body - split.head.position :]]
+    texts = [[str(cell) for cell in cells] for cells in body]
+    either = False
+    if split.separator == NONE and not decimal:
+        either = any(
+            proof(cells[0]) is Proof.COMMA or "," in cells[0] for cells in texts
+        )
+    second = split.head.names[-1]  # "length, mm" is one head
+    if split.separator == COMMA and split.width == 2 and is_unit(second) and second[1:]:
+        either = all(_WHOLE.fullmatch(a) and b.isdigit() for a, b in texts)
+    if either:
+        example = ",".join(texts[0])
+        raise DataError(
+            f"{path}: '{example}' may be one number with a decimal comma, or two "
+            'columns; give decimal = "," or delimiter = ","'
+        )

@@ -1,0 +1,66 @@
+"""Cells in rows and columns, with their places, before heads and numbers are known."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+
+class Unusable(NamedTuple):
+    """A cell of a workbook that is neither a number nor a text."""
+
+    text: str  # as it is shown
+    why: str  # it is no number
+
+
+Cell = str | float | Unusable  # a float is a number that a program wrote as one
+
+
+class Row(NamedTuple):
+    """A row, and its number in the file, from 1."""
+
+    line: int
+    cells: list[Cell]
+
+
+class Grid(NamedTuple):
+    """The rows of a file or a sheet."""
+
+    path: Path
+    digest: str  # SHA-256 of the file
+    rows: list[Row]
+    sheet: str = ""  # of a workbook
+    separator: str = ""  # between columns of a text; empty for one column
+    # how it was read, in words: separator, encoding, hidden rows
+    words: tuple[str, ...] = ()
+    plain: bool = False  # whether these words go without saying
+    # whether an empty cell may be an error that the format does not tell
+    doubtful: bool = False
+
+    def row_place(self, line: int) -> str:
+        """Return file and line."""
+        return (
+            f"{self.path}, {self.sheet}, row {line}"
+            if self.sheet
+            else (f"{self.path}, line {line}")
+        )
+
+    def address(self, line: int, column: int, name: str) -> str:
+        """Return file and address of a cell; of a text line and column."""
+        if self.sheet:
+            return f"{self.path}, {self.sheet}!{letters(column)}{line}"
+        return f"{self.path}, line {line}, column {name}"
+
+
+def letters(column: int) -> str:
+    """Return the letters of a column of a workbook, from 0.
+
+    Examples
+    --------
+    >>> letters(0), letters(25), letters(26)
+    ('A', 'Z', 'AA')
+    """
+    words = ""
+    column += 1
+    while column:
+        column, rest = divmod(column - 1, 26)
+        words = chr(ord("A") + rest) + words
+    return words

@@ -1,0 +1,154 @@
+"""Where a table begins: its head, a row of units, and the lines above them."""
+
+import re
+from collections.abc import Collection, Sequence
+from contextlib import suppress
+from typing import NamedTuple
+
+from tolstat.errors import UnitError
+from tolstat.tables.grid import Cell, Row
+from tolstat.tables.numerals import Proof, is_missing, proof
+from tolstat.units.conversion import dimension
+
+PLAIN = ("1", "count")
+TAILS = 4, 2, 1  # parts of the rows; the last one shows which columns hold numbers
+# "t [mm]", "t (mm)", "t in mm", "t / mm"
+_BRACKETS = re.compile(r"(?P<name>.+?)\s*\[(?P<unit>[^\]]*)\]", re.DOTALL)
+_WITH_UNIT = re.compile(
+    r"(?P<name>.+?)(?:\s*\((?P<round>[^()]+)\)|(?:\s+in\s+|\s+/\s*)(?P<unit>\S+))",
+    re.DOTALL,
+)
+# what begins a row that is no part: of a summary or of the drawing, in some languages
+SUMMARY = frozenset({
+    "mean", "average", "avg", "mittelwert", "mittel", "moyenne", "media", "std",
+    "stdev", "sd", "s.d.", "sigma", "streuung", "standardabweichung", "min", "min.",
+    "minimum", "max", "max.", "maximum", "cp", "cpk", "pp", "ppk", "range",
+    "spannweite", "median", "nominal", "nennmaß", "nennmass", "nennwert", "soll",
+    "sollwert", "usl", "lsl", "ot", "ut", "osg", "usg",
+})  # fmt: skip
+
+
+class Head(NamedTuple):
+    """The head of a table."""
+
+    position: int  # of its row
+    body: int  # index of the first row of numbers
+    names: tuple[str, ...]  # of the columns, without their units; empty for none
+    units: tuple[str, ...]  # empty where there is none
+
+
+def is_number(cell: Cell) -> bool:
+    """Return whether a cell can be read as a number."""
+    if isinstance(cell, str):
+        return proof(cell) is not Proof.NO_NUMBER
+    return isinstance(cell, float)
+
+
+def is_empty(cell: Cell) -> bool:
+    """Return whether a cell says that there is no number."""
+    return isinstance(cell, str) and is_missing(cell)
+
+
+def is_unit(text: str) -> bool:
+    """Return whether a text is a unit; a count has none."""
+    with suppress(UnitError):
+        dimension(text)
+        return text not in PLAIN
+    return False
+
+
+def summary_word(row: Row) -> str:
+    """Return the word that begins a row of a summary; empty for any other row."""
+    first = next((cell for cell in row.cells if not is_empty(cell)), "")
+    known = isinstance(first, str) and first.strip(" :=").casefold() in SUMMARY
+    return str(first) if known else ""
+
+
+def head_of(rows: Sequence[Row], requested: Collection[str] = ()) -> Head | None:
+    """Return the head of rows of equal width; None without one.
+
+    Above each column of numbers a head has a text, and numbers come below it. Of
+    several such rows it is the first, or the first one with a requested name.
+    """
+    for part in TAILS:
+        tail = rows[-max(1, len(rows) // part) :]
+        columns = _numeric(tail)
+        heads = [
+            head
+            for index in range(len(rows) - 1)
+            if columns and (head := _head_at(rows, index, columns))
+        ]
+        named = [head for head in heads if {*requested} & {*head.names}]
+        if heads:
+            return (named or heads)[0]
+    return None
+
+
+def split_head(cell: Cell) -> tuple[str, str]:
+    """Return name and unit of a head.
+
+    Examples
+    --------
+    >>> split_head("t_wall [mm]"), split_head("force (kN)"), split_head("d in mm")
+    (('t_wall', 'mm'), ('force', 'kN'), ('d', 'mm'))
+    >>> split_head("cavity (left)")
+    ('cavity (left)', '')
+    """
+    text = " ".join(str(cell.text if isinstance(cell, tuple) else cell).split())
+    if isinstance(cell, float):
+        text = f"{cell:.15g}"
+    if match := _BRACKETS.fullmatch(text):
+        return match["name"], match["unit"].strip()
+    match = _WITH_UNIT.fullmatch(text)
+    if match and is_unit(unit := (match["round"] or match["unit"]).strip()):
+        return match["name"], unit
+    return text, ""
+
+
+def _numeric(rows: Sequence[Row]) -> list[int]:
+    """Return the columns in which numbers are as many as other words, or more."""
+    columns = []
+    for index, cells in enumerate(zip(*(row.cells for row in rows), strict=True)):
+        filled = [cell for cell in cells if not is_empty(cell)]
+        numbers = sum(map(is_number, filled))
+        if numbers and 2 * numbers >= len(filled):
+            columns.append(index)
+    return columns
+
+
+def _head_at(rows: Sequence[Row], index: int, columns: Sequence[int]) -> Head | None:
+    """Return the head that a row is; None if it is none."""
+    cells = rows[index].cells
+    named = [c for c in columns if c or not is_empty(cells[c])]  # an index has no name
+    above = [cells[c] for c in named]
+    if any(map(is_empty, above)) or all(map(is_number, above)):
+        return None
+    body, units = index + 1, ("",) * len(cells)
+    if words := _units(rows[body].cells, columns):
+        body, units = body + 1, words
+    parts = (row for row in rows[body:] if not summary_word(row))
+    if (first := next(parts, None)) is None:
+        return None
+    below = [first.cells[c] for c in columns]
+    filled = [cell for cell in below if not is_empty(cell)]
+    if not filled or not all(map(is_number, filled)):
+        return None
+    parted = [split_head(cell) for cell in cells]
+    return Head(
+        index,
+        body,
+        tuple(name for name, _ in parted),
+        tuple(own or row for (_, own), row in zip(parted, units, strict=True)),
+    )
+
+
+def _units(cells: Sequence[Cell], columns: Sequence[int]) -> tuple[str, ...]:
+    """Return the units of a row that has nothing else; empty if it is none."""
+    texts = [
+        cell.strip().strip("[]()") if isinstance(cell, str) else "?" for cell in cells
+    ]
+    units = ["" if is_missing(text) else text for text in texts]
+    real = [units[c] for c in columns if units[c]]
+    if not real or not all(map(is_unit, real)):
+        return ()
+    return tuple(unit if is_unit(unit) else "" for unit in units)

@@ -1,0 +1,74 @@
+"""Tables of files by their kind: text, workbook or Q-DAS."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tolstat.errors import DataError
+from tolstat.tables import qdas, workbook
+from tolstat.tables.delimited import read_delimited
+from tolstat.tables.encodings import text_of_data
+from tolstat.tables.heads import head_of
+from tolstat.tables.table import Table
+
+MOST_MEGABYTES = 32  # of a file
+
+
+@dataclass(frozen=True)
+class Form:
+    """What a study says of how a file is written; empty for what the file tells."""
+
+    decimal: str = ""  # sign, "." or ","
+    delimiter: str = ""  # between columns of a text
+    encoding: str = ""  # of a text, as Python names it
+    sheet: str = ""  # of a workbook
+    part: str = ""  # of a Q-DAS file
+
+
+AS_IS = Form()
+
+
+def read_table(
+    path: Path, raw: bytes, form: Form = AS_IS, requested: Sequence[str] = ()
+) -> Table:
+    """Return the table of a text or a workbook.
+
+    Parameters
+    ----------
+    raw : bytes
+        Content of the file.
+    requested : sequence of str
+        Columns that will be read: they tell the head among similar lines.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read, or in two ways.
+    """
+    digest = hashlib.sha256(raw).hexdigest()
+    ending = path.suffix.lower()
+    if ending in qdas.ENDINGS:
+        raise DataError(
+            f"{path}: a Q-DAS file has measured parts, and no rows of trials"
+        )
+    if ending in workbook.ENDINGS or raw.startswith(workbook.ZIP):
+        grid = workbook.read_workbook(
+            path, raw, digest, sheet=form.sheet, requested=requested
+        )
+    else:
+        grid = read_delimited(
+            path, digest, text_of_data(path, raw, form.encoding),
+            delimiter=form.delimiter, decimal=form.decimal, requested=requested,
+        )  # fmt: skip
+    head = head_of(grid.rows, requested)
+    assert head  # it was found among the lines above it
+    return Table(grid, head, form.decimal)
+
+
+def read_qdas(path: Path, raw: bytes, values: bytes, form: Form) -> qdas.QdasFile:
+    """Return the characteristics of a Q-DAS file; `values`: of a DFX file beside it."""
+    digest = hashlib.sha256(raw + values).hexdigest()
+    return qdas.QdasFile(
+        path, raw, digest, values=values, encoding=form.encoding, part=form.part
+    )

@@ -1,0 +1,215 @@
+"""A table of a file: columns by name, their numbers, and how they were read."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+from tolstat.errors import DataError, UnitError, allowed_names
+from tolstat.tables.grid import Grid, Row, Unusable
+from tolstat.tables.heads import Head, is_empty, is_number, split_head, summary_word
+from tolstat.tables.numerals import COMMA, NAMES, POINT, number, settled_decimal
+
+
+class MeasuredColumn(NamedTuple):
+    """The measured values of one characteristic, as written."""
+
+    path: Path
+    name: str
+    unit: str  # empty where the file has none
+    numbers: tuple[float, ...]
+    places: tuple[str, ...]  # file and row of each
+    words: str  # how the file was read
+    plain: bool  # whether these words go without saying
+    digest: str  # SHA-256 of the file
+    left_out: int = 0  # values that are missing or do not count
+    # of the drawing, in the unit; None where the file has none
+    nominal: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    lots: tuple[str, ...] = ()  # the lot of each value; empty without lots
+    sequence: bool = False  # whether the file says when each was measured
+
+
+@dataclass(frozen=True)
+class Table:
+    """The table of a text or a sheet.
+
+    Attributes
+    ----------
+    grid : Grid
+        Its rows, from the head on.
+    head : Head
+        Names and units of its columns.
+    typed_decimal : str
+        The decimal sign that the study names; empty for none.
+    """
+
+    grid: Grid
+    head: Head
+    typed_decimal: str = ""
+
+    @property
+    def path(self) -> Path:
+        """Its file."""
+        return self.grid.path
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of its file."""
+        return self.grid.digest
+
+    @cached_property
+    def columns(self) -> dict[str, int]:
+        """The index of each column by its name; those without name are left out."""
+        names = [(name, i) for i, name in enumerate(self.head.names) if name]
+        columns = dict(names)
+        if len(columns) < len(names):
+            raise DataError(f"{self.path}: every column needs a different name")
+        return columns
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of each column, by its name; empty where the file has none."""
+        return {name: self.head.units[i] for name, i in self.columns.items()}
+
+    @cached_property
+    def rows(self) -> list[Row]:
+        """The rows below the head; refuse those of a summary."""
+        rows = self.grid.rows[self.head.body - self.head.position :]
+        rows = [row for row in rows if not all(map(is_empty, row.cells))]
+        for row in rows:
+            if word := summary_word(row):
+                raise DataError(
+                    f"{self.grid.row_place(row.line)}: '{word}' begins a row of a "
+                    "summary or of the drawing, and not of a part; remove the row"
+                )
+        return rows
+
+    @property
+    def places(self) -> list[str]:
+        """File and row of each row."""
+        return [self.grid.row_place(row.line) for row in self.rows]
+
+    @property
+    def numeric(self) -> list[str]:
+        """The columns in which all cells that are not empty are numbers."""
+        shares = self._shares_of_numbers
+        return [name for name, share in shares.items() if share == 1.0]
+
+    @property
+    def partly_numeric(self) -> list[str]:
+        """The columns with numbers and other cells."""
+        shares = self._shares_of_numbers
+        return [name for name, share in shares.items() if 0.0 < share < 1.0]
+
+    @property
+    def _shares_of_numbers(self) -> dict[str, float]:
+        """The share of numbers among the cells that are not empty, by column."""
+        shares = {}
+        for name, i in self.columns.items():
+            filled = [r.cells[i] for r in self.rows if not is_empty(r.cells[i])]
+            shares[name] = sum(map(is_number, filled)) / max(1, len(filled))
+        return shares
+
+    @cached_property
+    def decimal(self) -> str:
+        """The decimal sign; empty where no number has one."""
+        if self.typed_decimal:
+            return self.typed_decimal
+        columns = [(name, self.columns[name]) for name in self.numeric]
+        cells = (
+            (cell, self.grid.address(row.line, i, name))
+            for name, i in columns
+            for row in self.rows
+            if isinstance(cell := row.cells[i], str) and not is_empty(cell)
+        )
+        between_commas = self.grid.separator == COMMA
+        return settled_decimal(cells, between_commas=between_commas)
+
+    def words(self, left_out: int = 0) -> str:
+        """Return how it was read: "semicolons, decimal comma, 3 lines skipped"."""
+        first, *rest = self.grid.words
+        decimal = [NAMES[self.decimal]] if self.decimal else []
+        empty = [f"{left_out} empty"] if left_out else []
+        return ", ".join((first, *decimal, *rest, *empty))
+
+    @property
+    def plain(self) -> bool:
+        """Whether it goes without saying how it was read."""
+        return self.grid.plain and self.decimal in ("", POINT)
+
+    def column(self, name: str) -> list[float]:
+        """Return the numbers of a column, as written; refuse empty cells."""
+        numbers = self._numbers(name)
+        for row, value in zip(self.rows, numbers, strict=True):
+            if value is None:
+                cell = row.cells[self._index(name)]
+                address = self.grid.address(row.line, self._index(name), name)
+                raise DataError(f"{address}: '{cell}' is not a number")
+        return [value for value in numbers if value is not None]
+
+    def measured(self, name: str, lots: str = "") -> MeasuredColumn:
+        """Return the measured values of a column; empty cells are left out."""
+        numbers = self._numbers(name)
+        filled = [i for i, value in enumerate(numbers) if value is not None]
+        if not filled:
+            raise DataError(f"{self.path}, column {name}: no number")
+        left_out = len(numbers) - len(filled)
+        if left_out and self.grid.doubtful:
+            row = next(i for i, value in enumerate(numbers) if value is None)
+            address = self.grid.address(self.rows[row].line, self._index(name), name)
+            raise DataError(
+                f"{address} is empty, or an error that an XLS file hides; save the "
+                "file as XLSX"
+            )
+        words = self._texts(lots) if lots else []
+        return MeasuredColumn(
+            self.path,
+            self.head.names[self._index(name)],
+            self.head.units[self._index(name)],
+            tuple(x for x in numbers if x is not None),
+            tuple(self.places[i] for i in filled),
+            self.words(left_out),
+            plain=self.plain and not left_out,
+            digest=self.digest,
+            left_out=left_out,
+            lots=tuple(words[i] for i in filled) if words else (),
+        )
+
+    def _texts(self, name: str) -> list[str]:
+        """Return the cells of a column as texts."""
+        index = self._index(name)
+        cells = (row.cells[index] for row in self.rows)
+        return [f"{x:g}" if isinstance(x, float) else str(x).strip() for x in cells]
+
+    def _index(self, name: str) -> int:
+        for typed in (name, split_head(name)[0]):  # with its unit
+            if typed in self.columns:
+                return self.columns[typed]
+        allowed = allowed_names(name, self.columns)
+        raise DataError(f"{self.path} has no column '{name}'; {allowed}")
+
+    def _numbers(self, name: str) -> list[float | None]:
+        """Return the numbers of a column; None for empty cells."""
+        index = self._index(name)
+        for row in self.rows:
+            if is_number(cell := row.cells[index]) or is_empty(cell):
+                continue
+            address, wrong = self.grid.address(row.line, index, name), f"'{cell}' is"
+            if isinstance(cell, Unusable):
+                wrong = f"{cell.text} is {cell.why}, and"
+            raise DataError(f"{address}: {wrong} not a number")
+        return [self._number(row, index, name) for row in self.rows]
+
+    def _number(self, row: Row, index: int, name: str) -> float | None:
+        cell = row.cells[index]
+        if isinstance(cell, float):
+            return cell
+        if isinstance(cell, Unusable) or is_empty(cell):
+            return None
+        try:
+            return number(cell, self.decimal)
+        except UnitError as error:
+            address = self.grid.address(row.line, index, name)
+            raise DataError(f"{address}: '{cell}' is not a number ({error})") from None
