@@ -51,9 +51,9 @@ __all__ = [
     "Axis", "Band", "Chain", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
     "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "as_model",
-    "column", "compare", "decide", "evaluate", "extend", "fresh_study", "limited", "models",
-    "new_study", "open", "parts", "replay", "report", "resume", "run", "save", "setting",
-    "summary", "trajectory", "verify", "view", "what_if",
+    "column", "compare", "decide", "evaluate", "extend", "fresh_study", "limited",
+    "models", "new_study", "open", "parts", "replay", "report", "resume", "run", "save",
+    "setting", "summary", "trajectory", "verify", "view", "what_if",
 ]  # fmt: skip
 
 
