@@ -139,7 +139,7 @@ def open_regular(path: Path, flags: int, mode: int = 0o666) -> BinaryIO:
 
 @contextmanager
 def held_open(path: Path) -> Iterator[None]:
-    """Keep a pipe or a terminal open for writing; OSError if nobody reads a pipe."""
+    """Keep a pipe or terminal open for writing; OSError for a pipe without a reader."""
     try:
         descriptor = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
     except OSError as error:

@@ -31,6 +31,11 @@ class Never(Model):
 """
 
 
+def without_times(text):
+    """Return what `show` prints without the times that it predicts."""
+    return re.sub(r"\(about .*?\)|less than a minute", "", text)
+
+
 def test_a_damaged_run_is_refused_named_and_repaired(small_run):
     run = small_run
     shown = call("show", run).stdout
@@ -52,7 +57,7 @@ def test_a_damaged_run_is_refused_named_and_repaired(small_run):
     assert "24 trials, evaluated again: different in 5, 7" in done.stdout
     assert f"Repair it with: tolstat resume {run}" in " ".join(done.stdout.split())
     assert call("resume", run).exit_code == 0
-    assert call("show", run).stdout == shown
+    assert without_times(call("show", run).stdout) == without_times(shown)
     assert call("verify", run, "--all").exit_code == 0
     data = bytearray(run.read_bytes())
     data[100] ^= 1  # in the seal

@@ -13,6 +13,7 @@ from tolstat.deviations.distributions import (
     DISTRIBUTIONS,
     Arcsine,
     Beta,
+    Circular,
     Constant,
     CurvilinearTrapezoid,
     Gamma,
@@ -93,6 +94,7 @@ CASES = [
     (Arcsine(ZONE), stats.arcsine(LOW, WIDTH)),
     (Triangular(ZONE), stats.triang(0.5, LOW, WIDTH)),
     (Triangular(ZONE, mode=0.0), stats.triang(0.25, LOW, WIDTH)),
+    (Circular(ZONE), stats.beta(1.5, 1.5, LOW, WIDTH)),
     (Trapezoidal(ZONE), stats.trapezoid(0.25, 0.75, LOW, WIDTH)),
     (
         Trapezoidal(ZONE, Tolerance(-0.6e-4, 1e-4)),

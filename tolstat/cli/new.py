@@ -41,4 +41,7 @@ def _write(output: Path, text: str, kind: str) -> None:
             file.write(text)
     except FileExistsError:
         raise RunFileError(f"{output} exists; give another name") from None
+    except OSError as error:
+        output.unlink(missing_ok=True)  # a part of it
+        raise RunFileError(f"{output} cannot be written: {error}") from error
     say(f"{kind} in {output}")

@@ -94,10 +94,11 @@ def decide(
     regardless: bool,
     check: bool,
 ) -> None:
-    """Run a study, or add trials to a run, until every limit is met or not met.
+    """Run, or add trials, until every limit is met or not met.
 
-    Limits are looked at after every tenth of the trials. Each verdict is wrong in at
-    most 2.5 % of runs, for any distribution. It needs random sampling.
+    Takes a study or a run. Limits are looked at after every tenth of the trials. Each
+    verdict is wrong in at most 2.5 % of runs, for any distribution. It needs random
+    sampling.
     """
     rule = deciding(int(at_most) if at_most and at_most.isdigit() else at_most)
     if source.suffix == STUDY_ENDING:

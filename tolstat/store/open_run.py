@@ -124,9 +124,11 @@ def _damage_of(
     stored = file[layout.CHECKSUM][...]
     differs = fingerprints([columns[n] for n in layout.columns_of(file)]) != stored
     damaged = ~ran | differs if complete else ran & differs
-    checksum = file[layout.ALONE][()]  # before its data: both may be written just now
+    # a writer stores the status last
+    stored_alone = complete or file[layout.NOMINAL][STATUS][()] != Status.NOT_RUN
+    checksum = file[layout.ALONE][()]
     values = [np.atleast_1d(file[n][()]) for n in layout.nominal_columns_of(file)]
-    nominal = bool(checksum or complete) and fingerprints(values)[0] != checksum
+    nominal = stored_alone and fingerprints(values)[0] != checksum
     # while a run is being written, the checksum may not fit yet
     clock = complete and not is_whole(file[layout.CLOCK][...])
     return Damage(np.flatnonzero(damaged), bool(nominal), clock)

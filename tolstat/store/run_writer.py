@@ -135,10 +135,11 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 extents = layout.extents_of(file)
             rows = Rows(opened_for_writing(lock.path.resolve()), extents)
             rows.write(STATUS, status)
-        except OSError as error:
+            spent = times_of(rows.read(CLOCK))["seconds"]
+        except (OSError, LookupError, RuntimeError) as error:  # of h5py, too
             raise BrokenError(f"{lock.path} cannot be written: {error}") from error
         writer = cls(lock, run, rows, by=by)
-        writer._spent = np.nan_to_num(times_of(writer._rows.read(CLOCK))["seconds"])
+        writer._spent = np.nan_to_num(spent)
         return writer
 
     def _write_file(
@@ -215,10 +216,12 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         values = {
             f"{NOMINAL}/{name}": v for name, v in self.run.columns_of(outcome).items()
         }
+        last = f"{NOMINAL}/{STATUS}"  # with it the nominal trial is stored
         with self._writing() as rows:
-            for name in rows.of_nominal:
+            checksum = fingerprints([values[name] for name in rows.of_nominal])
+            rows.write(ALONE, checksum)
+            for name in sorted(rows.of_nominal, key=lambda name: name == last):
                 rows.write(name, values[name])
-            rows.write(ALONE, fingerprints([values[name] for name in rows.of_nominal]))
             rows.sync()
 
     def write_blocks(self, blocks: Blocks) -> None:

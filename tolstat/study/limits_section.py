@@ -1,6 +1,5 @@
 """The section [limits] of a study, read."""
 
-import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -50,7 +49,7 @@ def read_limit(entry: str | dict[str, Any], unit: str, shown_in: str = "") -> Li
     return limit._replace(
         demanded=_demanded(read, limit.ends),
         demand=typed,
-        typed_ppk=math.nan if read.ppk is None else float(read.ppk),
+        typed_ppk=None if read.ppk is None else float(read.ppk),
     )
 
 

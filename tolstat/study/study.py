@@ -242,7 +242,7 @@ def load(
     files lie in the folder, by default that of the study. A StudyError lists every
     problem: key, value, what is allowed.
     """
-    model = model and model.unwrapped
+    model = model.unwrapped if isinstance(model, Model) else model
     path = None if isinstance(source, Mapping) else Path(source)
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))

@@ -1,6 +1,7 @@
 """What meets all limits of a run together: searched, and proved where that is quick."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +54,7 @@ from tolstat.store.stored_run import Run
 from tolstat.study.study import Study, load
 
 FRESH_TRIALS = 20_000  # of a proof
+FARTHEST_UNPROVED = 1.0  # half tolerances that a centre moves
 QUICK, QUICK_INTEGRATED = 10.0, 1.0  # s, that a proof may take; of equations of motion
 NOTHING_HELPS = "no change of the free tolerances and centres is known to help"
 TOLD = (NoRemedy.FREE, NoRemedy.FAILED)  # other refusals say nothing to a reader
@@ -141,7 +143,10 @@ class _Search:
             except (_ProofError, TolstatError) as error:
                 self.note = str(error)
         permitted = self.trials.permitted_out
-        change = smallest_change(self.trials, AIM_PREDICTED).change
+        # nothing is known of a response farther off than its trials
+        near = self.trials.design._replace(farthest=FARTHEST_UNPROVED)
+        trials = replace(self.trials, design=near)
+        change = smallest_change(trials, AIM_PREDICTED).change
         if not (change.size or len(change.tightened)):
             return None
         after = predicted(self.trials, change)

@@ -15,6 +15,7 @@ from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, tex
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import KNOWN, PER_CENT, figures
 
+MOST_STEPS = 2  # that have sentences of their own: a first page is one sheet
 MOST_IN_CELL = 3  # changes that a cell of a table names
 NOT_BY_FREE = "no change of free dimensions"
 
@@ -27,6 +28,8 @@ def remedy_words(run: Run, remedy: RemedyFinding) -> tuple[Parts, ...]:
     if not remedy.steps:
         return (text(f"No remedy: {remedy.reason}.", note),)
     *earlier, last = remedy.steps
+    if len(remedy.steps) > MOST_STEPS:
+        earlier, last = [], RemedyStep(remedy.changes, earlier[0].before, last.after)
     sentences = [text(_step(run, step), ".") for step in earlier]
     met = "all limits met" if remedy.met else "not all limits are surely met"
     evidence = "predicted from the trials of this run"
@@ -54,7 +57,7 @@ def remedy_cell(run: Run, remedy: RemedyFinding, response: str) -> Cell:
     changes, (_, after) = remedy.changes, remedy.limits[response]
     words = listed([_change(run, change) for change in changes])
     if len(changes) > MOST_IN_CELL:
-        words = text(f"{len(changes)} changes, see below")
+        words = text("see the remedy")
     return Cell(words, text(ppm(after), f", {remedy.evidence}"))
 
 

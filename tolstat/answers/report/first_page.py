@@ -42,8 +42,7 @@ CENTRAL = " of the central 99 %"  # of the trials: others are clipped
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
     "anytime-valid, trials may be added. Equivalent Ppk: of a normal response with the "
-    "same fraction out of limit. Ppk by moments: of mean and sigma, for a normal "
-    "response. By percentiles: for any (ISO 22514-2)."
+    "same fraction out of limit."
 )
 RANDOM_TRIALS = "causes are named for random trials only"
 
@@ -165,7 +164,13 @@ def performance(summary: RunSummary) -> blocks.Paragraph | None:
     ]
     if not sentences:
         return None
-    return blocks.note(say("Beside the equivalent Ppk: {}.", listed(sentences, "")))
+    return blocks.note(
+        say(
+            "Beside the equivalent Ppk, by moments of a normal response and by "
+            "percentiles of any (ISO 22514-2): {}.",
+            listed(sentences, ""),
+        )
+    )
 
 
 def _unseen_words(errors: UnseenErrors) -> str:

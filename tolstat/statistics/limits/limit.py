@@ -27,8 +27,8 @@ class Limit(NamedTuple):
         The values as the study writes them.
     demand : str
         The demand as the study writes it, "Ppk 1.33" or "2000 ppm"; empty for a yield.
-    typed_ppk : float
-        The Ppk of such a demand; NaN for any other.
+    typed_ppk : float or None
+        The Ppk of such a demand; None for any other.
     """
 
     lower: float
@@ -36,7 +36,7 @@ class Limit(NamedTuple):
     demanded: float = DEMANDED
     words: str = ""
     demand: str = ""
-    typed_ppk: float = math.nan
+    typed_ppk: float | None = None
 
     @property
     def permitted(self) -> tuple[float, float]:
@@ -61,7 +61,7 @@ class Limit(NamedTuple):
     @property
     def ppk(self) -> float:
         """The demanded yield as the Ppk of a normal response."""
-        if not math.isnan(self.typed_ppk):
+        if self.typed_ppk is not None:
             return self.typed_ppk
         return ppk_of(1 - self.demanded, self.ends)
 

@@ -7,7 +7,6 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.statistics.remedies.movable_trials import Moved
 
-FARTHEST = 30.0  # half tolerances that a centre may move
 CENTRED = 1.25  # the margin above which centring ends
 SLACK = 1e-4  # of that margin: rounding of the programme
 COARSE = 0.02  # step over half tolerance: the nearest one may not be the best
@@ -44,7 +43,9 @@ def _least_shift(moved: Moved, entries: Array) -> Array | None:
     rows = np.hstack([uses, -uses, moved.reach[finite][:, None]])
     scale = np.abs(rows).max(axis=1) + 1e-300
     rows, room = rows / scale[:, None], moved.room[finite] / scale
-    shifts = [(0.0, FARTHEST)] * (2 * len(entries))  # up, then down
+    farthest, so_far = moved.origin.design.farthest, moved.change.shift[entries]
+    up, down = (np.maximum(farthest - s, 0.0) for s in (so_far, -so_far))
+    shifts = [(0.0, most) for most in (*up.tolist(), *down.tolist())]
     margin = [*np.zeros(len(shifts)), -1.0]
     best = linprog(margin, rows, room, bounds=[*shifts, (-1e3, 1e3)])
     if best.status:

@@ -70,6 +70,8 @@ class Design(NamedTuple):
         False if no remedy may change it.
     movable : bool[entry]
         False if no remedy may shift it.
+    farthest : float
+        Half tolerances that a centre may move.
     """
 
     centres: Array
@@ -78,6 +80,7 @@ class Design(NamedTuple):
     steps: Array
     free: Truths
     movable: Truths
+    farthest: float = 30.0
 
     @property
     def shiftable(self) -> Truths:

@@ -13,7 +13,7 @@ from tolstat.statistics.remedies.prediction import Shares, predicted
 from tolstat.statistics.remedies.remedy import smallest_change
 
 WITHOUT_SPREAD = 1e-3  # ratio of all free entries
-MOST_UNEXPLAINED = 0.5  # of a variance that stays
+MOST_UNEXPLAINED = 0.05  # of a variance that stays: "nothing helps" needs a surface
 FINEST = 1e-3 * WITHOUT_SPREAD  # rounding: the spread that is left is small
 MOST_FREED = 2  # fixed entries that are tried as free ones, the main ones first
 
