@@ -238,7 +238,7 @@ def test_the_first_page_names_main_causes_and_the_remedy(report):
     remedy = found.findings.remedy
     assert [change.entry for change in remedy.changes] and remedy.commands
     if not first.count("proved by"):
-        assert "predicted from the trials of this run" in first
+        assert "predicted from these trials" in first
     before = remedy.steps[0].before
     falls = re.search(r"yield, all limits, from (\S+) % to", first)
     assert says(falls[1], 100 * before.value)

@@ -31,8 +31,8 @@ def remedy_words(run: Run, remedy: RemedyFinding) -> tuple[Parts, ...]:
     if len(remedy.steps) > MOST_STEPS:
         earlier, last = [], RemedyStep(remedy.changes, earlier[0].before, last.after)
     sentences = [text(_step(run, step), ".") for step in earlier]
-    met = "all limits met" if remedy.met else "not all limits are surely met"
-    evidence = "predicted from the trials of this run"
+    met = "all limits met" if remedy.met else "not all limits surely met"
+    evidence = "predicted from these trials"
     if remedy.evidence is Evidence.PROVED:
         evidence = f"proved by {remedy.trials} new trials"
     write, again = map(Typed, remedy.commands)

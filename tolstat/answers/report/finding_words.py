@@ -128,7 +128,8 @@ def _measure(step: Step, findings: Findings) -> Parts:
 
 
 def _add_trials(run: Run, step: Step) -> Parts:
-    purposes = [say("decide {}", Name(name)) for name in step.responses]
+    names = listed([*map(Name, step.responses)])
+    purposes = [text("decide ", names)] if names else []
     purposes += [say("find the causes of {}", Name(name)) for name in step.causes_of]
     trials = counted(step.trials, "trial")
     time = f" in all ({predicted_time(run, step.trials)}): "

@@ -177,8 +177,7 @@ def _unseen_words(errors: UnseenErrors) -> str:
     most = PER_CENT.at_most(errors.share.upper)
     return (
         f"{errors.evaluated} random trials evaluated again, {errors.moved or 'none'} "
-        f"moved: up to {most} % of all may, and what every evaluation misses stays "
-        "unseen"
+        f"moved: up to {most} % of all may"
     )
 
 
