@@ -23,6 +23,7 @@ include_patterns = [
     "tests/studies/benchmarks/index.md",
     "tests/studies/coverage/index.md",
     "tests/studies/coverage/rare.md",
+    "tests/studies/remedies/index.md",
     ".github/*.md",
 ]
 exclude_patterns = [
