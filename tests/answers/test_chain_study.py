@@ -117,6 +117,17 @@ def test_a_function_is_resumed_and_extended_and_known_by_its_code(tmp_path):
     assert others[0] != others[1]
 
 
+def test_functions_without_a_file_are_known_by_what_they_call():
+    digests = []
+    for body in ("np.sin(a)", "np.cos(a)", "(lambda b: b)(a)", "(lambda b: b)(a)"):
+        names = {"np": np}
+        exec(f"def f(a):\n    return {body}", names)
+        model = tolstat.as_model(inputs={"a": "1"}, outputs={"x": "1"})(names["f"])
+        digests.append(model.source_digest)
+    assert len({*digests[:3]}) == 3
+    assert digests[2] == digests[3]  # typed again, in another place of the memory
+
+
 def test_other_processes_find_a_function_in_its_file(tmp_path):
     study = {"model": "stack", "trials": 64, "seed": 1, "links": {"a": "10 +-0.1 mm"}}
     path = tmp_path / "stack.py"
