@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import tomllib
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 
+import numba
 import numpy as np
 import pytest
 
@@ -165,12 +167,26 @@ def test_wrong_declarations_are_refused(inputs, outputs, words):
         ([1.0, 2.0, 3.0], "2 arrays are expected of the function, not 3"),
         ({"x": 1.0}, "a dict with the keys x, y is expected"),
         ((np.zeros(7), 0.0), "an array of 1 trials is expected"),
+        ((0.0, None), "real numbers are expected of the function for y"),
+        ((0.0, 1j), "real numbers are expected of the function for y"),
     ],
 )
 def test_wrong_answers_are_refused(returned, words):
     model = tolstat.as_model(inputs={"a": "1 mm"}, outputs={"x": "mm", "y": "mm"})
     with pytest.raises(ModelError, match=words):
         tolstat.evaluate(model(lambda a: returned))
+
+
+def test_a_compiled_function_is_a_model_and_what_is_no_function_is_refused():
+    @numba.njit
+    def twice(a):
+        return 2 * a
+
+    declared = tolstat.as_model(inputs={"a": "1 mm"}, outputs={"x": "mm"})
+    run = tolstat.Chain(model=declared(twice), trials=10).link("a", "1 mm").run()
+    assert run.column("x") == pytest.approx(np.full(10, 2e-3))
+    with pytest.raises(ModelError, match="partial.*a function is expected"):
+        declared(partial(lambda a: a))
 
 
 def test_links_of_a_function_are_its_inputs():

@@ -48,10 +48,12 @@ class FunctionModel(Model):
         outputs: Mapping[str, str],
     ) -> None:
         self.function = function
-        name = getattr(function, "__name__", "function")
+        name = getattr(function, "__name__", type(function).__name__)
         lines = (inspect.getdoc(function) or "").splitlines()
         # of each function, not of the class
         vars(self).update(name=name, title=lines[0] if lines else "")
+        if not isinstance(getattr(function, "__code__", None), CodeType):
+            raise self.fault("a function is expected, written with def or lambda")
         self.inputs = {name: self._read(name, text) for name, text in inputs.items()}
         for name, unit in outputs.items():
             try:
@@ -122,7 +124,12 @@ class FunctionModel(Model):
         responses = np.empty((len(deviations), len(columns)))
         units = self.outputs.values()
         for i, (values, unit) in enumerate(zip(columns, units, strict=True)):
-            values = np.asarray(values, dtype=float)
+            values = np.asarray(values)
+            if values.dtype.kind not in "biuf":
+                raise self.fault(
+                    f"real numbers are expected of the function for "
+                    f"{[*self.outputs][i]}, not {returned!r:.40}"
+                )
             if values.shape not in ((), deviations.shape[:1]):
                 raise self.fault(
                     f"an array of {len(deviations)} trials is expected of the function "
@@ -150,7 +157,8 @@ class FunctionModel(Model):
     @property
     def source_digest(self) -> str:
         """The digest of the function's file; of its code where it has none."""
-        code, file = self.function.__code__, Path(inspect.getfile(self.function))
+        code = self.function.__code__
+        file = Path(code.co_filename)
         root = file if file.is_file() else _code_words(code)
         declared = f"{self.inputs} {self.outputs}"
         return digest(Path(__file__), root, declared, super().source_digest)
