@@ -185,7 +185,7 @@ def test_a_compiled_function_is_a_model_and_what_is_no_function_is_refused():
     declared = tolstat.as_model(inputs={"a": "1 mm"}, outputs={"x": "mm"})
     run = tolstat.Chain(model=declared(twice), trials=10).link("a", "1 mm").run()
     assert run.column("x") == pytest.approx(np.full(10, 2e-3))
-    with pytest.raises(ModelError, match="partial.*a function is expected"):
+    with pytest.raises(ModelError, match=r"partial.*a function is expected"):
         declared(partial(lambda a: a))
 
 

@@ -78,11 +78,11 @@ def _condition(
                 size = measure(str(value))
             if size is None or size.unit != nominal.unit:
                 shown = nominal.shown or nominal.unit
-                expected = "as a plain number" if shown == "1" else f"in {shown}"
+                unit = "as a plain number" if shown == "1" else f"in {shown}"
                 unread = "cannot be read; " if size is None else ""
                 raise ModelError(
                     f"{key} = {as_typed(value)}: {unread}the size of the link is "
-                    f"expected {expected}; its tolerance is that of [links]"
+                    f"expected {unit}; its tolerance is that of [links]"
                 )
             changes.setdefault(SETTING, {})[key] = {NOMINAL: size}
         else:

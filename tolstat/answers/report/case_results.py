@@ -14,9 +14,9 @@ from tolstat.document.inline import Number, text
 from tolstat.model.case_changes import CaseAxis, case_axis, changes_of
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.view import Band, Level
-from tolstat.study.study_schema import CASES
 from tolstat.units.scale import scale_of
 
+CASES = "cases"  # of a study
 MOST_SHOWN = 4  # responses in the table and the figures
 LEAST_DRAWN = 3  # cases of a curve
 MIDDLE = (0.05, 0.95)  # quantiles of a figure, about the mean
