@@ -21,7 +21,7 @@ from tolstat.statistics.intervals.weights import least_mean, mean_between
 from tolstat.statistics.limits.limit import Limit, ppk_of, yield_of_ppk
 from tolstat.statistics.limits.yields import joint_yield, yield_of
 from tolstat.statistics.sample import Sample, quantiles_at
-from tolstat.statistics.summary import by_moments, by_percentiles, by_share
+from tolstat.statistics.summary import by_moments, by_percentiles, by_share, summarize
 from tolstat.status import Status
 
 INF = math.inf
@@ -247,3 +247,16 @@ def test_failed_trials_count_out_of_limit_or_anywhere():
     assert anywhere[0.05].upper == known[0.05].upper
     below = quantiles_at(values, Sample(status), [0.95], (-1.0, INF))[0.95]
     assert below.upper < known[0.95].upper
+
+
+def test_counts_tell_that_tails_are_not_those_of_a_normal_response():
+    """Few trials say little of quantiles, and enough of the trials out of limit."""
+    normal = np.random.default_rng(3).standard_normal(4096)
+    jams = normal.copy()
+    jams[:8] = 9.5
+    for values, known in ((normal, True), (jams, False)):
+        summary = summarize(values, all_done(values), Limit(-INF, 9.0))
+        far = summary.mean.value + 3 * summary.sigma.value
+        tail = summary.quantiles[0.99865]
+        assert tail.lower <= far <= tail.upper  # quantiles show no difference
+        assert summary.normal_tails is known

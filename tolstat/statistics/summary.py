@@ -211,10 +211,13 @@ class Summary:
     def normal_tails(self) -> bool | None:
         """Whether the outermost 0.135 % lie as in a normal response, at each limit.
 
-        None where too few trials show it.
+        None where too few trials show it. Counts are for any distribution: where they
+        exclude the Ppk by moments, the tails are not those of a normal response.
         """
         if self.limited is None or not (self.mean.sure and self.sigma.sure):
             return None
+        if self.limited.equivalent_ppk.upper < self.limited.moments.ppk.lower:
+            return False
         lower, upper = self.limited.limit.permitted
         sides = {LOW: (lower, -3.0), HIGH: (upper, 3.0)}
         shown = list[bool]()
