@@ -1,6 +1,8 @@
 """Texts of other systems, byte by byte: read in the one possible way, or refused."""
 
+import cProfile
 from pathlib import Path
+from pstats import Stats
 
 import pytest
 
@@ -239,3 +241,16 @@ def test_lots_stand_beside_their_parts():
     measured = read_table(Path("a.csv"), content).measured("d", lots="lot")
     assert measured.lots == ("A", "B") and measured.left_out == 1
     assert measured.places[1] == "a.csv, line 4"
+
+
+def test_twice_the_rows_take_twice_the_work():
+    def calls(rows):
+        content = "n;d;w\n" + "".join(
+            f"{i};5,{i % 7};{'x' if i % 3 else '6,5'}\n" for i in range(rows)
+        )
+        with cProfile.Profile() as profile:
+            read_table(Path("a.csv"), content.encode()).measured("d")
+        return Stats(profile).total_calls
+
+    few = calls(100)
+    assert calls(200) < 2.2 * few

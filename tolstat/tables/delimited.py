@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from tolstat.errors import DataError
 from tolstat.tables.encodings import UTF_8, Decoded
-from tolstat.tables.grid import Grid, Row
-from tolstat.tables.heads import Head, head_of, is_unit
+from tolstat.tables.grid import Grid, Head, Row
+from tolstat.tables.heads import head_of, is_unit
 from tolstat.tables.numerals import COMMA, Proof, proof
 
 LONGEST_CELL = 1000  # characters
@@ -27,12 +27,8 @@ class Split(NamedTuple):
 
     separator: str
     rows: list[Row]
-    head: Head | None  # among the rows of the usual width
-
-    @property
-    def width(self) -> int:
-        """The usual number of cells of a row."""
-        return usual_width(self.rows)
+    width: int  # the usual number of cells of a row
+    head: Head | None  # among the rows of this width
 
 
 def usual_width(rows: Sequence[Row]) -> int:
@@ -94,7 +90,7 @@ def read_delimited(
         words = ["one column" if separator == NONE else BLANKS]
     above = [f"{skipped} line{'s' * (skipped > 1)} skipped"] if skipped else []
     return Grid(
-        path, digest, table,
+        path, digest, table, head,
         separator="" if separator == NONE else separator,
         words=(*words, decoded.encoding, *above),
         plain=separator in (COMMA, NONE) and decoded.encoding == UTF_8 and not skipped,
@@ -142,7 +138,7 @@ def _by(
     rows = [*_rows(path, lines, separator)]
     width = usual_width(rows)
     usual = [row for row in rows if len(row.cells) == width]
-    return Split(separator, rows, head_of(usual, requested))
+    return Split(separator, rows, width, head_of(usual, requested))
 
 
 def _rows(

@@ -9,7 +9,6 @@ from tolstat.errors import DataError
 from tolstat.tables import qdas, workbook
 from tolstat.tables.delimited import read_delimited
 from tolstat.tables.encodings import text_of_data
-from tolstat.tables.heads import head_of
 from tolstat.tables.table import Table
 
 MOST_MEGABYTES = 32  # of a file
@@ -61,9 +60,7 @@ def read_table(
             path, digest, text_of_data(path, raw, form.encoding),
             delimiter=form.delimiter, decimal=form.decimal, requested=requested,
         )  # fmt: skip
-    head = head_of(grid.rows, requested)
-    assert head  # it was found among the lines above it
-    return Table(grid, head, form.decimal)
+    return Table(grid, form.decimal)
 
 
 def read_qdas(path: Path, raw: bytes, values: bytes, form: Form) -> qdas.QdasFile:

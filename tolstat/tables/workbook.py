@@ -145,8 +145,9 @@ def _sheet(
         which = f"{', '.join(hidden[:5])}{', ...' * (len(hidden) > 5)}"
         words.append(f"hidden row{'s' * (len(hidden) > 1)} {which} not left out")
     return Grid(
-        path, digest, table, sheet=name, words=tuple(words), doubtful=archive is None
-    )
+        path, digest, table, head,
+        sheet=name, words=tuple(words), doubtful=archive is None,
+    )  # fmt: skip
 
 
 def _cell(value: Any) -> Cell:
