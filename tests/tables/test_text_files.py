@@ -83,6 +83,10 @@ FILES = {  # content, column, its values, words of how it was read
         b"n;d\n1;5,5\n2;\n3;n/a\n4;-\n5;nan\n6;6,5\n", "d", [5.5, 6.5],
         "semicolons, decimal comma, UTF-8, 4 empty",
     ),
+    "a line separator in a cell": (
+        "n;d;note\n1;5,5;a\u2028b\n2;6,5;\n".encode(), "d", [5.5, 6.5],
+        "semicolons, decimal comma, UTF-8",
+    ),
     "a head over two lines": (
         b'n;"wall\n[mm]"\n1;5,5\n2;6,5\n', "wall", [5.5, 6.5],
         "semicolons, decimal comma, UTF-8",
@@ -210,6 +214,7 @@ def test_the_key_of_a_refusal_settles_it(name, form, values):
 def test_wrong_keys_are_refused():
     for form, word in (
         (Form(encoding="klingon"), "unknown"),
+        (Form(encoding="cp\0"), "unknown"),
         (Form(delimiter="::"), "one character"),
         (Form(decimal=","), "'5.5' is not a number (with a decimal comma it is none)"),
     ):

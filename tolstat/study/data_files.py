@@ -79,12 +79,12 @@ def _counts(table: Table, name: str) -> bool:
     return len(numbers) > 1 and bool((np.diff(numbers) == 1).all())
 
 
-def _values_beside(path: Path) -> bytes:
-    """Return the values that belong to a DFD file; nothing for a DFQ file."""
+def _values_beside(path: Path) -> tuple[Path, bytes] | None:
+    """Return the file of values that belongs to a DFD file; None for a DFQ file."""
     if path.suffix.lower() != ".dfd":
-        return b""
-    suffix = ".DFX" if path.suffix.isupper() else ".dfx"
-    return content(path.with_suffix(suffix), MOST_MEGABYTES)
+        return None
+    values = path.with_suffix(".DFX" if path.suffix.isupper() else ".dfx")
+    return values, content(values, MOST_MEGABYTES)
 
 
 def form_of(entry: FileEntry) -> Form:

@@ -56,7 +56,7 @@ def read_delimited(
     """
     lines = [
         (number, line)
-        for number, line in enumerate(decoded.text.splitlines(), start=1)
+        for number, line in enumerate(decoded.text.split("\n"), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if lines and (first := _EXCEL.fullmatch(lines[0][1])):

@@ -10,6 +10,9 @@ class Unusable(NamedTuple):
     text: str  # as it is shown
     why: str  # it is no number
 
+    def __str__(self) -> str:
+        return self.text
+
 
 Cell = str | float | Unusable  # a float is a number that a program wrote as one
 

@@ -84,9 +84,7 @@ def split_head(cell: Cell) -> tuple[str, str]:
     >>> split_head("cavity (left)")
     ('cavity (left)', '')
     """
-    text = " ".join(str(cell.text if isinstance(cell, tuple) else cell).split())
-    if isinstance(cell, float):
-        text = f"{cell:.15g}"
+    text = f"{cell:.15g}" if isinstance(cell, float) else " ".join(str(cell).split())
     if match := _BRACKETS.fullmatch(text):
         return match["name"], match["unit"].strip()
     match = _WITH_UNIT.fullmatch(text)

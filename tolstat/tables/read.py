@@ -63,9 +63,11 @@ def read_table(
     return Table(grid, form.decimal)
 
 
-def read_qdas(path: Path, raw: bytes, values: bytes, form: Form) -> qdas.QdasFile:
-    """Return the characteristics of a Q-DAS file; `values`: of a DFX file beside it."""
-    digest = hashlib.sha256(raw + values).hexdigest()
+def read_qdas(
+    path: Path, raw: bytes, values: tuple[Path, bytes] | None, form: Form
+) -> qdas.QdasFile:
+    """Return the characteristics of a Q-DAS file; `values`: the DFX file beside it."""
+    digest = hashlib.sha256(raw + (values[1] if values else b"")).hexdigest()
     return qdas.QdasFile(
         path, raw, digest, values=values, encoding=form.encoding, part=form.part
     )

@@ -22,6 +22,7 @@ from tolstat.tables.heads import head_of, is_empty
 ENDINGS = (".xlsx", ".xlsm", ".ods", ".xls")
 MOST_UNPACKED = 256_000_000  # bytes of all files of a workbook
 MOST_CELLS = 20_000_000
+WIDEST = 16_384  # columns of a sheet
 ZIP = b"PK\x03\x04"
 NEVER = "a formula that was never calculated (save the file in a spreadsheet program)"
 _ADDRESS = re.compile(r"([A-Z]{1,3})([0-9]{1,7})")
@@ -238,7 +239,8 @@ def _marks_of_ods(file: Any, sheet: str) -> Marks:
                     last_row = max(last_row, row + many - 1)
                     last_column = max(last_column, column + wide - 1)
                     if mark := _mark_of_ods(cell):
-                        unusable[row, column] = mark
+                        for repeated in range(column, column + min(wide, WIDEST)):
+                            unusable[row, repeated] = mark
                 column += wide
             row += many
     return Marks(unusable, hidden, (last_row + 1) * (last_column + 1))
