@@ -52,12 +52,15 @@ class MeasuredFile:
         else:
             self._file = read_table(path, raw, form, requested)
 
-    @property
-    def names(self) -> list[str]:
-        """The characteristics, or columns of numbers that do not count 1, 2, 3."""
+    def names(self, lots: str = "") -> list[str]:
+        """Return characteristics, or columns of numbers.
+
+        Neither those that count 1, 2, 3 nor that of the lots.
+        """
         if isinstance(self._file, qdas.QdasFile):
             return self._file.names
-        columns = [n for n in self._file.numeric if not _counts(self._file, n)]
+        numeric = [name for name in self._file.numeric if name != lots]
+        columns = [name for name in numeric if not _counts(self._file, name)]
         return columns or self._file.partly_numeric
 
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
@@ -94,6 +97,20 @@ def form_of(entry: FileEntry) -> Form:
         entry.decimal or "", entry.delimiter or "", entry.encoding or "",
         sheet=entry.sheet or "", part=part or "",
     )  # fmt: skip
+
+
+def unit_of_column(column: MeasuredColumn, typed: str | None, source: str) -> str:
+    """Return the unit of a column, typed or of its file; refuse two that differ.
+
+    `source` says where it was typed.
+    """
+    unit = column.unit if typed is None else typed
+    if column.unit and column.unit != unit:
+        raise DataError(
+            f"{column.path} gives column {column.name} in {column.unit}, {source} in "
+            f"{unit}"
+        )
+    return unit
 
 
 def si_values(table: Table, name: str, unit: str) -> Array:

@@ -18,7 +18,7 @@ from tolstat.answers.parts.judged_parts import (
     judged_parts_of,
 )
 from tolstat.cli.main import main
-from tolstat.errors import DataError
+from tolstat.errors import DataError, TolstatError
 
 HEAD = "Protokoll;;;\nTeil;Länge [mm];Breite [mm];Charge\n"
 
@@ -118,6 +118,25 @@ def test_what_cannot_be_read_is_said(tmp_path):
     with pytest.raises(DataError, match="line 3, column d: 'x'"):
         tolstat.parts(path)
     assert "no such file" in call(tmp_path / "b.csv").output
+
+
+def test_units_that_differ_are_refused(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("d [mm]\n20.01\n20.02\n")
+    for words, typed in (
+        ("column d in mm, the key unit in in", {"unit": "in"}),
+        ("unit is missing", {"nominal": "20"}),
+        ("'kg' is of another kind", {"nominal": "20 kg"}),
+    ):
+        with pytest.raises(TolstatError) as refused:
+            tolstat.parts(path, **typed)
+        assert words in str(refused.value)
+
+
+def test_numbers_of_lots_are_no_measured_parts(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("d [mm],lot\n20.01,1\n20.04,1\n20.02,3\n")
+    assert [*tolstat.parts(path, lots="lot").characteristics] == ["d"]
 
 
 @pytest.fixture(scope="module")
