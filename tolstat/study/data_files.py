@@ -1,6 +1,5 @@
 """Files of data that a study names: measured parts, trials, published points."""
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,13 +11,12 @@ from tolstat.study.files import beside, content
 from tolstat.study.study_schema import FileEntry, PartsEntry
 from tolstat.tables import qdas
 from tolstat.tables.grid import Row
-from tolstat.tables.numerals import COMMA
+from tolstat.tables.numerals import COMMA, is_torn
 from tolstat.tables.read import MOST_MEGABYTES, Form, read_qdas, read_table
 from tolstat.tables.table import MeasuredColumn, Table
 from tolstat.units.conversion import to_si
 
 FEW = 5  # rows: fewer tell nothing
-_WHOLE = re.compile(r"[+-]?[0-9]+")
 
 
 def read_data(
@@ -139,11 +137,8 @@ def torn_by_commas(rows: list[Row], index: int) -> str:
     for first in (index - 1, index):
         pairs = [row.cells[first : first + 2] for row in rows] if first >= 0 else []
         texts = [[str(cell) for cell in pair] for pair in pairs]
-        if not texts or not all(
-            len(pair) == 2 and _WHOLE.fullmatch(pair[0]) and pair[1].isdigit()
-            for pair in texts
-        ):
+        if len(texts) < FEW or not all(len(p) == 2 and is_torn(*p) for p in texts):
             continue
-        if len(texts) >= FEW and len({len(pair[1]) for pair in texts}) == 1:
+        if len({len(decimals) for _, decimals in texts}) == 1:
             return ",".join(texts[0])
     return ""

@@ -11,7 +11,7 @@ from tolstat.errors import DataError
 from tolstat.tables.encodings import UTF_8, Decoded
 from tolstat.tables.grid import Grid, Head, Row
 from tolstat.tables.heads import head_of, is_unit
-from tolstat.tables.numerals import COMMA, Proof, proof
+from tolstat.tables.numerals import COMMA, Proof, is_torn, proof
 
 LONGEST_CELL = 1000  # characters
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars", ",": "commas"}
@@ -19,7 +19,6 @@ BLANKS = "blanks"
 NONE = "\x1f"  # in no line of a text
 TYPED = {"tab": "\t", "\\t": "\t", "space": " "}
 _EXCEL = re.compile(r'"?sep=(.)"?\s*')  # as Excel begins a file
-_WHOLE = re.compile(r"\s*[+-]?[0-9]+")
 
 
 class Split(NamedTuple):
@@ -182,7 +181,7 @@ def _check_decimal_comma(
         )
     second = split.head.names[-1]  # "length, mm" is one head
     if split.separator == COMMA and split.width == 2 and is_unit(second) and second[1:]:
-        either = all(_WHOLE.fullmatch(a) and b.isdigit() for a, b in texts)
+        either = all(is_torn(*pair) for pair in texts)
     if either:
         example = ",".join(texts[0])
         raise DataError(
