@@ -16,7 +16,7 @@ import xlsxwriter
 import xlwt
 
 from tolstat.errors import DataError
-from tolstat.tables import workbook
+from tolstat.tables import workbook_reader
 from tolstat.tables.read import Form, read_table
 
 LENGTHS = [20.01, 20.003, 19.998]
@@ -211,7 +211,7 @@ def test_files_that_are_none_or_grow(monkeypatch):
     at = content.index(b"xl/worksheets/sheet1.xml") + 40
     damaged[at : at + 4] = b"\xff\xff\xff\xff"
     assert "parts.xlsx" in refusal(bytes(damaged))
-    monkeypatch.setattr(workbook, "MOST_UNPACKED", 1000)
+    monkeypatch.setattr(workbook_reader, "MOST_UNPACKED", 1000)
     assert "unpacks to" in refusal(content)
 
 

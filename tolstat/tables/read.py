@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tolstat.errors import DataError
-from tolstat.tables import qdas, workbook
+from tolstat.tables import qdas, workbook_reader
 from tolstat.tables.delimited import read_delimited
 from tolstat.tables.encodings import text_of_data
 from tolstat.tables.table import Table
@@ -51,8 +51,8 @@ def read_table(
         raise DataError(
             f"{path}: a Q-DAS file has measured parts, and no rows of trials"
         )
-    if ending in workbook.ENDINGS or raw.startswith(workbook.ZIP):
-        grid = workbook.read_workbook(
+    if ending in workbook_reader.ENDINGS or raw.startswith(workbook_reader.ZIP):
+        grid = workbook_reader.read_workbook(
             path, raw, digest, sheet=form.sheet, requested=requested
         )
     else:
