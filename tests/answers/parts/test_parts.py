@@ -17,7 +17,9 @@ from tolstat.answers.parts.judged_parts import (
     OtherLots,
     judged_parts_of,
 )
+from tolstat.answers.parts.parts_figures import figures_of
 from tolstat.cli.main import main
+from tolstat.document.plot import Histogram
 from tolstat.errors import DataError, TolstatError
 
 HEAD = "Protokoll;;;\nTeil;Länge [mm];Breite [mm];Charge\n"
@@ -97,6 +99,20 @@ def test_a_limit_with_one_end_and_deviations(tmp_path):
     part = tolstat.parts(path, tolerance="+-9 um", nominal="20 mm").characteristics["d"]
     assert part.tolerance == pytest.approx((-9e-6, 9e-6))
     assert isinstance(part.warnings[0], FewParts)
+
+
+def test_bars_are_of_equal_width_on_both_sides_of_the_tolerance(tmp_path):
+    """Evenly spread parts have even bars, though an edge lies on the tolerance."""
+    path = tmp_path / "a.csv"
+    path.write_text("d [um]\n" + "\n".join(f"{x / 100:.3f}" for x in range(1601)))
+    part = tolstat.parts(path, tolerance="<= 11.2 um").characteristics["d"]
+    bars = [
+        layer
+        for layer in figures_of("d", part)[0].picture.panels[0].layers
+        if isinstance(layer, Histogram)
+    ]
+    heights = sum(layer.heights for layer in bars)
+    assert np.ptp(heights) < 0.1 * heights.mean()
 
 
 def test_skewed_parts_have_no_interval_of_normal_ones(tmp_path):
