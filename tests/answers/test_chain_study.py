@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import tomllib
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 
+import numba
 import numpy as np
 import pytest
 
@@ -117,6 +119,17 @@ def test_a_function_is_resumed_and_extended_and_known_by_its_code(tmp_path):
     assert others[0] != others[1]
 
 
+def test_functions_without_a_file_are_known_by_what_they_call():
+    digests = []
+    for body in ("np.sin(a)", "np.cos(a)", "(lambda b: b)(a)", "(lambda b: b)(a)"):
+        names = {"np": np}
+        exec(f"def f(a):\n    return {body}", names)
+        model = tolstat.as_model(inputs={"a": "1"}, outputs={"x": "1"})(names["f"])
+        digests.append(model.source_digest)
+    assert len({*digests[:3]}) == 3
+    assert digests[2] == digests[3]  # typed again, in another place of the memory
+
+
 def test_other_processes_find_a_function_in_its_file(tmp_path):
     study = {"model": "stack", "trials": 64, "seed": 1, "links": {"a": "10 +-0.1 mm"}}
     path = tmp_path / "stack.py"
@@ -154,12 +167,26 @@ def test_wrong_declarations_are_refused(inputs, outputs, words):
         ([1.0, 2.0, 3.0], "2 arrays are expected of the function, not 3"),
         ({"x": 1.0}, "a dict with the keys x, y is expected"),
         ((np.zeros(7), 0.0), "an array of 1 trials is expected"),
+        ((0.0, None), "real numbers are expected of the function for y"),
+        ((0.0, 1j), "real numbers are expected of the function for y"),
     ],
 )
 def test_wrong_answers_are_refused(returned, words):
     model = tolstat.as_model(inputs={"a": "1 mm"}, outputs={"x": "mm", "y": "mm"})
     with pytest.raises(ModelError, match=words):
         tolstat.evaluate(model(lambda a: returned))
+
+
+def test_a_compiled_function_is_a_model_and_what_is_no_function_is_refused():
+    @numba.njit
+    def twice(a):
+        return 2 * a
+
+    declared = tolstat.as_model(inputs={"a": "1 mm"}, outputs={"x": "mm"})
+    run = tolstat.Chain(model=declared(twice), trials=10).link("a", "1 mm").run()
+    assert run.column("x") == pytest.approx(np.full(10, 2e-3))
+    with pytest.raises(ModelError, match=r"partial.*a function is expected"):
+        declared(partial(lambda a: a))
 
 
 def test_links_of_a_function_are_its_inputs():

@@ -78,6 +78,7 @@ def test_no_limit_is_refused_before_anything_runs(tmp_path, no_pages):
     study.write_text(text[: text.index("[limits]")])
     done = call("run", study, "--check")
     assert done.exit_code == 2 and "no limit to check; write one into" in done.stderr
+    assert study.name in done.stderr  # not the run, which there is not yet
     run = study.with_suffix(".h5")
     assert not run.exists() and call("run", study).exit_code == 0
     for words in (("check", run), ("resume", run, "--check"), ("batch", study)):

@@ -62,6 +62,7 @@ def test_a_budget_is_trials_or_a_time(undecided):
         (["run", "gap.toml", "--decide", "--trials", "5"], "--trials or --decide"),
         (["decide", "gap.h5", "--at-most", "soon"], 'at_most = "soon"'),
         (["decide", "gap.h5", "--at-most", "0"], "whole number from 1"),
+        (["decide", "gap.h5", "--at-most", "²"], 'at_most = "²"'),
     ],
 )
 def test_wrong_options_are_refused(undecided, monkeypatch, arguments, words):

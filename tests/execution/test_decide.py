@@ -162,6 +162,10 @@ def test_a_run_without_random_trials_is_refused(study, tmp_path):
     tolstat.run(study("64", text=text), model=Toy(), output=path)
     with pytest.raises(StudyError, match="has no verdict that holds"):
         tolstat.decide(path, model=Toy())
+    text = text.replace("3 mm", "1 mm")  # its trials leave no doubt
+    tolstat.run(study("1024", text=text), model=Toy(), output=path, force=True)
+    with pytest.raises(StudyError, match="has no verdict that holds"):
+        tolstat.decide(path, model=Toy())
     text = CLOSE.replace("[deviations]\npart =", "[grid]\npart_1 =").replace(
         'trials = {trials}\nseed = 1', 'sampling = "grid"'
     ).replace('"+-1 mm"', '["0 mm", "1 mm"]')  # fmt: skip

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import tomllib
 
 import numpy as np
 import pytest
@@ -33,6 +35,27 @@ def test_a_position_at_maximum_material_has_the_fractions_of_a_quadrature(tmp_pa
     assert bonus == pytest.approx(0.016528, abs=1e-6)
     assert run.beyond("at_mmc").mean() == near(bonus)
     assert run.beyond("regardless").mean() == near(math.exp(-2))
+
+
+def test_fasteners_have_the_tolerances_of_asme_y14_5():
+    page = (ROOT / "runs" / "how-to" / "geometry.md").read_text()
+    blocks = re.findall(r"```toml\n(.+?)```", page, re.DOTALL)
+    study = next(tomllib.loads(text) for text in blocks if "fixed" in text)
+    head = {"model": "dimension_chain", "trials": TRIALS, "seed": 5}
+    run = tolstat.run({**head, **study})
+    numbers = {number.name: number.value for number in run.numbers}
+    smallest_hole, largest_bolt = 6.4e-3, 6e-3
+    position = smallest_hole - largest_bolt
+    assert numbers["worst_min_floating"] == pytest.approx(position)
+    assert numbers["worst_min_fixed"] == pytest.approx(position / 2)
+
+    def jams(clearance):  # Rayleigh: twice the distance of both axes
+        apart = stats.rayleigh.sf(clearance, scale=2 * math.sqrt(2) * 0.05)
+        return apart * stats.norm.pdf(clearance, 0.5, math.hypot(0.1, 0.1) / 6)
+
+    exact = integrate.quad(jams, 0.3, 0.7, epsabs=1e-12)[0]
+    assert exact == pytest.approx(0.002255, abs=1e-6)
+    assert run.beyond("clearance").mean() == near(exact)
 
 
 def test_two_pins_and_two_holes():

@@ -138,6 +138,9 @@ def test_a_loop_that_does_not_close_fails_its_trial():
     "loops, links, words",
     [
         ({"main": SLIDER}, {**CRANK, "crank": "200 mm"}, "main does not close with"),
+        ({"main": "crank @ a + rod @ b - base @ 0 deg"},
+         {"crank": "50 mm", "rod": "30 mm", "base": "80.1 mm"},
+         "about 0.10 mm are missing"),
         ({"main": SLIDER}, {**CRANK, "crank": "150 mm", "phi": "90 deg"},
          "main is at a dead point"),
         ({"main": FOUR_BAR}, {**BARS, "phi": "60 deg"},

@@ -77,6 +77,17 @@ def test_two_parts_give_no_interval_and_no_verdict():
     assert not found[JOINT].share.widened(judged.fraction_out_of_limit).sure
 
 
+@pytest.mark.parametrize("n", range(5, 11))
+def test_parts_between_the_tails_remain(n):
+    share = measured_x(lambda x, w: x + w, Limit(-9.0, 9.0), PARTS[:n], "")["y"].share
+    assert share.for_any.sure and 0 <= share.of_parts[0] < share.of_parts[1] < 1
+    body = MeasuredSample("x", ("x",), PARTS[:n]).populations(
+        50, np.random.default_rng(0), fitted=False
+    )
+    middle = [population(np.full(1, 0.5)) for population in body]
+    assert PARTS[0] < np.median(middle) < PARTS[n - 1]
+
+
 def test_a_doubtful_fit_decides_nothing():
     uncertainty = measured_x(lambda x, w: x + w, Limit(-np.inf, 3.0), p_value=0.04)
     assert not uncertainty["y"].share.assumed

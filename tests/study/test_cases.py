@@ -12,6 +12,7 @@ from tests.study.chains import chain, problems_of
 from tolstat.deviations.names import expand
 from tolstat.model.case_changes import case_axis
 from tolstat.model.checked import simulate
+from tolstat.model.in_cases import Condition
 from tolstat.study.study import load
 
 PLATES = {"a": "10 +-0.1 mm", "b": "9.6 +-0.1 mm"}
@@ -102,6 +103,8 @@ def test_a_trial_ends_as_it_first_fails():
         ({"cold": {"dX": "3 K"}}, "dX is neither a setting nor a link"),
         ({"cold": {"dT": "3 mm"}}, "the size of the link is expected in K"),
         ({"dT": ["3 +-1 K"]}, "cannot be read"),
+        ({"dT": ["3 +-1 K"]}, "its tolerance is that of [links]"),
+        ({"dT": []}, "dT: the list is empty"),
         ({"dT": ["3 K", "4 K"], "L": ["300 mm"]}, "same length, not dT 2, L 1"),
         ({"dT": ["3 K"], "cold": {"dT": "3 K"}}, "dT has a list, and cold has none"),
         ({"cold": {}}, "a table or a list is expected"),
@@ -115,6 +118,37 @@ def test_a_trial_ends_as_it_first_fails():
 )  # fmt: skip
 def test_wrong_cases_are_refused(cases, words):
     assert words in problems_of(chain(THERMAL, STACK, cases=cases))
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"from": 0.4, "to": 0.6, "points": 3},
+        {"from": "0.4", "to": "0.6", "points": 3},
+        [0.4, 0.5, 0.6],
+    ],
+)
+def test_cases_of_a_plain_number(values):
+    study = chain("k*a", {"a": "10 mm", "k": "0.5 +-0.1"}, cases={"k": values})
+    frame = tolstat.run(study).frame()
+    gaps = frame[["gap_at_1", "gap_at_2", "gap_at_3"]].to_numpy()
+    exact = 0.01 * (np.array([0.4, 0.5, 0.6]) + frame[["k"]].to_numpy())
+    np.testing.assert_allclose(gaps, exact, rtol=1e-12)
+
+
+def test_a_case_settles_its_settings_once(monkeypatch):
+    counted = []
+    settled = Condition.settings
+
+    def counting(self, settings):
+        counted.append(self.name)
+        return settled(self, settings)
+
+    study = load(chain(THERMAL, STACK, cases=TEMPERATURES))
+    monkeypatch.setattr(Condition, "settings", counting)
+    for _ in range(3):
+        simulate(study.model, study.deviations(), study.settings)
+    assert len(counted) <= len(TEMPERATURES)
 
 
 def test_a_limit_of_an_unknown_case_is_refused():

@@ -36,7 +36,7 @@ def test_demanded_yields_as_written(given, demanded):
         ({"limit": "<= 3 %", "ppk": 1, "ppm": 5}, "ppk and ppm set the same demand"),
         (
             {"limit": "<= 3 %", "ppk": "1.33"},
-            "expected a number such as ppk = 1.33",
+            "expected a number, for example ppk = 1.33",
         ),
         ({"limit": "<= 3 %", "ppk": -1}, "ppk = -1: a value between 0 and 2.7"),
         ({"limit": "<= 3 %", "ppk": 9}, "ppk = 9"),

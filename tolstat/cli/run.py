@@ -65,7 +65,7 @@ def _run(
     if check:
         from tolstat.cli.check import require_limits
 
-        require_limits(path, study.limits)
+        require_limits(study.path or path, study.limits)
     for warning in study.warnings:
         Screen(stderr=True).say(f"note: {warning}")
     work = partial(execute, study, path, force=force)
@@ -100,7 +100,7 @@ def decide(
     verdict is wrong in at most 2.5 % of runs, for any distribution. It needs random
     sampling.
     """
-    rule = deciding(int(at_most) if at_most and at_most.isdigit() else at_most)
+    rule = deciding(int(at_most) if at_most and at_most.isdecimal() else at_most)
     if source.suffix == STUDY_ENDING:
         path = output or source.with_suffix(".h5")
         _run(load(source, trials=rule), path, crew, force=force, check=check)

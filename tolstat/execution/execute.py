@@ -297,9 +297,9 @@ def go_on(
         run = open_run(lock.path, damaged=True)
         if trials is not None:
             compatibility.check_extensible(run, trials)
-            if not isinstance(trials, int) and _is_decided(run):
-                return run
         study = compatibility.study_of(run, trials, model)
+        if not isinstance(trials, int | None) and _is_decided(run):
+            return run
         with unchanged_if_stopped(run):
             stages = drawn_again(run, study, workers)
             plan = workers.call(

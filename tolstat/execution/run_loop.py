@@ -167,9 +167,11 @@ def stop_if_none_is_done(study: Study, trials: Trials, workers: Workers) -> None
 
     It says where one of them ended, and by which state.
     """
+    if not study.model.integrates or trials.failed < trials.ended:
+        return
     ended = np.flatnonzero(trials.status)
     status = trials.status[ended]
-    if not np.isin(status, FAILED).all() or not study.model.integrates:
+    if not np.isin(status, FAILED).all():
         return
     from tolstat.execution.diagnostics.kinks import why_failed  # and the integrator
 

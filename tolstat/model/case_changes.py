@@ -79,6 +79,8 @@ def case_axis(cases: Mapping[str, Any]) -> CaseAxis | None:
 def _values(name: str, values: Any) -> Iterator[Any]:
     """Yield the values of a list, or of points between two ends, as typed."""
     if isinstance(values, list):
+        if not values:
+            raise ModelError(f"{name}: the list is empty; {EXAMPLE}")
         yield from values
         return
     points = values.get("points")
@@ -90,4 +92,8 @@ def _values(name: str, values: Any) -> Iterator[Any]:
     if first.unit != last.unit or first.value == last.value:
         raise ModelError(f"{name}: two ends of one kind are expected, as {AXIS}")
     for value in np.linspace(first.value, last.value, points).tolist():
-        yield f"{from_si(value, first.unit, first.shown):.12g} {first.shown}".strip()
+        number = f"{from_si(value, first.unit, first.shown):.12g}"
+        if isinstance(values["from"], str):
+            yield number if first.shown == "1" else f"{number} {first.shown}"
+        else:
+            yield int(number) if number.isdecimal() else float(number)

@@ -4,6 +4,7 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import CodeType
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from tolstat.lanes.digest import digest
 from tolstat.model.contract import Model, Outcome
 from tolstat.model.description import Contributor, Description, Response
 from tolstat.model.settings import column, setting
-from tolstat.units.conversion import dimension, from_si, si_unit
+from tolstat.units.conversion import dimension, from_si, si_unit, to_si
 from tolstat.units.grammar import Measure, measure
 
 DECORATED = '@tolstat.as_model(inputs={"seat": "25 mm"}, outputs={"play": "mm"})'
@@ -47,10 +48,12 @@ class FunctionModel(Model):
         outputs: Mapping[str, str],
     ) -> None:
         self.function = function
-        name = getattr(function, "__name__", "function")
+        name = getattr(function, "__name__", type(function).__name__)
         lines = (inspect.getdoc(function) or "").splitlines()
         # of each function, not of the class
         vars(self).update(name=name, title=lines[0] if lines else "")
+        if not isinstance(getattr(function, "__code__", None), CodeType):
+            raise self.fault("a function is expected, written with def or lambda")
         self.inputs = {name: self._read(name, text) for name, text in inputs.items()}
         for name, unit in outputs.items():
             try:
@@ -121,13 +124,18 @@ class FunctionModel(Model):
         responses = np.empty((len(deviations), len(columns)))
         units = self.outputs.values()
         for i, (values, unit) in enumerate(zip(columns, units, strict=True)):
-            values = np.asarray(values, dtype=float)
+            values = np.asarray(values)
+            if values.dtype.kind not in "biuf":
+                raise self.fault(
+                    f"real numbers are expected of the function for "
+                    f"{[*self.outputs][i]}, not {returned!r:.40}"
+                )
             if values.shape not in ((), deviations.shape[:1]):
                 raise self.fault(
                     f"an array of {len(deviations)} trials is expected of the function "
                     f"for {[*self.outputs][i]}, not one of the shape {values.shape}"
                 )
-            responses[:, i] = values * from_si(1.0, unit, si_unit(dimension(unit)))
+            responses[:, i] = values * to_si(1.0, unit, si_unit(dimension(unit)))
         return Outcome(responses)
 
     def _columns(self, returned: Any) -> Sequence[Any]:
@@ -149,10 +157,20 @@ class FunctionModel(Model):
     @property
     def source_digest(self) -> str:
         """The digest of the function's file; of its code where it has none."""
-        code, file = self.function.__code__, Path(inspect.getfile(self.function))
-        root = file if file.is_file() else f"{code.co_code.hex()} {code.co_consts}"
+        code = self.function.__code__
+        file = Path(code.co_filename)
+        root = file if file.is_file() else _code_words(code)
         declared = f"{self.inputs} {self.outputs}"
         return digest(Path(__file__), root, declared, super().source_digest)
+
+
+def _code_words(code: CodeType) -> str:
+    """Return what code does, its names and inner functions included."""
+    constants = [
+        _code_words(constant) if isinstance(constant, CodeType) else repr(constant)
+        for constant in code.co_consts
+    ]
+    return f"{code.co_code.hex()} {code.co_names} {constants}"
 
 
 def as_model(

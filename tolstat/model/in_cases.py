@@ -51,6 +51,8 @@ class ModelInCases(Wrapped):
     def __init__(self, base: Model, conditions: tuple[Condition, ...]) -> None:
         super().__init__(base)
         self.conditions = conditions
+        # of the settings that were last asked for, as a case may take long to settle
+        self._settled: tuple[Any, tuple[Any, ...]] = None, ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return how it is made again in another process."""
@@ -90,8 +92,8 @@ class ModelInCases(Wrapped):
     def impossible(self, deviations: Array, settings: Any) -> Mapping[str, Truths]:
         """Return which trials cannot be built in one of the cases."""
         status = np.zeros(len(deviations), np.int64)
-        for case in self._settings(settings):
-            other = impossible(self.base, deviations, case)
+        for trials, case in self._builds(deviations, settings):
+            other = impossible(self.base, trials, case)
             status = np.where(status == 0, other, status)
         codes = words_of(self.failures)
         return {codes[code]: status == code for code in np.unique(status[status > 0])}
@@ -162,19 +164,23 @@ class ModelInCases(Wrapped):
             for condition in self.conditions
         )
 
+    def _builds(self, deviations: Array, settings: Any) -> Iterator[tuple[Array, Any]]:
+        """Yield deviations and settings with which trials have to be possible."""
+        for _, case in self._cases(settings):
+            yield deviations, case
+
     def _answers(self, deviations: Array, settings: Any) -> Iterator[Answers]:
         """Yield the answers of each case."""
-        for case in self._settings(settings):
+        for _, case in self._cases(settings):
             yield answers_of(self.base, deviations, case)
 
     def _cases(self, settings: Any) -> Iterator[tuple[Condition, Any]]:
         """Yield each case with its settings."""
-        for condition in self.conditions:
-            yield condition, condition.settings(settings)
-
-    def _settings(self, settings: Any) -> Iterator[Any]:
-        """Yield the settings of each case."""
-        return (case for _, case in self._cases(settings))
+        before, cases = self._settled
+        if before is not settings:
+            cases = tuple(case.settings(settings) for case in self.conditions)
+            self._settled = settings, cases
+        yield from zip(self.conditions, cases, strict=True)
 
 
 def answers_of(model: Model, deviations: Array, settings: Any) -> Answers:

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from tolstat.arrays import Array, Truths
-from tolstat.model.checked import described, impossible, simulate
+from tolstat.arrays import Array
+from tolstat.model.checked import described, simulate
 from tolstat.model.contract import Answers, History, Model, Spreads
 from tolstat.model.description import StudyNumber
 from tolstat.model.in_cases import Condition, ModelInCases, answers_of
 from tolstat.model.view import Offer
-from tolstat.status import Status, words_of
+from tolstat.status import Status
 
 Ranges = Mapping[str, tuple[float, float]]  # of means, SI, by contributor
 WORDS = "means at their worst"
@@ -32,15 +32,6 @@ class AtWorstMeans(ModelInCases):
     def __reduce__(self) -> tuple[Any, ...]:
         """Return how it is made again in another process."""
         return AtWorstMeans, (self.base, self.shifts)
-
-    def impossible(self, deviations: Array, settings: Any) -> Mapping[str, Truths]:
-        """Return which trials cannot be built at one of the means."""
-        status = np.zeros(len(deviations), np.int64)
-        for shift in np.unique(np.concatenate(self.shifts), axis=0):
-            other = impossible(self.base, deviations + shift, settings)
-            status = np.where(status == 0, other, status)
-        codes = words_of(self.failures)
-        return {codes[code]: status == code for code in np.unique(status[status > 0])}
 
     def numbers(
         self, settings: Any, spreads: Spreads, *, independent: bool = True
@@ -90,6 +81,11 @@ class AtWorstMeans(ModelInCases):
     def views(self) -> tuple[Offer, ...]:  # type: ignore[override]
         """The views of its model, at the means of its study."""
         return tuple(self.base.views)
+
+    def _builds(self, deviations: Array, settings: Any) -> Iterator[tuple[Array, Any]]:
+        """Yield deviations at each of the means."""
+        for shift in np.unique(np.concatenate(self.shifts), axis=0):
+            yield deviations + shift, settings
 
     def _answers(self, deviations: Array, settings: Any) -> Iterator[Answers]:
         """Yield the answers of both sides; each response at means of its own."""

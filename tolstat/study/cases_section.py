@@ -6,12 +6,13 @@ numbered cases.
 
 import re
 from collections.abc import Container, Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from tolstat.deviations.names import IN_CASE
-from tolstat.errors import ModelError, allowed_names
+from tolstat.errors import ModelError, UnitError, allowed_names
 from tolstat.model.case_changes import MOST_CASES, changes_of
 from tolstat.model.checked import check_possible, described, tightened
 from tolstat.model.contract import Model
@@ -71,13 +72,17 @@ def _condition(
         if key in declared:
             changes[key] = declared[key].kind.read(value)
         elif key in links:
-            size = measure(value) if isinstance(value, str) else None
-            unit = links[key][NOMINAL].unit
-            if size is None or size.unit != unit:
+            nominal = links[key][NOMINAL]
+            size = None
+            with suppress(UnitError):
+                size = measure(str(value))
+            if size is None or size.unit != nominal.unit:
+                shown = nominal.shown or nominal.unit
+                unit = "as a plain number" if shown == "1" else f"in {shown}"
+                unread = "cannot be read; " if size is None else ""
                 raise ModelError(
-                    f"{key} = {as_typed(value)}: the size of the link is expected in "
-                    f"{links[key][NOMINAL].shown or unit}; its tolerance is that of "
-                    "[links]"
+                    f"{key} = {as_typed(value)}: {unread}the size of the link is "
+                    f"expected {unit}; its tolerance is that of [links]"
                 )
             changes.setdefault(SETTING, {})[key] = {NOMINAL: size}
         else:
@@ -94,8 +99,8 @@ def _condition(
             f"{', '.join(typed)}: the case changes which contributors or responses "
             "the model has; write a study for each"
         )
-    nominal = np.zeros((1, len(described(model, settings).contributors)))
-    check_possible(model, nominal, changed, "the nominal trial")
+    trial = np.zeros((1, len(described(model, settings).contributors)))
+    check_possible(model, trial, changed, "the nominal trial")
     return condition
 
 

@@ -18,7 +18,13 @@ from tolstat.model.contract import Model
 from tolstat.model.description import Contributor
 from tolstat.model.setting_kinds import Text
 from tolstat.model.settings import read, settings_of
-from tolstat.study.distribution_entry import keys_of, read_distribution, shortest
+from tolstat.study.deviations_section import MEAN_WITHIN
+from tolstat.study.distribution_entry import (
+    REMEDY_KEYS,
+    keys_of,
+    read_distribution,
+    shortest,
+)
 from tolstat.study.limits_section import read_limit
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems, toml_of
@@ -36,16 +42,9 @@ from tolstat.units.conversion import dimension, si_unit
 QUANTITIES = ("tolerance", "value", "mean", "sigma")  # in the unit of the part
 # what depends on names, sizes or files of the study
 DEPENDENT = (
-    "size",
-    "common",
-    "mean_within",
-    "cost",
-    "nominal_shift",
-    "iso1328",
-    "module",
-    "fixed",
-    "step",
-)
+    "size", "common", MEAN_WITHIN, "cost", "nominal_shift", "iso1328", "module",
+    *REMEDY_KEYS,
+)  # fmt: skip
 
 
 def section_of(

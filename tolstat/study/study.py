@@ -65,7 +65,7 @@ UNAUDITED = (
 )
 AT_WORST_MEANS = (
     "means lie within their ranges: a response at_least and at_largest has all means "
-    "where they make it so; the yield of all limits counts units that miss either"
+    "where they make it so; the yield of all limits counts units that meet both"
 )
 Source = str | os.PathLike[str] | Mapping[str, Any]
 

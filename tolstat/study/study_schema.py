@@ -22,11 +22,8 @@ MISSING = {
     "trials": "missing; give the number of trials, such as trials = 4096",
     "seed": "missing; give a whole number, such as seed = 75; it makes runs repeatable",
 }
-TABLES = (
-    "gaps",
-    "loops",
-)  # sections that are settings of the model, each a table by name
 CASES = "cases"  # a section
+TABLES = ("gaps", "loops")  # sections that are settings of the model, tables by name
 # for the names of all other sections
 DECISIVE = ("model", "settings", "links", *TABLES, CASES)
 UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
@@ -135,8 +132,8 @@ class LimitEntry(Entry):
 
     limit: str = key('a text such as "<= 3 %"')
     demanded: str | None = key('a text such as "99 %"', None, alias="yield")
-    ppk: float | None = key("a number such as ppk = 1.33", None)
-    ppm: float | None = key("a number such as ppm = 100", None)
+    ppk: float | None = key("a number, for example ppk = 1.33", None)
+    ppm: float | None = key("a number, for example ppm = 100", None)
 
 
 class CorrelationEntry(Entry):

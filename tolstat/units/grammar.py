@@ -171,7 +171,8 @@ def plain(text: str) -> str:
                 f"'{first},{last}' may be {first}.{last} or {first}{last}; write one "
                 "of these"
             )
-    return _COMMA.sub(r"\1.\2", text)
+    # of a template, CPython 3.11 keeps a string of each call in its cache of attributes
+    return _COMMA.sub(lambda number: ".".join(number.groups()), text)
 
 
 def _split(text: str) -> tuple[str, str, str, str]:

@@ -94,14 +94,11 @@ class Closing:
         `starts` are those of some unknowns. Angles lie within half a turn of theirs, or
         of zero.
         """
-        rng = np.random.default_rng(0)  # the same ways every time
-        turn = np.where(self.angles, math.pi, 1.0)[:, None]
-        guesses = turn * rng.uniform(-1, 1, (len(turn), STARTS))
-        middle = np.zeros(len(turn))
+        guesses, links = self._guesses(nominal)
+        middle = np.zeros(len(guesses))
         for unknown, value in starts.items():
             middle[unknown] = value
             guesses[unknown, : STARTS // 2] = value
-        links = {name: np.full(STARTS, value) for name, value in nominal.items()}
         solution = self.newton(links, guesses)
         closing = solution.unknowns[:, solution.closes].T
         turns = np.round((closing - middle) / math.tau)
@@ -114,16 +111,25 @@ class Closing:
         for way in closing:
             if all(np.max(np.abs(way - other)) > SAME for other in ways):
                 ways.append(way)
-        return np.array(ways).reshape(len(ways), len(turn))
+        return np.array(ways).reshape(len(ways), len(middle))
 
     def nearest_miss(self, nominal: Mapping[str, float]) -> Array:
         """Return the least residuals of a search, float64[equation]."""
-        rng = np.random.default_rng(0)
+        from scipy.optimize import least_squares  # only for a refusal
+
+        guesses, links = self._guesses(nominal)
+        residuals = self.linear(links, guesses)[0]
+        best = guesses[:, np.argmin(np.linalg.norm(residuals, axis=0))]
+        one = {name: values[:1] for name, values in links.items()}
+        least = least_squares(lambda x: self.linear(one, x[:, None])[0][:, 0], best)
+        return np.asarray(least.fun)
+
+    def _guesses(self, nominal: Mapping[str, float]) -> tuple[Array, dict[str, Array]]:
+        """Return where a search starts, [unknown, start], and the links there."""
+        rng = np.random.default_rng(0)  # the same ways every time
         turn = np.where(self.angles, math.pi, 1.0)[:, None]
         guesses = turn * rng.uniform(-1, 1, (len(turn), STARTS))
-        links = {name: np.full(STARTS, value) for name, value in nominal.items()}
-        residuals = self.linear(links, guesses)[0]
-        return residuals[:, np.argmin(np.linalg.norm(residuals, axis=0))]
+        return guesses, {name: np.full(STARTS, x) for name, x in nominal.items()}
 
 
 def _inverse(slopes: Array) -> tuple[Array, Array]:

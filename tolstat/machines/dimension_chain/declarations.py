@@ -84,7 +84,7 @@ class Settings:
             except UnitError as error:
                 raise ModelError(f"{formula.gap} = {formula.text!r}: {error}") from None
 
-    @property
+    @cached_property
     def formulas(self) -> dict[str, Formula]:
         """The closing links by name, read."""
         texts = {name: row["formula"] for name, row in self.gaps.items()}

@@ -22,7 +22,12 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.errors import ModelError, UnitError, allowed_names
-from tolstat.machines.dimension_chain.algebras import Dimensions, Slope, Slopes
+from tolstat.machines.dimension_chain.algebras import (
+    Dimensions,
+    Roundings,
+    Slope,
+    Slopes,
+)
 from tolstat.machines.dimension_chain.closing import Closing, Solution
 from tolstat.machines.dimension_chain.formula import (
     ANGLES,
@@ -239,9 +244,10 @@ class Loops:
         nominal = self._nominal
         return self._closing.from_nominal(self._nominal_links, trials, nominal), shape
 
-    def closes(self, links: Mapping[str, Any]) -> Truths:
-        """Tell which trials of links, float64[trial], close."""
-        return self._solution(links)[0].closes
+    def close(self, algebra: Roundings) -> Truths:
+        """Tell which trials of an algebra that has the unknowns close."""
+        closed: Truths = ~np.isnan(algebra.solved[self.unknowns[0]].value)
+        return closed
 
     def solved(self, algebra: Any) -> Any:
         """Return an algebra that has the unknowns, too; NaN where loops stay open."""

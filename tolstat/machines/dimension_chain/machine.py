@@ -57,14 +57,16 @@ class DimensionChain(Model):
         return Description(tuple(links), tuple(gaps))
 
     def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
-        gaps, loops = _gaps(deviations, settings), settings.closed
+        algebra, loops = _algebra(deviations, settings), settings.closed
+        gaps = _gaps(algebra, len(deviations), settings)
         no_value = {NO_VALUE: ~np.all(np.isfinite(gaps), axis=1)}
         if not loops:
             return no_value
-        return {OPEN: ~loops.closes(_links(deviations, settings)), **no_value}
+        return {OPEN: ~loops.close(algebra), **no_value}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
-        return Outcome(_gaps(deviations, settings))
+        algebra = _algebra(deviations, settings)
+        return Outcome(_gaps(algebra, len(deviations), settings))
 
     def numbers(
         self, settings: Settings, spreads: Spreads, *, independent: bool = True
@@ -157,20 +159,20 @@ def _unused(settings: Settings) -> tuple[str, ...]:
     )
 
 
-def _gaps(deviations: Array, settings: Settings) -> Array:
+def _algebra(deviations: Array, settings: Settings) -> Roundings:
+    """Return the algebra of trials: links, SI, and solved unknowns of loops."""
+    algebra = Roundings(
+        {
+            name: nominal + deviations[:, i]
+            for i, (name, nominal) in enumerate(settings.nominal.items())
+        }
+    )
+    return settings.closed.solved(algebra) if settings.closed else algebra
+
+
+def _gaps(algebra: Roundings, trials: int, settings: Settings) -> Array:
     """Return the gaps, float64[trial, gap]; not finite where a formula has no value."""
-    algebra = Roundings(_links(deviations, settings))
-    if settings.closed:
-        algebra = settings.closed.solved(algebra)
-    gaps = np.empty((len(deviations), len(settings.formulas)))
+    gaps = np.empty((trials, len(settings.formulas)))
     for column, formula in zip(gaps.T, settings.formulas.values(), strict=True):
         column[:] = formula.worked_out(algebra).value
     return gaps
-
-
-def _links(deviations: Array, settings: Settings) -> dict[str, Array]:
-    """Return every link, float64[trial], SI."""
-    return {
-        name: nominal + deviations[:, i]
-        for i, (name, nominal) in enumerate(settings.nominal.items())
-    }

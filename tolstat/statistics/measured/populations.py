@@ -177,7 +177,7 @@ def _scores(values: Array, fit: str) -> Array:
 
 def _in_tail(parts: int) -> int:
     """Return how many parts show a tail."""
-    return max(2, min(math.ceil(math.sqrt(parts)), parts // 2))
+    return max(2, min(math.ceil(math.sqrt(parts)), (parts - 1) // 2))
 
 
 def _tailed(
