@@ -79,8 +79,8 @@ class QdasFile:
         self.encoding = decoded.encoding
         texts = {path: decoded.text}
         if values:
-            beside, content = values
-            texts[beside] = text_of_data(beside, content, encoding).text
+            values_path, content = values
+            texts[values_path] = text_of_data(values_path, content, encoding).text
         self._parts: list[_Part] = []
         for file, text in texts.items():
             for number, line in enumerate(text.split("\n"), start=1):
