@@ -75,3 +75,10 @@ def test_reading_runs_keeps_no_memory(toy, toy_study):
     finally:
         tracemalloc.stop()
     assert kept[1] - kept[0] < 20_000  # one run has 70 000 bytes
+
+
+def test_units_of_a_table_are_a_copy(run):
+    """Who converts a column notes its unit in the table."""
+    for table in (run.frame(), run.nominal):
+        table.attrs["units"]["gap"] = "um"
+    assert run.units["gap"] == run.frame().attrs["units"]["gap"] == "m"

@@ -46,7 +46,7 @@ def by_keys():
     ]  # fmt: skip
 
 
-def file(lines, encoding="latin-1", end="\r\n", name="a.dfq", values=b"", part=""):
+def file(lines, encoding="latin-1", end="\r\n", name="a.dfq", values=None, part=""):
     raw = (end.join(lines) + end).encode(encoding)
     return read_qdas(Path(name), raw, values, Form(part=part))
 
@@ -83,8 +83,10 @@ def test_decimal_commas():
 
 def test_values_in_a_file_beside():
     values = "\r\n".join(compact()).encode("latin-1")
-    read = file(HEAD, name="a.dfd", values=values)
-    assert read.measured("Länge").numbers == (55.51, 55.48, 55.52)
+    read = file(HEAD, name="a.dfd", values=(Path("a.dfx"), values))
+    length = read.measured("Länge")
+    assert length.numbers == (55.51, 55.48, 55.52)
+    assert length.places[1] == "a.dfx, line 2"
 
 
 def test_several_parts():

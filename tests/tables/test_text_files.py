@@ -1,6 +1,8 @@
 """Texts of other systems, byte by byte: read in the one possible way, or refused."""
 
+import cProfile
 from pathlib import Path
+from pstats import Stats
 
 import pytest
 
@@ -80,6 +82,10 @@ FILES = {  # content, column, its values, words of how it was read
     "empty, missing, and not": (
         b"n;d\n1;5,5\n2;\n3;n/a\n4;-\n5;nan\n6;6,5\n", "d", [5.5, 6.5],
         "semicolons, decimal comma, UTF-8, 4 empty",
+    ),
+    "a line separator in a cell": (
+        "n;d;note\n1;5,5;a\u2028b\n2;6,5;\n".encode(), "d", [5.5, 6.5],
+        "semicolons, decimal comma, UTF-8",
     ),
     "a head over two lines": (
         b'n;"wall\n[mm]"\n1;5,5\n2;6,5\n', "wall", [5.5, 6.5],
@@ -208,6 +214,7 @@ def test_the_key_of_a_refusal_settles_it(name, form, values):
 def test_wrong_keys_are_refused():
     for form, word in (
         (Form(encoding="klingon"), "unknown"),
+        (Form(encoding="cp\0"), "unknown"),
         (Form(delimiter="::"), "one character"),
         (Form(decimal=","), "'5.5' is not a number (with a decimal comma it is none)"),
     ):
@@ -239,3 +246,16 @@ def test_lots_stand_beside_their_parts():
     measured = read_table(Path("a.csv"), content).measured("d", lots="lot")
     assert measured.lots == ("A", "B") and measured.left_out == 1
     assert measured.places[1] == "a.csv, line 4"
+
+
+def test_twice_the_rows_take_twice_the_work():
+    def calls(rows):
+        content = "n;d;w\n" + "".join(
+            f"{i};5,{i % 7};{'x' if i % 3 else '6,5'}\n" for i in range(rows)
+        )
+        with cProfile.Profile() as profile:
+            read_table(Path("a.csv"), content.encode()).measured("d")
+        return Stats(profile).total_calls
+
+    few = calls(100)
+    assert calls(200) < 2.2 * few

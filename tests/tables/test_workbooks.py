@@ -16,7 +16,7 @@ import xlsxwriter
 import xlwt
 
 from tolstat.errors import DataError
-from tolstat.tables import workbook
+from tolstat.tables import workbook_reader
 from tolstat.tables.read import Form, read_table
 
 LENGTHS = [20.01, 20.003, 19.998]
@@ -47,7 +47,9 @@ def by_odfpy(rows):
     for cells in rows:
         row = odf.table.TableRow()
         for cell in cells:
-            row.addElement(odf_cell(cell))
+            row.addElement(
+                cell if isinstance(cell, odf.table.Element) else odf_cell(cell)
+            )
         table.addElement(row)
     book.spreadsheet.addElement(table)
     file = io.BytesIO()
@@ -133,6 +135,13 @@ def test_cells_that_are_no_numbers_are_named(value, words):
     assert "Messung!B3" in said
 
 
+def test_lots_may_be_dates():
+    days = [datetime.date(2025, 12, 23), datetime.date(2025, 12, 24)]
+    rows = [["day", "d"], *zip(days, [20.1, 20.2], strict=True)]
+    table = read_table(Path("parts.xlsx"), by_openpyxl(rows))
+    assert table.measured("d", lots="day").lots == ("2025-12-23", "2025-12-24")
+
+
 def test_formulas_by_xlsxwriter():
     """It writes 0 where it was given no value."""
     file = io.BytesIO()
@@ -157,6 +166,16 @@ def test_formulas_by_xlsxwriter():
 def test_errors_and_formulas_of_ods():
     rows = [["Nr", "d"], [1.0, 20.1], [2.0, "of:=[.B2]+1"]]
     assert "Messung!B3" in refusal(by_odfpy(rows), name="a.ods")
+
+
+def test_equal_cells_of_ods_side_by_side():
+    """They are written as one cell, repeated."""
+    error = odf.table.TableCell(formula="of:=NA()", numbercolumnsrepeated=2,
+                                valuetype="string")  # fmt: skip
+    error.addElement(odf.text.P(text="#N/A"))
+    rows = [["c", "d"], [5.0, 20.1], [error], [5.1, 20.2]]
+    said = refusal(by_odfpy(rows), name="a.ods")
+    assert "Messung!B3: #N/A is an error" in said
 
 
 def test_an_empty_cell_of_xls_may_be_an_error():
@@ -192,7 +211,7 @@ def test_files_that_are_none_or_grow(monkeypatch):
     at = content.index(b"xl/worksheets/sheet1.xml") + 40
     damaged[at : at + 4] = b"\xff\xff\xff\xff"
     assert "parts.xlsx" in refusal(bytes(damaged))
-    monkeypatch.setattr(workbook, "MOST_UNPACKED", 1000)
+    monkeypatch.setattr(workbook_reader, "MOST_UNPACKED", 1000)
     assert "unpacks to" in refusal(content)
 
 

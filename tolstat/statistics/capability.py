@@ -102,9 +102,15 @@ def capability_of(
     )  # fmt: skip
 
 
+def by_lot(values: Array, lots: Sequence[str]) -> dict[str, Array]:
+    """Return the parts of each lot, in the order of the lots; none without lots."""
+    names = np.array(lots)
+    return {lot: values[names == lot] for lot in dict.fromkeys(lots)}
+
+
 def sigma_within(values: Array, lots: Sequence[str]) -> tuple[float, int]:
     """Return the pooled sigma within lots, and its degrees of freedom; 0 without."""
-    groups = [values[np.array(lots) == lot] for lot in dict.fromkeys(lots)]
+    groups = by_lot(values, lots).values()
     freedom = len(values) - len(groups)
     if len(groups) < 2 or freedom < 1:
         return math.nan, 0

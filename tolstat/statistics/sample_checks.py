@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import bdtr, stdtrit
 
 from tolstat.arrays import Array, Integers
-from tolstat.statistics.capability import Tolerance
+from tolstat.statistics.capability import Tolerance, by_lot
 
 FEWEST = 10  # parts that are checked
 LEVEL = 0.01
@@ -216,8 +216,7 @@ def lots_differ(
     """Return lots with different medians (Kruskal and Wallis)."""
     from scipy import stats  # slow to import
 
-    names = np.array(lots)
-    groups = {lot: values[names == lot] for lot in dict.fromkeys(lots)}
+    groups = by_lot(values, lots)
     if len(groups) < 2 or not np.ptp(values) > 0:
         return None
     p_value = float(stats.kruskal(*groups.values()).pvalue)

@@ -302,7 +302,7 @@ class Run(Plan):
         import pandas as pd
 
         series = pd.Series(self.nominal_values, name="nominal")
-        series.attrs["units"] = self.units
+        series.attrs["units"] = {**self.units}
         return series
 
     def frame(self, units: str | Mapping[str, str] = SI) -> pd.DataFrame:
@@ -341,7 +341,7 @@ class Run(Plan):
             columns[STEPS] = self.steps
         frame = pd.DataFrame(columns)
         frame.index.name = "trial"
-        frame.attrs["units"] = self.units
+        frame.attrs["units"] = {**self.units}
         return frame if units == SI else self._in_units(frame, units)
 
     def _in_units(

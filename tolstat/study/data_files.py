@@ -1,6 +1,5 @@
 """Files of data that a study names: measured parts, trials, published points."""
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,13 +11,12 @@ from tolstat.study.files import beside, content
 from tolstat.study.study_schema import FileEntry, PartsEntry
 from tolstat.tables import qdas
 from tolstat.tables.grid import Row
-from tolstat.tables.numerals import COMMA
+from tolstat.tables.numerals import COMMA, is_torn
 from tolstat.tables.read import MOST_MEGABYTES, Form, read_qdas, read_table
 from tolstat.tables.table import MeasuredColumn, Table
 from tolstat.units.conversion import to_si
 
 FEW = 5  # rows: fewer tell nothing
-_WHOLE = re.compile(r"[+-]?[0-9]+")
 
 
 def read_data(
@@ -52,12 +50,15 @@ class MeasuredFile:
         else:
             self._file = read_table(path, raw, form, requested)
 
-    @property
-    def names(self) -> list[str]:
-        """The characteristics, or columns of numbers that do not count 1, 2, 3."""
+    def names(self, lots: str = "") -> list[str]:
+        """Return characteristics, or columns of numbers.
+
+        Neither those that count 1, 2, 3 nor that of the lots.
+        """
         if isinstance(self._file, qdas.QdasFile):
             return self._file.names
-        columns = [n for n in self._file.numeric if not _counts(self._file, n)]
+        numeric = [name for name in self._file.numeric if name != lots]
+        columns = [name for name in numeric if not _counts(self._file, name)]
         return columns or self._file.partly_numeric
 
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
@@ -79,12 +80,12 @@ def _counts(table: Table, name: str) -> bool:
     return len(numbers) > 1 and bool((np.diff(numbers) == 1).all())
 
 
-def _values_beside(path: Path) -> bytes:
-    """Return the values that belong to a DFD file; nothing for a DFQ file."""
+def _values_beside(path: Path) -> tuple[Path, bytes] | None:
+    """Return the file of values that belongs to a DFD file; None for a DFQ file."""
     if path.suffix.lower() != ".dfd":
-        return b""
-    suffix = ".DFX" if path.suffix.isupper() else ".dfx"
-    return content(path.with_suffix(suffix), MOST_MEGABYTES)
+        return None
+    values = path.with_suffix(".DFX" if path.suffix.isupper() else ".dfx")
+    return values, content(values, MOST_MEGABYTES)
 
 
 def form_of(entry: FileEntry) -> Form:
@@ -94,6 +95,20 @@ def form_of(entry: FileEntry) -> Form:
         entry.decimal or "", entry.delimiter or "", entry.encoding or "",
         sheet=entry.sheet or "", part=part or "",
     )  # fmt: skip
+
+
+def unit_of_column(column: MeasuredColumn, typed: str | None, source: str) -> str:
+    """Return the unit of a column, typed or of its file; refuse two that differ.
+
+    `source` says where it was typed.
+    """
+    unit = column.unit if typed is None else typed
+    if column.unit and column.unit != unit:
+        raise DataError(
+            f"{column.path} gives column {column.name} in {column.unit}, {source} in "
+            f"{unit}"
+        )
+    return unit
 
 
 def si_values(table: Table, name: str, unit: str) -> Array:
@@ -122,11 +137,8 @@ def torn_by_commas(rows: list[Row], index: int) -> str:
     for first in (index - 1, index):
         pairs = [row.cells[first : first + 2] for row in rows] if first >= 0 else []
         texts = [[str(cell) for cell in pair] for pair in pairs]
-        if not texts or not all(
-            len(pair) == 2 and _WHOLE.fullmatch(pair[0]) and pair[1].isdigit()
-            for pair in texts
-        ):
+        if len(texts) < FEW or not all(len(p) == 2 and is_torn(*p) for p in texts):
             continue
-        if len(texts) >= FEW and len({len(pair[1]) for pair in texts}) == 1:
+        if len({len(decimals) for _, decimals in texts}) == 1:
             return ",".join(texts[0])
     return ""

@@ -8,8 +8,7 @@ import numpy as np
 
 from tolstat.deviations.distributions import Distribution, Tolerance
 from tolstat.deviations.measured import DOUBTFUL, Fitted, InOrder, Measured, fit
-from tolstat.errors import DataError
-from tolstat.study.data_files import MeasuredFile, source_words
+from tolstat.study.data_files import MeasuredFile, source_words, unit_of_column
 from tolstat.study.files import beside
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.study_schema import PartsEntry, read_entry
@@ -42,12 +41,7 @@ def read_parts(
     contributor = reader.contributor
     file = MeasuredFile(beside(folder, entry.data), entry, (entry.column,))
     column = file.measured(entry.column, entry.lots or "")
-    written = column.unit if entry.unit is None else entry.unit
-    if column.unit and column.unit != written:
-        raise DataError(
-            f"{entry.data} gives column {entry.column} in {column.unit}, the study in "
-            f"{written}"
-        )
+    written = unit_of_column(column, entry.unit, "the study")
     nominal = entry.nominal
     if nominal is None and column.nominal:
         nominal = f"{column.nominal!r} {written}"

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from tolstat.errors import DataError
 from tolstat.tables.encodings import UTF_8, Decoded
-from tolstat.tables.grid import Grid, Row
-from tolstat.tables.heads import Head, head_of, is_unit
-from tolstat.tables.numerals import COMMA, Proof, proof
+from tolstat.tables.grid import Grid, Head, Row
+from tolstat.tables.heads import head_of, is_unit
+from tolstat.tables.numerals import COMMA, Proof, is_torn, proof
 
 LONGEST_CELL = 1000  # characters
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars", ",": "commas"}
@@ -19,7 +19,6 @@ BLANKS = "blanks"
 NONE = "\x1f"  # in no line of a text
 TYPED = {"tab": "\t", "\\t": "\t", "space": " "}
 _EXCEL = re.compile(r'"?sep=(.)"?\s*')  # as Excel begins a file
-_WHOLE = re.compile(r"\s*[+-]?[0-9]+")
 
 
 class Split(NamedTuple):
@@ -27,12 +26,8 @@ class Split(NamedTuple):
 
     separator: str
     rows: list[Row]
-    head: Head | None  # among the rows of the usual width
-
-    @property
-    def width(self) -> int:
-        """The usual number of cells of a row."""
-        return usual_width(self.rows)
+    width: int  # the usual number of cells of a row
+    head: Head | None  # among the rows of this width
 
 
 def usual_width(rows: Sequence[Row]) -> int:
@@ -60,7 +55,7 @@ def read_delimited(
     """
     lines = [
         (number, line)
-        for number, line in enumerate(decoded.text.splitlines(), start=1)
+        for number, line in enumerate(decoded.text.split("\n"), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if lines and (first := _EXCEL.fullmatch(lines[0][1])):
@@ -94,7 +89,7 @@ def read_delimited(
         words = ["one column" if separator == NONE else BLANKS]
     above = [f"{skipped} line{'s' * (skipped > 1)} skipped"] if skipped else []
     return Grid(
-        path, digest, table,
+        path, digest, table, head,
         separator="" if separator == NONE else separator,
         words=(*words, decoded.encoding, *above),
         plain=separator in (COMMA, NONE) and decoded.encoding == UTF_8 and not skipped,
@@ -142,7 +137,7 @@ def _by(
     rows = [*_rows(path, lines, separator)]
     width = usual_width(rows)
     usual = [row for row in rows if len(row.cells) == width]
-    return Split(separator, rows, head_of(usual, requested))
+    return Split(separator, rows, width, head_of(usual, requested))
 
 
 def _rows(
@@ -186,7 +181,7 @@ def _check_decimal_comma(
         )
     second = split.head.names[-1]  # "length, mm" is one head
     if split.separator == COMMA and split.width == 2 and is_unit(second) and second[1:]:
-        either = all(_WHOLE.fullmatch(a) and b.isdigit() for a, b in texts)
+        either = all(is_torn(*pair) for pair in texts)
     if either:
         example = ",".join(texts[0])
         raise DataError(

@@ -60,10 +60,10 @@ def _as_typed(path: Path, raw: bytes, encoding: str) -> str:
     try:
         codecs.lookup(encoding)
         return decoded(raw, encoding).removeprefix("\ufeff")
-    except LookupError:
+    except UnicodeError as error:
+        raise DataError(f"{path} cannot be read as {encoding}: {error}") from None
+    except (LookupError, ValueError):  # ValueError: NUL in its name
         raise DataError(
             f'encoding = "{encoding}": unknown; allowed are those of Python, such as '
             "utf-8, utf-16, cp1252, latin-1"
         ) from None
-    except UnicodeError as error:
-        raise DataError(f"{path} cannot be read as {encoding}: {error}") from None

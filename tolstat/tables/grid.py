@@ -1,4 +1,4 @@
-"""Cells in rows and columns, with their places, before heads and numbers are known."""
+"""Cells in rows and columns under a head, with their places, before they are read."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -9,6 +9,9 @@ class Unusable(NamedTuple):
 
     text: str  # as it is shown
     why: str  # it is no number
+
+    def __str__(self) -> str:
+        return self.text
 
 
 Cell = str | float | Unusable  # a float is a number that a program wrote as one
@@ -21,12 +24,22 @@ class Row(NamedTuple):
     cells: list[Cell]
 
 
+class Head(NamedTuple):
+    """The head of a table."""
+
+    position: int  # of its row
+    body: int  # index of the first row of numbers
+    names: tuple[str, ...]  # of the columns, without their units; empty for none
+    units: tuple[str, ...]  # empty where there is none
+
+
 class Grid(NamedTuple):
-    """The rows of a file or a sheet."""
+    """The rows of a file or a sheet, from the head on."""
 
     path: Path
     digest: str  # SHA-256 of the file
     rows: list[Row]
+    head: Head
     sheet: str = ""  # of a workbook
     separator: str = ""  # between columns of a text; empty for one column
     # how it was read, in words: separator, encoding, hidden rows

@@ -3,10 +3,9 @@
 import re
 from collections.abc import Collection, Sequence
 from contextlib import suppress
-from typing import NamedTuple
 
 from tolstat.errors import UnitError
-from tolstat.tables.grid import Cell, Row
+from tolstat.tables.grid import Cell, Head, Row
 from tolstat.tables.numerals import Proof, is_missing, proof
 from tolstat.units.conversion import dimension
 
@@ -26,15 +25,6 @@ SUMMARY = frozenset({
     "spannweite", "median", "nominal", "nennmaß", "nennmass", "nennwert", "soll",
     "sollwert", "usl", "lsl", "ot", "ut", "osg", "usg",
 })  # fmt: skip
-
-
-class Head(NamedTuple):
-    """The head of a table."""
-
-    position: int  # of its row
-    body: int  # index of the first row of numbers
-    names: tuple[str, ...]  # of the columns, without their units; empty for none
-    units: tuple[str, ...]  # empty where there is none
 
 
 def is_number(cell: Cell) -> bool:
@@ -94,9 +84,7 @@ def split_head(cell: Cell) -> tuple[str, str]:
     >>> split_head("cavity (left)")
     ('cavity (left)', '')
     """
-    text = " ".join(str(cell.text if isinstance(cell, tuple) else cell).split())
-    if isinstance(cell, float):
-        text = f"{cell:.15g}"
+    text = f"{cell:.15g}" if isinstance(cell, float) else " ".join(str(cell).split())
     if match := _BRACKETS.fullmatch(text):
         return match["name"], match["unit"].strip()
     match = _WITH_UNIT.fullmatch(text)
@@ -126,11 +114,10 @@ def _head_at(rows: Sequence[Row], index: int, columns: Sequence[int]) -> Head | 
     body, units = index + 1, ("",) * len(cells)
     if words := _units(rows[body].cells, columns):
         body, units = body + 1, words
-    parts = (row for row in rows[body:] if not summary_word(row))
-    if (first := next(parts, None)) is None:
+    below = (rows[i] for i in range(body, len(rows)))  # a slice would copy them
+    if (first := next((row for row in below if not summary_word(row)), None)) is None:
         return None
-    below = [first.cells[c] for c in columns]
-    filled = [cell for cell in below if not is_empty(cell)]
+    filled = [first.cells[c] for c in columns if not is_empty(first.cells[c])]
     if not filled or not all(map(is_number, filled)):
         return None
     parted = [split_head(cell) for cell in cells]

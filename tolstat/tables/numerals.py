@@ -22,6 +22,9 @@ _BODY = re.compile(rf"\d[\d.,{_GAPS}]*|[.,]\d+")
 _GAPPED = re.compile(rf"\d{{1,3}}([{_GAPS}])\d{{3}}(?:\1\d{{3}})*(?P<rest>[.,]\d*)?")
 
 
+_WHOLE = re.compile(r"[+-]?[0-9]+")
+
+
 class Proof(Enum):
     """What a cell proves about the decimal sign of its file."""
 
@@ -66,6 +69,11 @@ def proof(text: str) -> Proof:
     if re.fullmatch(thousands, body) and not match["exponent"]:
         return Proof.EITHER
     return Proof(decimal)
+
+
+def is_torn(first: str, second: str) -> bool:
+    """Return whether two cells may be one number, torn at its decimal comma."""
+    return bool(_WHOLE.fullmatch(first)) and second.isdigit()
 
 
 def settled_decimal(

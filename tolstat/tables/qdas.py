@@ -35,7 +35,7 @@ class _Value:
     """A value with its fields."""
 
     fields: list[str]
-    line: int
+    place: str  # file and line
 
     def field(self, address: int) -> str:
         return self.fields[address].strip() if address < len(self.fields) else ""
@@ -70,20 +70,22 @@ class QdasFile:
         raw: bytes,
         digest: str,
         *,
-        values: bytes = b"",
+        values: tuple[Path, bytes] | None = None,
         encoding: str = "",
         part: str = "",
     ) -> None:
         self.path, self.digest = path, digest
         decoded = text_of_data(path, raw, encoding)
         self.encoding = decoded.encoding
-        lines = decoded.text.split("\n")
+        texts = {path: decoded.text}
         if values:
-            lines += text_of_data(path, values, encoding).text.split("\n")
+            values_path, content = values
+            texts[values_path] = text_of_data(values_path, content, encoding).text
         self._parts: list[_Part] = []
-        for number, line in enumerate(lines, start=1):
-            if line.strip():
-                self._read(line, f"{path}, line {number}", number)
+        for file, text in texts.items():
+            for number, line in enumerate(text.split("\n"), start=1):
+                if line.strip():
+                    self._read(line, f"{file}, line {number}")
         if not self._parts:
             raise DataError(f"{path} is no Q-DAS file: K0100 is missing")
         self.part = self._chosen(part)
@@ -109,7 +111,7 @@ class QdasFile:
         if not counted:
             raise DataError(f"{self.path}, {name}: no value that counts")
         left_out = len(part.values[index]) - len(counted)
-        places = [f"{self.path}, line {value.line}" for value in counted]
+        places = [value.place for value in counted]
         nominal = self._number(index, "K2101")
         lots = [value.field(BATCH).lstrip("#") for value in counted]
         times = [value.field(TIME) for value in counted]
@@ -137,10 +139,10 @@ class QdasFile:
             sequence=all(times),
         )
 
-    def _read(self, line: str, address: str, number: int) -> None:
+    def _read(self, line: str, address: str) -> None:
         """Take one line."""
         if not line.startswith("K"):
-            self._read_values(line, address, number)
+            self._read_values(line, address)
             return
         if not (match := _LINE.fullmatch(line)):
             raise DataError(f"{address}: '{line[:40]}' is no key of Q-DAS")
@@ -161,11 +163,11 @@ class QdasFile:
         elif key in PLACES:
             values = self._parts[-1].values.setdefault(index or 1, [])
             if key == "K0001":
-                values.append(_Value([value, "", "", "", ""], number))
+                values.append(_Value([value, "", "", "", ""], address))
             elif values:
                 values[-1].fields[PLACES[key]] = value
 
-    def _read_values(self, line: str, address: str, number: int) -> None:
+    def _read_values(self, line: str, address: str) -> None:
         """Take a line of values, one of each characteristic."""
         if not self._parts:
             raise DataError(f"{address}: values stand before K0100; no Q-DAS file")
@@ -177,7 +179,7 @@ class QdasFile:
                 "characteristics"
             )
         for index, cell in enumerate(cells, start=1):
-            value = _Value(cell.split(BETWEEN_FIELDS), number)
+            value = _Value(cell.split(BETWEEN_FIELDS), address)
             part.values.setdefault(index, []).append(value)
 
     @property

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tolstat.errors import DataError
-from tolstat.tables import qdas, workbook
+from tolstat.tables import qdas, workbook_reader
 from tolstat.tables.delimited import read_delimited
 from tolstat.tables.encodings import text_of_data
-from tolstat.tables.heads import head_of
 from tolstat.tables.table import Table
 
 MOST_MEGABYTES = 32  # of a file
@@ -52,8 +51,8 @@ def read_table(
         raise DataError(
             f"{path}: a Q-DAS file has measured parts, and no rows of trials"
         )
-    if ending in workbook.ENDINGS or raw.startswith(workbook.ZIP):
-        grid = workbook.read_workbook(
+    if ending in workbook_reader.ENDINGS or raw.startswith(workbook_reader.ZIP):
+        grid = workbook_reader.read_workbook(
             path, raw, digest, sheet=form.sheet, requested=requested
         )
     else:
@@ -61,14 +60,14 @@ def read_table(
             path, digest, text_of_data(path, raw, form.encoding),
             delimiter=form.delimiter, decimal=form.decimal, requested=requested,
         )  # fmt: skip
-    head = head_of(grid.rows, requested)
-    assert head  # it was found among the lines above it
-    return Table(grid, head, form.decimal)
+    return Table(grid, form.decimal)
 
 
-def read_qdas(path: Path, raw: bytes, values: bytes, form: Form) -> qdas.QdasFile:
-    """Return the characteristics of a Q-DAS file; `values`: of a DFX file beside it."""
-    digest = hashlib.sha256(raw + values).hexdigest()
+def read_qdas(
+    path: Path, raw: bytes, values: tuple[Path, bytes] | None, form: Form
+) -> qdas.QdasFile:
+    """Return the characteristics of a Q-DAS file; `values`: the DFX file beside it."""
+    digest = hashlib.sha256(raw + (values[1] if values else b"")).hexdigest()
     return qdas.QdasFile(
         path, raw, digest, values=values, encoding=form.encoding, part=form.part
     )

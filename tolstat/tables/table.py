@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tolstat.errors import DataError, UnitError, allowed_names
-from tolstat.tables.grid import Grid, Row, Unusable
-from tolstat.tables.heads import Head, is_empty, is_number, split_head, summary_word
+from tolstat.tables.grid import Grid, Head, Row, Unusable
+from tolstat.tables.heads import is_empty, is_number, split_head, summary_word
 from tolstat.tables.numerals import COMMA, NAMES, POINT, number, settled_decimal
 
 
@@ -38,16 +38,18 @@ class Table:
     Attributes
     ----------
     grid : Grid
-        Its rows, from the head on.
-    head : Head
-        Names and units of its columns.
+        Its head, and its rows from there on.
     typed_decimal : str
         The decimal sign that the study names; empty for none.
     """
 
     grid: Grid
-    head: Head
     typed_decimal: str = ""
+
+    @property
+    def head(self) -> Head:
+        """Names and units of its columns."""
+        return self.grid.head
 
     @property
     def path(self) -> Path:
@@ -86,7 +88,7 @@ class Table:
                 )
         return rows
 
-    @property
+    @cached_property
     def places(self) -> list[str]:
         """File and row of each row."""
         return [self.grid.row_place(row.line) for row in self.rows]
@@ -103,7 +105,7 @@ class Table:
         shares = self._shares_of_numbers
         return [name for name, share in shares.items() if 0.0 < share < 1.0]
 
-    @property
+    @cached_property
     def _shares_of_numbers(self) -> dict[str, float]:
         """The share of numbers among the cells that are not empty, by column."""
         shares = {}

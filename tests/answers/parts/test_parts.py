@@ -17,8 +17,10 @@ from tolstat.answers.parts.judged_parts import (
     OtherLots,
     judged_parts_of,
 )
+from tolstat.answers.parts.parts_figures import figures_of
 from tolstat.cli.main import main
-from tolstat.errors import DataError
+from tolstat.document.plot import Histogram
+from tolstat.errors import DataError, TolstatError
 
 HEAD = "Protokoll;;;\nTeil;Länge [mm];Breite [mm];Charge\n"
 
@@ -99,6 +101,20 @@ def test_a_limit_with_one_end_and_deviations(tmp_path):
     assert isinstance(part.warnings[0], FewParts)
 
 
+def test_bars_are_of_equal_width_on_both_sides_of_the_tolerance(tmp_path):
+    """Evenly spread parts have even bars, though an edge lies on the tolerance."""
+    path = tmp_path / "a.csv"
+    path.write_text("d [um]\n" + "\n".join(f"{x / 100:.3f}" for x in range(1601)))
+    part = tolstat.parts(path, tolerance="<= 11.2 um").characteristics["d"]
+    bars = [
+        layer
+        for layer in figures_of("d", part)[0].picture.panels[0].layers
+        if isinstance(layer, Histogram)
+    ]
+    heights = sum(layer.heights for layer in bars)
+    assert np.ptp(heights) < 0.1 * heights.mean()
+
+
 def test_skewed_parts_have_no_interval_of_normal_ones(tmp_path):
     values = np.random.default_rng(1).exponential(1.0, 200)
     path = tmp_path / "a.csv"
@@ -118,6 +134,25 @@ def test_what_cannot_be_read_is_said(tmp_path):
     with pytest.raises(DataError, match="line 3, column d: 'x'"):
         tolstat.parts(path)
     assert "no such file" in call(tmp_path / "b.csv").output
+
+
+def test_units_that_differ_are_refused(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("d [mm]\n20.01\n20.02\n")
+    for words, typed in (
+        ("column d in mm, the key unit in in", {"unit": "in"}),
+        ("unit is missing", {"nominal": "20"}),
+        ("'kg' is of another kind", {"nominal": "20 kg"}),
+    ):
+        with pytest.raises(TolstatError) as refused:
+            tolstat.parts(path, **typed)
+        assert words in str(refused.value)
+
+
+def test_numbers_of_lots_are_no_measured_parts(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("d [mm],lot\n20.01,1\n20.04,1\n20.02,3\n")
+    assert [*tolstat.parts(path, lots="lot").characteristics] == ["d"]
 
 
 @pytest.fixture(scope="module")

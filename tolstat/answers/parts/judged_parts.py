@@ -11,7 +11,7 @@ from tolstat.arrays import Array
 from tolstat.deviations.measured import fit
 from tolstat.errors import DistributionError
 from tolstat.statistics import sample_checks
-from tolstat.statistics.capability import Capability, Tolerance, capability_of
+from tolstat.statistics.capability import Capability, Tolerance, by_lot, capability_of
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -201,8 +201,6 @@ def _warnings(sample: Sample, p_value: float) -> Any:
 
 
 def _lots(values: Array, tolerance: Tolerance, lots: Sequence[str]) -> dict[str, Lot]:
-    names = np.array(lots)
-    parts = {lot: values[names == lot] for lot in dict.fromkeys(lots)}
     lower, upper = tolerance
     return {
         lot: Lot(
@@ -211,5 +209,5 @@ def _lots(values: Array, tolerance: Tolerance, lots: Sequence[str]) -> dict[str,
             float(group.std(ddof=1)) if len(group) > 1 else math.nan,
             int(np.count_nonzero((group < lower) | (group > upper))),
         )
-        for lot, group in parts.items()
+        for lot, group in by_lot(values, lots).items()
     }

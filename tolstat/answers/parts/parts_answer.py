@@ -13,12 +13,12 @@ from tolstat.document.inline import Number, Row
 from tolstat.errors import DataError
 from tolstat.model.description import Contributor
 from tolstat.statistics.capability import Tolerance
-from tolstat.study.data_files import MeasuredFile
+from tolstat.study.data_files import MeasuredFile, unit_of_column
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.study_schema import PartsEntry, read_entry
 from tolstat.tables.table import MeasuredColumn
 from tolstat.units.conversion import dimension, si_unit, to_si
-from tolstat.units.grammar import SIDES, limit, measure, unit_of
+from tolstat.units.grammar import SIDES, limit, quantity, unit_of
 from tolstat.units.scale import PER_CENT, PLAIN, Scale
 
 MOST_COLUMNS = 40  # of a file, of which none is named
@@ -125,43 +125,40 @@ def parts(
     typed = {"data": str(path), "column": "", **keys}
     entry = read_entry(PartsEntry, typed, "measured parts have")
     file = MeasuredFile(Path(path), entry, columns)
-    names = list(columns) or file.names
+    names = list(columns) or file.names(lots)
     if not names or len(names) > MOST_COLUMNS:
         raise DataError(
             f"{path} has {len(names)} columns of numbers; name those of measured parts"
         )
     judged = {
-        column.name: _judged(column, tolerance, nominal, entry.unit or "")
+        column.name: _judged(column, tolerance, nominal, entry.unit)
         for column in (file.measured(name, lots) for name in names)
     }
     return PartsAnswer(str(path), judged)
 
 
 def _judged(
-    column: MeasuredColumn, tolerance: str, nominal: str, unit: str
+    column: MeasuredColumn, tolerance: str, nominal: str, typed: str | None
 ) -> JudgedParts:
     """Return a column, judged by what is typed, or else by what its file tells."""
-    unit = unit or column.unit or next(_units(nominal, tolerance), PLAIN)
+    unit = unit_of_column(column, typed, "the key unit")
+    unit = unit or next(_units(nominal, tolerance), PLAIN)
     si = si_unit(dimension(unit))
     factor = to_si(1.0, unit, si)
-    size = measure(nominal).value if nominal else None
+    size = quantity(nominal, si) if nominal else None
     if size is None and column.nominal is not None:
         size = factor * column.nominal
-    return judged_parts(
-        Sample(
-            factor * np.array(column.numbers),
-            _tolerance(
-                column, tolerance, Contributor(column.name, si, size=size), factor
-            ),
-            np.nan if size is None else size,
-            column.lots,
-            column.places,
-            column.numbers,
-            factor,
-        ),
-        Scale(si, unit),
-        f"{Path(column.path).name}: {column.words}",
+    contributor = Contributor(column.name, si, size=size)
+    sample = Sample(
+        factor * np.array(column.numbers),
+        _tolerance(column, tolerance, contributor, factor),
+        nominal=np.nan if size is None else size,
+        lots=column.lots,
+        places=column.places,
+        written=column.numbers,
+        unit=factor,
     )
+    return judged_parts(sample, Scale(si, unit), f"{column.path.name}: {column.words}")
 
 
 def _units(*texts: str) -> Iterator[str]:

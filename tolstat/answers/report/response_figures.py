@@ -53,18 +53,8 @@ def _histogram(drawn: Drawn, name: str, response: ReportedResponse) -> blocks.Fi
         values = response.point_mass.without(values)
     layers: list[plot.Layer] = []
     if len(values):
-        # an edge on each end of the limit, so that no bar lies on both sides
-        inside = [end for end in ends_of(response) if values.min() < end < values.max()]
-        edges = np.unique([*edges_of(values), *inside])
-        heights = np.histogram(values, edges)[0] / np.diff(edges)
-        heights *= (edges[-1] - edges[0]) / BINS
-        lower, upper = response.limited.limit.permitted if response.limited else OPEN
-        out = (edges[1:] <= lower) | (edges[:-1] >= upper)
-        layers += [
-            plot.Histogram(times * edges, np.where(chosen, heights, 0.0), colour)
-            for chosen, colour in ((~out, "first"), (out, "limit"))
-            if chosen.any()
-        ]
+        permitted = response.limited.limit.permitted if response.limited else OPEN
+        layers += bars_of(values, permitted, times)
     if not math.isnan(response.nominal):
         label = f"nominal {scale.number(response.nominal)}"
         layers.append(line_at(times * response.nominal, label, "ink", "-."))
@@ -82,6 +72,24 @@ def _histogram(drawn: Drawn, name: str, response: ReportedResponse) -> blocks.Fi
         caption=f"{name}: {len(values)} trials{mass}. Red: out of limit. Orange: "
         "quantiles with 95 % intervals.",
     )  # fmt: skip
+
+
+def bars_of(
+    values: Array, permitted: tuple[float, float], times: float, bins: int = BINS
+) -> list[plot.Histogram]:
+    """Return how many values lie in bins of equal width; others in another colour."""
+    # an edge on each end of the limit, so that no bar lies on both sides
+    inside = [end for end in permitted if values.min() < end < values.max()]
+    edges = np.unique([*edges_of(values, bins), *inside])
+    heights = np.histogram(values, edges)[0] / np.diff(edges)
+    heights *= (edges[-1] - edges[0]) / bins
+    lower, upper = permitted
+    out = (edges[1:] <= lower) | (edges[:-1] >= upper)
+    return [
+        plot.Histogram(times * edges, np.where(chosen, heights, 0.0), colour)
+        for chosen, colour in ((~out, "first"), (out, "limit"))
+        if chosen.any()
+    ]
 
 
 def figure_of(
@@ -200,12 +208,12 @@ def line_at(value: float, words: str, colour: str, dash: str) -> Span:
     return Span(value, value, words, colour, dash)
 
 
-def edges_of(values: Array) -> Array:
+def edges_of(values: Array, bins: int = BINS) -> Array:
     """Return the edges of the bars of a histogram; fewer where values hardly differ."""
     low, high = float(values.min()), float(values.max())
     if not high > low:
         high = low + (abs(low) or 1.0)
-    edges: Array = np.unique(np.linspace(low, high, BINS + 1))
+    edges: Array = np.unique(np.linspace(low, high, bins + 1))
     return edges
 
 

@@ -22,6 +22,7 @@ from tolstat.tables.heads import head_of, is_empty
 ENDINGS = (".xlsx", ".xlsm", ".ods", ".xls")
 MOST_UNPACKED = 256_000_000  # bytes of all files of a workbook
 MOST_CELLS = 20_000_000
+WIDEST = 16_384  # columns of a sheet
 ZIP = b"PK\x03\x04"
 NEVER = "a formula that was never calculated (save the file in a spreadsheet program)"
 _ADDRESS = re.compile(r"([A-Z]{1,3})([0-9]{1,7})")
@@ -145,8 +146,9 @@ def _sheet(
         which = f"{', '.join(hidden[:5])}{', ...' * (len(hidden) > 5)}"
         words.append(f"hidden row{'s' * (len(hidden) > 1)} {which} not left out")
     return Grid(
-        path, digest, table, sheet=name, words=tuple(words), doubtful=archive is None
-    )
+        path, digest, table, head,
+        sheet=name, words=tuple(words), doubtful=archive is None,
+    )  # fmt: skip
 
 
 def _cell(value: Any) -> Cell:
@@ -237,7 +239,8 @@ def _marks_of_ods(file: Any, sheet: str) -> Marks:
                     last_row = max(last_row, row + many - 1)
                     last_column = max(last_column, column + wide - 1)
                     if mark := _mark_of_ods(cell):
-                        unusable[row, column] = mark
+                        for repeated in range(column, column + min(wide, WIDEST)):
+                            unusable[row, repeated] = mark
                 column += wide
             row += many
     return Marks(unusable, hidden, (last_row + 1) * (last_column + 1))
