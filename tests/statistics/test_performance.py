@@ -21,7 +21,14 @@ from tolstat.statistics.intervals.weights import least_mean, mean_between
 from tolstat.statistics.limits.limit import Limit, ppk_of, yield_of_ppk
 from tolstat.statistics.limits.yields import joint_yield, yield_of
 from tolstat.statistics.sample import Sample, quantiles_at
-from tolstat.statistics.summary import by_moments, by_percentiles, by_share, summarize
+from tolstat.statistics.summary import (
+    MovedNumbers,
+    ResponseUncertainty,
+    by_moments,
+    by_percentiles,
+    by_share,
+    summarize,
+)
 from tolstat.status import Status
 
 INF = math.inf
@@ -260,3 +267,14 @@ def test_counts_tell_that_tails_are_not_those_of_a_normal_response():
         tail = summary.quantiles[0.99865]
         assert tail.lower <= far <= tail.upper  # quantiles show no difference
         assert summary.normal_tails is known
+
+
+def test_no_uncertainty_makes_a_sigma_negative():
+    values = np.random.default_rng(3).standard_normal(1000)
+    gains = np.linspace(-3.0, 3.0, 41)
+    every = dict.fromkeys(summarize(values, all_done(values)).quantiles, gains)
+    moved = MovedNumbers(gains, gains, every)
+    uncertainty = ResponseUncertainty(None, moved)
+    summary = summarize(values, all_done(values), uncertainty=uncertainty)
+    assert summary.mean.lower < -2.0
+    assert summary.sigma.lower == summary.sigma_for_any_distribution.lower == 0.0

@@ -247,14 +247,16 @@ class MovedNumbers(NamedTuple):
     sigma: Array
     quantiles: Mapping[float, Array]
 
-    def widened(self, estimate: Estimate, gains: Array) -> Estimate:
-        """Return an estimate with both errors, combined by squares."""
+    def widened(
+        self, estimate: Estimate, gains: Array, least: float = -math.inf
+    ) -> Estimate:
+        """Return an estimate with both errors, combined by squares, from a least value."""
         if not estimate.sure or not np.isfinite(gains).all():
             return estimate
         (value, lower, upper, _), (down, up) = estimate, np.quantile(gains, ENDS)
         return Estimate(
             value,
-            value - math.hypot(value - lower, min(down, 0.0)),
+            max(value - math.hypot(value - lower, min(down, 0.0)), least),
             value + math.hypot(upper - value, max(up, 0.0)),
         )
 
@@ -334,9 +336,9 @@ def _widened(summary: Summary, moved: MovedNumbers) -> Summary:
         )  # fmt: skip
     return Summary(
         moved.widened(summary.mean, moved.mean),
-        moved.widened(summary.sigma, sigma),
+        moved.widened(summary.sigma, sigma, 0.0),
         moved.widened(summary.mean_for_any_distribution, moved.mean),
-        moved.widened(summary.sigma_for_any_distribution, sigma),
+        moved.widened(summary.sigma_for_any_distribution, sigma, 0.0),
         summary.least,
         summary.largest,
         {
