@@ -250,7 +250,7 @@ class MovedNumbers(NamedTuple):
     def widened(
         self, estimate: Estimate, gains: Array, least: float = -math.inf
     ) -> Estimate:
-        """Return an estimate with both errors, combined by squares, from a least value."""
+        """Return an estimate with both errors, combined by squares, above a least."""
         if not estimate.sure or not np.isfinite(gains).all():
             return estimate
         (value, lower, upper, _), (down, up) = estimate, np.quantile(gains, ENDS)
