@@ -43,6 +43,20 @@ class Explodes(Shared):
         ends = np.tile([0.0, 1.0], (n, 1))  # of state and of time
         found = integrate(SYSTEM, ends, deviations, ends, Accuracy(settings.rtol, 0.1))
         return Outcome(found.peak, found.status, found.steps)
+
+@compiled(rates_signature)
+def relaxing(moment, y, p, out):
+    write(out, 0, (np.cos(rows(moment)[0]) - 1e6 * rows(y)[0],))
+
+class Stiff(Shared):
+    name, title, settings = "stiff", "relaxes in 1 us", Settings
+    def evaluate(self, deviations, settings):
+        n = len(deviations)
+        ends = np.tile([0.0, 1.0], (n, 1))
+        accuracy = Accuracy(settings.rtol, 0.1, 2000)
+        system = System(relaxing, np.array([1e-6]))
+        found = integrate(system, ends[:, :1], deviations, ends, accuracy)
+        return Outcome(found.states[:, -1], found.status, found.steps)
 """
 
 
@@ -91,6 +105,15 @@ def test_where_an_integration_ends(call, tmp_path):
     assert "ended at 0.5 s by the error of state 2 of 2" in said
     found = call("trial", "bad.h5", "2", *machine)
     assert "ended at 0.5 s by the error of state 2 of 2" in found
+
+
+def test_a_run_that_stops_says_that_the_equations_are_stiff(call, tmp_path):
+    (tmp_path / "stiff.toml").write_text(
+        'model = "stiff"\ntrials = 4\nseed = 1\n[deviations]\na = "+-1 mm"\n'
+    )
+    said = call("run", "stiff.toml", "--machine", "bad.py:Stiff", code=1)
+    assert "all trials of the first block fail (4; too many steps)" in said
+    assert "The equations are stiff: state 1 relaxes at 1e+06 1/s" in said
 
 
 def test_of_a_new_model_and_a_study(call, tmp_path):
