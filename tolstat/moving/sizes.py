@@ -49,7 +49,7 @@ def sizes_of(
         scale = np.where(typed, scale, proposed)
     times = np.linspace(marks[0, 0], marks[0, -1], POINTS)
     system = equations.system(scale, [])
-    with observed():  # by nobody else: it is no integration of a trial
+    with observed():  # hidden from a survey of trials, which it is not
         history = integrate(system, *block, SIZING, samples=times).history[0]
     largest = np.nanmax(np.abs(history), axis=0, initial=0.0)
     for size in _sizes_of_responses(equations, times, history, values):
