@@ -43,6 +43,39 @@ class Explodes(Shared):
         ends = np.tile([0.0, 1.0], (n, 1))  # of state and of time
         found = integrate(SYSTEM, ends, deviations, ends, Accuracy(settings.rtol, 0.1))
         return Outcome(found.peak, found.status, found.steps)
+
+@compiled(rates_signature)
+def relaxing(moment, y, p, out):
+    write(out, 0, (np.cos(rows(moment)[0]) - 1e6 * rows(y)[0],))
+
+class Stiff(Shared):
+    name, title, settings = "stiff", "relaxes in 1 us", Settings
+    def evaluate(self, deviations, settings):
+        n = len(deviations)
+        ends = np.tile([0.0, 1.0], (n, 1))
+        accuracy = Accuracy(settings.rtol, 0.1, 2000)
+        system = System(relaxing, np.array([1e-6]))
+        found = integrate(system, ends[:, :1], deviations, ends, accuracy)
+        return Outcome(found.states[:, -1], found.status, found.steps)
+
+@compiled(rates_signature)
+def beside(moment, y, p, out):
+    x, turns = rows(y), rows(moment)[0] / 0.137
+    write(out, 0, (-0.1 * x[0], np.where(turns - np.floor(turns) < 0.07, 1e4, 0.0)))
+
+class Beside(Model):
+    name, title, settings = "beside", "pushes of what is no response", Settings
+    def describe(self, settings):
+        d, end = Contributor("d", "1", "d"), Response("end", "1", shown="1")
+        return Description((d,), (end,))
+    def evaluate(self, deviations, settings):
+        n = len(deviations)
+        ends = np.tile([0.0, 20.0], (n, 1))
+        accuracy = Accuracy(settings.rtol, 0.1)
+        starts = np.hstack([1.0 + deviations, 0.0 * deviations])
+        system = System(beside, np.array([1.0, 1.0]))
+        found = integrate(system, starts, deviations, ends, accuracy)
+        return Outcome(found.states[:, -1, :1], found.status, found.steps)
 """
 
 
@@ -93,6 +126,15 @@ def test_where_an_integration_ends(call, tmp_path):
     assert "ended at 0.5 s by the error of state 2 of 2" in found
 
 
+def test_a_run_that_stops_says_that_the_equations_are_stiff(call, tmp_path):
+    (tmp_path / "stiff.toml").write_text(
+        'model = "stiff"\ntrials = 4\nseed = 1\n[deviations]\na = "+-1 mm"\n'
+    )
+    said = call("run", "stiff.toml", "--machine", "bad.py:Stiff", code=1)
+    assert "all trials of the first block fail (4; too many steps)" in said
+    assert "The equations are stiff: state 1 relaxes at 1e+06 1/s" in said
+
+
 def test_of_a_new_model_and_a_study(call, tmp_path):
     call("new", "--model", "crank.py")
     found = call("doctor", "crank.py:Crank")
@@ -120,6 +162,13 @@ def test_an_event_that_steps_miss(call, tmp_path, name, limit):
     said = call("doctor", "study.toml", *machine, code=1)
     assert "would leave end undecided" in said and "stiff" not in said
     assert "evaluated a third time" in said or "evaluated again moved" in said
+
+
+def test_a_jump_that_the_response_does_not_see_leaves_it_undecided_too(call, tmp_path):
+    """As in the report of a run."""
+    (tmp_path / "study.toml").write_text(STUDY.format("beside", "", "<= 2"))
+    said = call("doctor", "study.toml", "--machine", "bad.py:Beside", code=1)
+    assert "would leave end undecided: rates jump inside steps" in said
 
 
 def test_smooth_equations_are_healthy(call, tmp_path):

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.conftest import ROOT
+from tolstat.execution.diagnostics.kinks import surveyed
 from tolstat.integrator.examination import examine
 from tolstat.integrator.integrate import observed
 from tolstat.integrator.residual import largest_residual
@@ -20,6 +22,7 @@ from tolstat.moving import (
     rows,
     write,
 )
+from tolstat.study.study import load
 
 ENDS = np.array([[0.0, 2.0]])
 
@@ -69,6 +72,15 @@ def pushed(moment, y, p, out):
     t, width = rows(moment)[0], rows(p)[0]
     on = (t > 1.0) & (t < 1.0 + width)
     write(out, 0, (np.where(on, 1.0 / width, 0.0),))
+
+
+@compiled(rates_signature)
+def pushed_follower(moment, y, p, out):
+    """The push moves the first state; the second one relaxes to it at 1e4 1/s."""
+    t, width, s = rows(moment)[0], rows(p)[0], rows(y)
+    on = (t > 1.0) & (t < 1.0 + width)
+    push = np.where(on, 1.0 / width, 0.0)
+    write(out, 0, (push - 0.1 * s[1], 1e4 * (s[0] - s[1]), 1e4))
 
 
 def integrated(system, start, parameters, accuracy, end=2.0):
@@ -184,3 +196,19 @@ def test_a_push_inside_a_step_is_seen_by_the_survey():
     plain = integrate(system, starts, parameters, ends, Accuracy(1e-6, 2.0))
     np.testing.assert_array_equal(plain.states, solution.states)
     assert plain.survey.shape == (64, 0, 3)
+
+
+def test_the_stand_jumps_over_nothing_and_a_push_beside_a_damped_state_is_seen():
+    study = load(ROOT / "runs" / "khpt75.toml")
+    for speed in (7.5, 15.0):
+        settings = replace(study.settings, crank_speed=speed)
+        seen = surveyed(study.model, study.deviations()[:32], settings)
+        residual = largest_residual(seen)
+        assert seen[0].system.damped and not residual.kinked
+    system = System(pushed_follower, np.array([1.0, 1.0]), damped=(1,))
+    ends, accuracy = np.tile([0.0, 2.0], (64, 1)), Accuracy(1e-3, 0.3)
+    for width, kinked in ((2e-4, True), (1e9, False)):
+        parameters = np.full((64, 1), width)
+        with observed(surveyed=True) as seen:
+            integrate(system, np.ones((64, 2)), parameters, ends, accuracy)
+        assert largest_residual(seen).kinked == kinked

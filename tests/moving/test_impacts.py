@@ -136,3 +136,5 @@ def test_a_wrong_impact_is_a_sentence():
             (Ball,),
             {"motion": lambda s, t, y, p: motion(s, t, y, p, lambda y: t > 1.0, "v")},
         )
+    with pytest.raises(ModelError, match="impact needs states and their values"):
+        type("Tried", (Ball,), {"motion": lambda s, t, y, p: impact(y.h < 0.0)})

@@ -10,6 +10,7 @@ import tolstat
 from tests.moving.gallery import errors, model_of
 from tolstat import setting
 from tolstat.errors import ModelError
+from tolstat.execution.diagnostics.kinks import kinks_of
 from tolstat.moving import Motion, Part, Response, State, ends, held, memory, sampled
 
 SLIDING = (
@@ -269,6 +270,24 @@ def test_lanes_never_mix_and_sizes_do_not_depend_on_trials():
     for i in (0, 5, 10):
         alone = tolstat.evaluate(model, {k: d[i] for k, d in deviations.items()})
         assert together.iloc[i].tolist() == alone.iloc[0].tolist()
+
+
+def test_what_finds_the_sizes_is_no_integration_of_a_trial():
+    """Its longer steps would miss pushes that those of trials meet."""
+
+    class Pushes(Motion):
+        lasts = 2.0
+        x = State("1", start=1.0)
+        width = Part(0.03, "1")
+        T = Part(1.0, "s")
+        end = Response.end("1")
+
+        def motion(self, t, y, p):
+            s = np.sin(60.0 * t) / p.width
+            return {"x": (np.exp(-s * s) - y.x) / p.T, "end": y.x}
+
+    settings = Pushes.settings(max_step=2e-4)
+    assert kinks_of(Pushes(), settings) == ()
 
 
 def test_data_count_in_the_digest():

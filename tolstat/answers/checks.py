@@ -35,6 +35,8 @@ from tolstat.integrator.examination import (
     examine,
 )
 from tolstat.integrator.integrate import observed
+from tolstat.integrator.problem import Residual
+from tolstat.integrator.residual import largest_residual
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, simulate
 from tolstat.model.contract import Answers, Model
@@ -189,7 +191,7 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
         states = _states(examination)
     else:
         facts["equations"] = "none are integrated"
-    warnings = _audit(model, settings, deviations, limits)
+    warnings = _audit(model, settings, deviations, limits, largest_residual(seen))
     parts = blocks.shown(
         blocks.Paragraph(text(model.title), "lead"),
         blocks.Facts(tuple((name, text(fact)) for name, fact in facts.items())),
@@ -201,11 +203,16 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
 
 
 def _audit(
-    model: Model, settings: Any, rows: Array, limits: Mapping[str, Limit]
+    model: Model,
+    settings: Any,
+    rows: Array,
+    limits: Mapping[str, Limit],
+    residual: Residual | None,
 ) -> list[Parts]:
     """Return why an audit of these trials would fail; empty if it would not.
 
-    The trials are evaluated again, and a third time, as an audit does it.
+    The trials are evaluated again, and a third time, as an audit does it. `residual` is
+    that of their steps.
     """
     tight, tightest = (finer(model, settings, times) for times in (1, 2))
     if tight is None or not model.integrates:
@@ -224,11 +231,12 @@ def _audit(
             continue
         usual, precise, most = (answers[:, column] for answers in levels)
         audited = AuditedResponse(
-            usual, limit.permitted, trials, precise, ~none, none, trials, most
-        )
+            usual, limit.permitted, trials, precise, ~none, none, trials, most,
+            residual.of_rtol if residual else 0.0,
+        )  # fmt: skip
         fails = audited.irregular.any()
         if limits:  # a verdict depends on more
-            fails |= audited.unsettled.any() or audited.dominant
+            fails |= audited.unsettled.any() or audited.dominant or audited.jumped_over
         else:  # a residual has no size of its own
             alike = sizes[[other.unit == response.unit for other in responses]]
             errors = np.nan_to_num(audited.errors)

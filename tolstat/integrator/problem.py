@@ -207,7 +207,7 @@ class Solution(NamedTuple):
 class Residual(NamedTuple):
     """The largest difference of rates and dense output, over step and scale."""
 
-    of_rtol: float
+    of_rtol: float  # a tenth of it with damped states, see `largest_residual`
     time: float  # s
     row: int  # number of the state, from 0; behind them those of quadratures
     states: int
@@ -226,8 +226,8 @@ class Residual(NamedTuple):
             name = f"quadrature {number - self.states}"
         return (
             f"The rates bend or jump inside steps: at {self.time:.6g} s, {name} is "
-            f"{self.of_rtol:.2g} rtol off its rate. Give what bends or jumps there a "
-            "crossing, or a mark."
+            f"at least {self.of_rtol:.2g} rtol off its rate. Give what bends or jumps "
+            "there a crossing, or a mark."
         )
 
 

@@ -55,7 +55,7 @@ def stiffness_of(integration: Integration) -> Stiffness:
         samples=times,
     ).history[0]
     passed = np.isfinite(history).all(axis=1)
-    step = (end - first) / max(int(solution.steps[trial]), 1)
+    step = float(end - first) / max(int(solution.steps[trial]), 1)
     times, history = times[passed], history[passed]
     if not len(times) or not step > 0.0:
         return Stiffness(0.0, 0.0, 0)

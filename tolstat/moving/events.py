@@ -54,7 +54,7 @@ def _current() -> Tracing:
     current = tracing.get()
     if current is None:
         raise ModelError(
-            "moving.held, memory, impact and ends work inside `motion` alone"
+            "moving.held, sampled, memory, impact and ends work inside `motion` alone"
         )
     return current
 
@@ -124,6 +124,10 @@ def impact(condition: Any, **after: Any) -> None:
     """
     current = _current()
     quantity = _falling("impact", condition)
+    if not after:
+        raise current.graph.fault(
+            "moving.impact needs states and their values, such as v=-p.e * y.v"
+        )
     values = {name: current.graph.number(value) for name, value in after.items()}
     below = current.state(0.0).args[0]
     current.impacts.append(Impact(quantity, condition, values, below))

@@ -6,7 +6,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.integrator.examination import proposed_scale
-from tolstat.integrator.integrate import integrate
+from tolstat.integrator.integrate import integrate, observed
 from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.slope import slope
 from tolstat.moving.equations import Equations
@@ -49,7 +49,8 @@ def sizes_of(
         scale = np.where(typed, scale, proposed)
     times = np.linspace(marks[0, 0], marks[0, -1], POINTS)
     system = equations.system(scale, [])
-    history = integrate(system, *block, SIZING, samples=times).history[0]
+    with observed():  # hidden from a survey of trials, which it is not
+        history = integrate(system, *block, SIZING, samples=times).history[0]
     largest = np.nanmax(np.abs(history), axis=0, initial=0.0)
     for size in _sizes_of_responses(equations, times, history, values):
         scale = np.minimum(scale, np.maximum(size, LEAST * largest))
