@@ -70,9 +70,10 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     limits = {name: x.limited for name, x in summaries.items() if x.limited}
     wrong = decided_by_errors(limits, errors)
     for name in causes:
-        if none := _no_cause(limits[name], jumps=name in clusters, wrong=name in wrong):
+        limited, jumps = limits.get(name), name in clusters
+        if none := _no_cause(limited, jumps=jumps, wrong=name in wrong):
             causes[name] = causes[name]._replace(reason=none, named=())
-        if name in clusters:
+        if jumps:
             causes[name] = causes[name]._replace(needed=0)
     responses = {
         name: ResponseSummary(
@@ -99,7 +100,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     )
 
 
-def _no_cause(limited: Limited, *, jumps: bool, wrong: bool) -> NoCause | None:
+def _no_cause(limited: Limited | None, *, jumps: bool, wrong: bool) -> NoCause | None:
     """Return why no contributor may be named as a cause; None if one may.
 
     What is wrong has no cause among the parts.
@@ -108,7 +109,7 @@ def _no_cause(limited: Limited, *, jumps: bool, wrong: bool) -> NoCause | None:
         return NoCause.JUMPS
     if wrong:
         return NoCause.INTEGRATION_ERROR
-    if limited.yields.reason == Caveat.FEW_PARTS:
+    if limited and limited.yields.reason == Caveat.FEW_PARTS:
         return NoCause.FEW_PARTS
     return None
 
