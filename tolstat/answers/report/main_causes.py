@@ -5,7 +5,6 @@ from collections.abc import Callable, Container, Sequence
 from itertools import chain
 from typing import Any
 
-from tolstat.answers.remedy.changed_entries import fixed_contributors
 from tolstat.answers.report.report_answer import NoCause
 from tolstat.answers.report.response_summary import (
     Cause,
@@ -60,7 +59,8 @@ def main_causes(drawn: Drawn) -> dict[str, Causes]:
         }
     effects = effects_of(out, run.assumed, run.diagnostics.slopes, run.contributors)
     candidates = named_causes(drawn.deviating(ran), out, effects)
-    fixed = fixed_contributors(run)
+    named = any(causes.parts or causes.pairs for causes in candidates.values())
+    fixed = _fixed(run) if named else frozenset[str]()
     return {
         name: _causes(run, name, trials, candidates[name], fixed)
         for name, trials in out.items()
@@ -122,6 +122,12 @@ def _causes(
     elif count > MOST * trials:
         reason = NoCause.MOST_OUT
     return Causes(count, reason, needed, tuple(named), contributors, kinds)
+
+
+def _fixed(run: Run) -> frozenset[str]:
+    from tolstat.answers.remedy.changed_entries import fixed_contributors  # seldom used
+
+    return fixed_contributors(run)
 
 
 def _in_words(cause: Named | Together, kind: str, fixed: Container[str]) -> str:
