@@ -1,7 +1,6 @@
 """A remedy in words."""
 
-from tolstat.answers.cells import ppm
-from tolstat.answers.parts.parts_section import tolerance_words
+from tolstat.answers.cells import ppm, tolerance_words
 from tolstat.answers.remedy.remedy_finding import (
     EntryChange,
     Evidence,
@@ -11,7 +10,6 @@ from tolstat.answers.remedy.remedy_finding import (
 )
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
-from tolstat.statistics.capability import Tolerance
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import KNOWN, PER_CENT, figures
 
@@ -100,12 +98,7 @@ def _unavoidable(run: Run, rest: Unavoidable) -> Parts:
         for name, share in rest.causes.items()
     ]
     options = [
-        text(
-            "widen ",
-            Name(name),
-            " to ",
-            tolerance_words(Tolerance(*ends), run.scales[name]),
-        )
+        text("widen ", Name(name), " to ", tolerance_words(ends, run.scales[name]))
         for name, ends in rest.limits.items()
     ]
     widen = [listed(options)] if options else []
