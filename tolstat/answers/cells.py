@@ -186,3 +186,18 @@ def summary_cells(summary: Summary, scale: Scale, whose: str = "") -> Cells:
         cells[f"Pp by {method}"] = Number(pp)
     named = {f"{whose}{head}": cell for head, cell in cells.items()}
     return number_cells(summary, scale, whose) | named
+
+
+def tolerance_words(tolerance: tuple[float, float], scale: Scale) -> str:
+    """Return permitted values, SI, as a limit is written."""
+    lower, upper = (scale.number(end) for end in tolerance)
+    match [math.isfinite(end) for end in tolerance]:
+        case [True, True]:
+            words = f"{lower}..{upper}"
+        case [True, False]:
+            words = f">= {lower}"
+        case [False, True]:
+            words = f"<= {upper}"
+        case _:
+            return ""
+    return f"{words} {scale.mark}".strip()

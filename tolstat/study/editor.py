@@ -97,14 +97,13 @@ class StudyEditor:
             members = expand(name, [*self.parts])
             yield WrittenEntry("deviations", name, keys_of(entry), members)
 
-    def entry_of(self, member: str, *, nominal: bool = False) -> WrittenEntry:
-        """Return the entry of a contributor; the one that has its nominal value."""
-        return self._entries_of([member], nominal=nominal)[member]
-
-    def _entries_of(
-        self, members: Sequence[str], *, nominal: bool
+    def entries_of(
+        self, members: Sequence[str], *, nominal: bool = False
     ) -> dict[str, WrittenEntry]:
-        """Return the entries of contributors, by contributor; see `entry_of`."""
+        """Return the entries of contributors, by contributor.
+
+        With `nominal` those that have their nominal values, else their deviations.
+        """
         entries = () if nominal else self.entries()
         written = {member: entry for entry in entries for member in entry.members}
         links = self.links
@@ -134,7 +133,7 @@ class StudyEditor:
         nominal = self.is_size(name, change)
         changed = dict[str, WrittenEntry]()
         members = expand(name, [*self.parts])
-        entries = self._entries_of(members, nominal=nominal)
+        entries = self.entries_of(members, nominal=nominal)
         for member in members:
             entry = entries[member]
             keys = self._keys(entry.keys, change, self.parts[member])

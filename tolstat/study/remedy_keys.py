@@ -5,20 +5,20 @@ from typing import Any
 
 from tolstat.errors import DistributionError
 from tolstat.model.description import Contributor
-from tolstat.study.distribution_entry import FIXED, STEP
+from tolstat.study.distribution_entry import FIXED, STEP, WITHOUT
 from tolstat.units.grammar import quantity
+from tolstat.units.scale import scale_of
 
 CHANGEABLE = ("m", "rad", "kg")  # units that a drawing has: others are conditions
-WITHOUT_TOLERANCE = ("data", "parts", "value")
 
 
 def is_fixed(keys: Mapping[str, Any], part: Contributor) -> bool:
     """Return whether no remedy may change an entry.
 
-    If it does not say so itself: measured parts are fixed, and what is no length, angle
-    or mass and has no cost.
+    What has no tolerance is fixed. If an entry does not say it itself, so is what is no
+    length, angle or mass and has no cost.
     """
-    if any(key in keys for key in WITHOUT_TOLERANCE):
+    if any(key in keys for key in WITHOUT):
         return True
     changeable = part.unit in CHANGEABLE or "cost" in keys
     return bool(keys.get(FIXED, not changeable))
@@ -42,7 +42,7 @@ def check_remedy_keys(
     fixed, step = keys.get(FIXED, True), keys.get(STEP)
     if not isinstance(fixed, bool):
         raise DistributionError("fixed: true or false is expected")
-    kept = [key for key in WITHOUT_TOLERANCE if key in keys]
+    kept = [key for key in WITHOUT if key in keys]
     if kept and (not fixed or STEP in keys):
         wrong = STEP if STEP in keys else FIXED
         raise DistributionError(
@@ -59,4 +59,8 @@ def check_remedy_keys(
         raise DistributionError('step: a text such as "0.01 mm" is expected')
     for part in parts.values():
         if not quantity(step, part.unit) > 0:
-            raise DistributionError("step: a length above 0 is expected, as 0.01 mm")
+            mark = scale_of(part.unit, part.shown).mark
+            example = f"0.01 {mark}".strip()
+            raise DistributionError(
+                f'step: a value above 0 is expected, such as "{example}"'
+            )

@@ -191,6 +191,21 @@ def test_what_is_fixed_stays_and_is_said_to_be(tmp_path):
     assert all("(fixed)" in words for words in fixed)
 
 
+def test_a_fixed_entry_that_would_only_move_is_not_said_to_be_tightened(tmp_path):
+    study = bought(housing={"fixed": True}, shaft={"fixed": True})
+    study["links"]["spacer"] = {"nominal": "5 mm", "tolerance": "+-0.1 mm"}
+    study["settings"] = {}
+    study["gaps"] = {
+        "gap": "housing - shaft - bearing_1 - bearing_2", "other": "spacer",
+    }  # fmt: skip
+    run = ran(study, tmp_path)
+    freed = remedy_of(run).unavoidable.freed
+    (housing,) = (change for change in freed if change.entry == "housing")
+    assert housing.tolerance == "" and housing.shift < -0.3e-3
+    (said, *_) = steps_of(tolstat.summary(run))
+    assert "move housing by -0.3" in said and "tighten housing" not in said
+
+
 def normal(x):
     return 0.5 * (1 + math.erf(x / math.sqrt(2)))
 

@@ -13,7 +13,7 @@ import pytest
 import tolstat
 from tests.answers.page_checks import words_in
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
-from tolstat.answers.report.report_answer import StepKind
+from tolstat.answers.report.report_answer import NoCause, StepKind
 from tolstat.answers.run_entries import stored_runs
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.status import Status
@@ -202,3 +202,15 @@ def test_an_error_that_is_visible_beside_sigma_is_said_without_a_limit():
     assert "Integration errors: force by up to" in words_in(*answer.document().blocks)
     study["settings"]["rtol"] = 0.04
     assert not tolstat.summary(tolstat.run(study, model=Rough())).warnings
+
+
+def test_a_limit_missed_with_visible_errors_has_no_remedy():
+    study = {
+        "model": "rough", "trials": 4000, "seed": 3, "settings": {"rtol": 0.075},
+        "deviations": {"part": "+-3 mm"}, "limits": {"force": "<= 11 N"},
+    }  # fmt: skip
+    found = tolstat.summary(tolstat.run(study, model=Rough(), progress=None)).findings
+    limit = found.limits["force"]
+    assert limit.verdict == "not met" and limit.no_cause is NoCause.INTEGRATION_ERROR
+    assert [step.kind for step in found.steps] == [StepKind.FINER_RUN]
+    assert found.remedy is None

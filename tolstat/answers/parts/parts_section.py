@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable
 
+from tolstat.answers.cells import tolerance_words
 from tolstat.answers.parts.judged_parts import (
     CoarseStep,
     Drift,
@@ -28,7 +29,6 @@ from tolstat.document.inline import (
     say,
     text,
 )
-from tolstat.statistics.capability import Tolerance
 from tolstat.units.scale import AS_IS, PART, PER_CENT, Scale
 
 LISTED = 5  # parts that are named
@@ -82,21 +82,6 @@ def parts_section(
         Section("", (blocks.Gallery(figures_of(name, part)),), page_only=True),
     )
     return blocks.section(name, *content, anchor=anchor, level=level)
-
-
-def tolerance_words(tolerance: Tolerance, scale: Scale) -> str:
-    """Return a tolerance as a limit is written."""
-    lower, upper = (scale.number(end) for end in tolerance)
-    match [math.isfinite(end) for end in tolerance]:
-        case [True, True]:
-            words = f"{lower}..{upper}"
-        case [True, False]:
-            words = f">= {lower}"
-        case [False, True]:
-            words = f"<= {upper}"
-        case _:
-            return ""
-    return f"{words} {scale.mark}".strip()
 
 
 def _lots(part: JudgedParts) -> blocks.Table:

@@ -1,11 +1,10 @@
 """What a remedy may change in the study of a run, and its entries after a change."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from tolstat.model.description import Contributor
 from tolstat.statistics.remedies.change import Change, Design, drawing_step
 from tolstat.store.assumed import is_turn
 from tolstat.store.stored_run import Run
@@ -33,21 +32,20 @@ class ChangeableEntries(NamedTuple):
 
 def changeable_entries(run: Run) -> ChangeableEntries:
     """Return the entries of a run whose parts deviate, and what of them is free."""
-    editor = StudyEditor(run.study.table, run.contributors)
+    written = _Written(run)
     groups = dict[str, list[str]]()
     for name, assumed in run.assumed.items():
         if assumed.tolerance.half > 0:
             groups.setdefault(assumed.entry, []).append(name)
-    steps, movable, fixed = list[float](), list[bool](), fixed_contributors(run)
+    steps, movable = list[float](), list[bool]()
     for members in groups.values():
         first = members[0]
-        keys, part = editor.entry_of(first).keys, editor.parts[first]
-        factor = run.scales[first].factor
-        step = step_of(keys, part) or drawing_step(_half(run, members), factor)
-        steps.append(step)
+        part, factor = written.parts[first], run.scales[first].factor
+        step = step_of(written.keys(first), part)
+        steps.append(step or drawing_step(_half(run, members), factor))
         movable.append(part.gear is None)
     idle = (x for x in groups.values() if {*x} <= {*run.diagnostics.idle})
-    stays = fixed.union(*idle)
+    stays = written.fixed.union(*idle)
     names = tuple(groups)
     entries = np.repeat(np.arange(len(names)), [len(x) for x in groups.values()])
     columns = [name for members in groups.values() for name in members]
@@ -62,20 +60,7 @@ def changeable_entries(run: Run) -> ChangeableEntries:
 
 def fixed_contributors(run: Run) -> frozenset[str]:
     """Return the contributors that no remedy may change."""
-    editor = StudyEditor(run.study.table, run.contributors)
-    keys = {name: entry.keys for entry in editor.entries() for name in entry.members}
-    return frozenset(
-        name
-        for name in run.assumed
-        if _stays(run, name, keys.get(name, {}), editor.parts[name])
-    )
-
-
-def _stays(run: Run, name: str, keys: Mapping[str, object], part: Contributor) -> bool:
-    """Return whether a contributor is fixed, or deviates by a full turn."""
-    assumed = run.assumed[name]
-    turns = is_turn(run.units[name], assumed.tolerance)
-    return is_fixed(keys, part) or turns or not assumed.has_tolerance
+    return _Written(run).fixed
 
 
 def _half(run: Run, members: list[str]) -> float:
@@ -90,12 +75,12 @@ def changed_entries(
     A link that is only shifted gets another nominal, an entry with `nominal_shift`
     another one of that; any other tolerance is written as it lies then.
     """
-    editor, design = StudyEditor(run.study.table, run.contributors), entries.design
+    written, design = _Written(run), entries.design
     changed = dict[str, Entry]()
     for i in sorted({*change.shifted.tolist(), *change.tightened.tolist()}):
         shift, ratio = float(change.shift[i] * design.halves[i]), float(change.ratio[i])
         new = {
-            member: _changed(run, editor, member, shift=shift, ratio=ratio)
+            member: written.changed(member, shift=shift, ratio=ratio)
             for member in entries.members[i]
         }
         changed |= together(entries.names[i], new)
@@ -111,22 +96,44 @@ def typed_tolerance(
     return typed(zone, run.scales[member], DeviationReader(part))
 
 
-def _changed(
-    run: Run, editor: StudyEditor, member: str, *, shift: float, ratio: float
-) -> Entry:
-    assumed, scale = run.assumed[member], run.scales[member]
-    reader = DeviationReader(editor.parts[member])
-    keys = editor.entry_of(member).keys
-    if "nominal_shift" in keys and shift:
-        by = typed(assumed.nominal_shift + shift, scale, reader)
-        zone = typed_tolerance(run, member, ratio)
-        new = editor.changed(member, zone)[member].keys if ratio < 1 else keys
-        return {k: new[k] for k in new if k != NOMINAL} | {"nominal_shift": by}
-    if shift and ratio == 1 and member in editor.links:
-        size = editor.entry_of(member, nominal=True).keys[NOMINAL]
-        nominal = scale.factor * (quantity(str(size), scale.unit) + shift)
-        return {NOMINAL: f"{nominal:.10g} {scale.mark}".strip()}
-    return typed_tolerance(run, member, ratio, shift=shift)
+class _Written:
+    """The entries of the study of a run, read once for all contributors."""
+
+    def __init__(self, run: Run) -> None:
+        self.run, self.editor = run, StudyEditor(run.study.table, run.contributors)
+        self.parts, self.links = self.editor.parts, self.editor.links
+        self._entries = self.editor.entries_of([*run.assumed])
+
+    def keys(self, name: str) -> Mapping[str, Any]:
+        """Return the keys of the entry of a contributor."""
+        return self._entries[name].keys
+
+    @property
+    def fixed(self) -> frozenset[str]:
+        """The contributors that are fixed, or deviate by a full turn."""
+        return frozenset(
+            name
+            for name, assumed in self.run.assumed.items()
+            if is_fixed(self.keys(name), self.parts[name])
+            or is_turn(self.run.units[name], assumed.tolerance)
+            or not assumed.has_tolerance
+        )
+
+    def changed(self, member: str, *, shift: float, ratio: float) -> Entry:
+        """Return the entry of a contributor after a change."""
+        run, keys = self.run, self.keys(member)
+        assumed, scale = run.assumed[member], run.scales[member]
+        if "nominal_shift" in keys and shift:
+            reader = DeviationReader(self.parts[member])
+            by = typed(assumed.nominal_shift + shift, scale, reader)
+            zone = typed_tolerance(run, member, ratio)
+            new = self.editor.changed(member, zone)[member].keys if ratio < 1 else keys
+            return {k: new[k] for k in new if k != NOMINAL} | {"nominal_shift": by}
+        if shift and ratio == 1 and member in self.links:
+            size = self.links[member][NOMINAL]
+            nominal = scale.factor * (quantity(str(size), scale.unit) + shift)
+            return {NOMINAL: f"{nominal:.10g} {scale.mark}".strip()}
+        return typed_tolerance(run, member, ratio, shift=shift)
 
 
 def worded_entries(entries: Mapping[str, Entry]) -> dict[str, str]:

@@ -17,7 +17,6 @@ from tolstat.answers.remedy.changed_entries import (
 from tolstat.answers.remedy.remedy_finding import (
     EntryChange,
     Evidence,
-    FreedEntry,
     RemedyFinding,
     RemedyStep,
     Unavoidable,
@@ -119,7 +118,7 @@ class _Search:
         if tried is not None and tried.improves:
             found = [*self._steps(tried, before)]
         elif (tried := self._by_weights(before)) is not None:
-            changes = self._changes(tried.change)
+            changes = _changes(self.run, self.entries, tried.change)
             pair = before.joint.complement, tried.after.joint.complement
             found = [RemedyStep(changes, *pair)]
         else:
@@ -194,7 +193,7 @@ class _Search:
             last = number == len(found)  # as proved
             new = tried.after.joint if last else step.after.joint
             pair = after.complement, new.complement
-            yield RemedyStep(self._changes(step.change), *pair)
+            yield RemedyStep(_changes(self.run, self.entries, step.change), *pair)
             after = new
 
     def _quick_study(self) -> Study | None:
@@ -209,19 +208,6 @@ class _Search:
         seconds = float(run.times.get("seconds", np.inf)) / max(run.ended, 1)
         most = QUICK_INTEGRATED if study.model.integrates else QUICK
         return study if seconds * FRESH_TRIALS <= most else None
-
-    def _changes(self, change: Change) -> tuple[EntryChange, ...]:
-        halves = self.entries.design.halves
-        return tuple(
-            EntryChange(
-                self.entries.names[i], self.entries.members[i],
-                shift=float(change.shift[i] * halves[i]),
-                tolerance=typed_tolerance(
-                    self.run, self.entries.members[i][0], float(change.ratio[i])
-                ) if change.ratio[i] < 1 else "",
-            )
-            for i in sorted({*change.shifted.tolist(), *change.tightened.tolist()})
-        )  # fmt: skip
 
 
 class _FreshTrials:
@@ -278,11 +264,27 @@ def _unavoidable(
             if (lower, upper) != tuple(limit.permitted)
         },
         tuple(
-            FreedEntry(
-                entries.names[x.entry],
-                members := entries.members[x.entry],
-                typed_tolerance(run, members[0], float(x.change.ratio[x.entry])),
-            )
-            for x in rest.freed
+            _entry_change(run, entries, freed.change, freed.entry)
+            for freed in rest.freed
         ),
+    )
+
+
+def _changes(
+    run: Run, entries: ChangeableEntries, change: Change
+) -> tuple[EntryChange, ...]:
+    chosen = sorted({*change.shifted.tolist(), *change.tightened.tolist()})
+    return tuple(_entry_change(run, entries, change, i) for i in chosen)
+
+
+def _entry_change(
+    run: Run, entries: ChangeableEntries, change: Change, entry: int
+) -> EntryChange:
+    """Return the change of one of the entries, by name."""
+    members, ratio = entries.members[entry], float(change.ratio[entry])
+    return EntryChange(
+        entries.names[entry],
+        members,
+        shift=float(change.shift[entry] * entries.design.halves[entry]),
+        tolerance=typed_tolerance(run, members[0], ratio) if ratio < 1 else "",
     )

@@ -31,21 +31,14 @@ class RemedyStep(NamedTuple):
     after: Estimate
 
 
-class FreedEntry(NamedTuple):
-    """A fixed entry that would meet all limits, were it free."""
-
-    entry: str
-    members: tuple[str, ...]
-    tolerance: str  # of the first member
-
-
 class Unavoidable(NamedTuple):
     """What stays out of limit if the free entries do not deviate at all."""
 
     share: Estimate  # out of any limit
     causes: Mapping[str, float]  # share of the variance, by fixed entry
     limits: Mapping[str, tuple[float, float]]  # wider ones that would be met
-    freed: tuple[FreedEntry, ...]
+    # changes of fixed entries, each of which would meet all limits, were it free
+    freed: tuple[EntryChange, ...]
 
 
 class RemedyFinding(NamedTuple):
@@ -55,7 +48,7 @@ class RemedyFinding(NamedTuple):
     evidence: Evidence = Evidence.PREDICTED
     trials: int = 0  # fresh ones that prove it
     met: bool = False  # all limits
-    # fraction out of each limit that is missed or gets worse: before, after
+    # fraction out of each limit: before, after
     limits: Mapping[str, tuple[Estimate, Estimate]] = {}
     entries: Mapping[str, str] = {}  # of [deviations], as what-if takes them
     unavoidable: Unavoidable | None = None

@@ -1,8 +1,6 @@
 """A remedy in words."""
 
-import math
-
-from tolstat.answers.cells import ppm
+from tolstat.answers.cells import ppm, tolerance_words
 from tolstat.answers.remedy.remedy_finding import (
     EntryChange,
     Evidence,
@@ -74,11 +72,14 @@ def _step(run: Run, step: RemedyStep) -> Parts:
 
 
 def _change(run: Run, change: EntryChange) -> Parts:
+    """Say where an entry moves, and how far it is tightened."""
+    scale, words = run.scales[change.members[0]], list[Parts]()
+    if change.shift:
+        by = f"{figures(scale.factor * change.shift, KNOWN)} {scale.mark}".strip()
+        words.append(say(f"move {{}} by {by}", Name(change.entry)))
     if change.tolerance:
-        return say(f"tighten {{}} to {change.tolerance}", Name(change.entry))
-    scale = run.scales[change.members[0]]
-    by = f"{figures(scale.factor * change.shift, KNOWN)} {scale.mark}".strip()
-    return say(f"move {{}} by {by}", Name(change.entry))
+        words.append(say(f"tighten {{}} to {change.tolerance}", Name(change.entry)))
+    return listed(words)
 
 
 def _worse(remedy: RemedyFinding) -> list[Parts]:
@@ -97,27 +98,15 @@ def _unavoidable(run: Run, rest: Unavoidable) -> Parts:
         for name, share in rest.causes.items()
     ]
     options = [
-        text("widen ", Name(name), f" to {_limit(run, name, ends)}")
+        text("widen ", Name(name), " to ", tolerance_words(ends, run.scales[name]))
         for name, ends in rest.limits.items()
     ]
     widen = [listed(options)] if options else []
-    tighten = [
-        text("tighten ", Name(freed.entry), f" to {freed.tolerance}")
-        for freed in rest.freed
-    ]
+    freed = [_change(run, change) for change in rest.freed]
     return text(
         say("No change of the free dimensions meets all limits: without their spread "
             "{} stay out of limit", ppm(rest.share)),
         text(", from ", listed(causes)) if causes else None, ".",
-        say(" What would help: {}.", listed([*widen, *tighten], "or"))
-        if widen or tighten else None,
+        say(" What would help: {}.", listed([*widen, *freed], "or"))
+        if widen or freed else None,
     )  # fmt: skip
-
-
-def _limit(run: Run, name: str, ends: tuple[float, float]) -> str:
-    scale = run.scales[name]
-    lower, upper = (scale.number(end) for end in ends)
-    mark = f" {scale.mark}" if scale.mark else ""
-    if math.isinf(ends[0]):
-        return f"<= {upper}{mark}"
-    return f">= {lower}{mark}" if math.isinf(ends[1]) else f"{lower}..{upper}{mark}"

@@ -24,12 +24,11 @@ from tolstat.answers.report.report_answer import (
 from tolstat.answers.report.report_warnings import (
     JumpWarning,
     ReportWarning,
-    with_visible_errors,
+    decided_by_errors,
 )
 from tolstat.answers.report.response_summary import ResponseSummary, by_what_decides
 from tolstat.answers.sampled_trials import Drawn, audited_of
 from tolstat.statistics.limits.yields import (
-    INTEGRATION_ERROR,
     MET,
     NOT_MET,
     Caveat,
@@ -49,23 +48,23 @@ def findings_of(
 ) -> Findings:
     """Return what is decided about the limits of a run of sampled trials."""
     run = drawn.run
-    limits = {
-        name: _limit_finding(responses[name], limited)
-        for name, limited in by_what_decides(responses).items()
-    }
-    remedy = _remedy(drawn, limits, warnings)
-    steps = _steps(run, responses, limits, remedy, warnings)
+    limited = by_what_decides(responses)
+    limits = {name: _limit_finding(responses[name], x) for name, x in limited.items()}
+    rough = decided_by_errors(limited, warnings)
+    jumps = [warning for warning in warnings if isinstance(warning, JumpWarning)]
+    remedy = None
+    if not rough and limits.keys().isdisjoint(jump.response for jump in jumps):
+        remedy = _remedy(drawn, limits)
+    steps = _steps(run, responses, limits, remedy, rough=rough, jumps=jumps)
     return Findings(limits, remedy, tuple(steps))
 
 
-def _remedy(
-    drawn: Drawn, limits: Limits, warnings: Sequence[ReportWarning]
-) -> RemedyFinding | None:
+def _remedy(drawn: Drawn, limits: Limits) -> RemedyFinding | None:
     """Return what meets all limits together; None where that is not known.
 
     Only more trials tell of limits that seem met, or missed by a few trials. And a run
-    that is not complete, too rough or jumps, or a search for trials out of limit, says
-    nothing about tolerances.
+    that is not complete, or a search for trials out of limit, says nothing about
+    tolerances.
     """
     run = drawn.run
     out_of = {name: np.count_nonzero(run.beyond(name)) for name in limits}
@@ -74,12 +73,7 @@ def _remedy(
         for name, limit in limits.items()
         if limit.verdict != MET and not limit.measured  # more parts come first
     )
-    rough = any(limit.reason == INTEGRATION_ERROR for limit in limits.values())
-    jumps = any(
-        isinstance(warning, JumpWarning) and warning.response in limits
-        for warning in warnings
-    )
-    if not missed or rough or jumps or run.aim or not run.complete:
+    if not missed or run.aim or not run.complete:
         return None
     from tolstat.answers.remedy.find_remedy import remedy_of  # of missed limits alone
 
@@ -117,24 +111,18 @@ def _steps(
     responses: Responses,
     limits: Limits,
     remedy: RemedyFinding | None,
-    warnings: Sequence[ReportWarning],
+    *,
+    rough: Sequence[str],
+    jumps: Sequence[JumpWarning],
 ) -> Iterator[Step]:
     """Yield the next steps, the first one first."""
     if not run.complete:
         kind = StepKind.FINISH if run.ended == run.trials else StepKind.RESUME
         yield Step(kind, commands=(to_resume(run.path, run.machine),))
         return
-    visible = with_visible_errors(warnings)
-    rough = [
-        name
-        for name, limit in limits.items()
-        if limit.reason == INTEGRATION_ERROR
-        or (limit.verdict != MET and name in visible)
-    ]
     if finer := finer_run(run, rough):
         yield finer  # the other numbers are of the rough run, too
         return
-    jumps = [each for each in warnings if isinstance(each, JumpWarning)]
     for jump in sorted(jumps, key=lambda jump: not jump.clusters.turn):
         turn = jump.clusters.turn
         kind = StepKind.MEND_FORMULA if turn else StepKind.CHECK_FORMULA

@@ -22,9 +22,10 @@ from tolstat.answers.report.main_causes import (
 )
 from tolstat.answers.report.report_answer import NoCause, Report, RunSummary
 from tolstat.answers.report.report_warnings import (
+    VerdictWarning,
+    decided_by_errors,
     jumping,
     warnings_of,
-    with_visible_errors,
 )
 from tolstat.answers.report.response_summary import (
     ReportedResponse,
@@ -42,7 +43,7 @@ from tolstat.answers.report.summaries import (
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.errors import QuestionError
 from tolstat.statistics.intervals.shortest import shortest_interval
-from tolstat.statistics.limits.yields import INTEGRATION_ERROR, MET, Caveat
+from tolstat.statistics.limits.yields import Caveat
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sample import quantiles_at
 from tolstat.statistics.sensitivity import linear
@@ -66,17 +67,13 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         contributions, members = shares.result()
     clusters = jumping(run, drawn.trials_done, dict.fromkeys([*run.limits, *focus]))
     errors = tuple(integration_warnings(drawn, summaries))
-    visible = with_visible_errors(errors)
-    rough = False
+    limits = {name: x.limited for name, x in summaries.items() if x.limited}
+    wrong = decided_by_errors(limits, errors)
     for name in causes:
-        limited = summaries[name].limited
-        undecided = limited and limited.yields.reason == INTEGRATION_ERROR
-        rough |= bool(undecided)
-        unmet = limited and limited.yields.verdict != MET
-        wrong = bool(undecided or (unmet and name in visible))
-        if none := _no_cause(limited, jumps=name in clusters, wrong=wrong):
+        limited, jumps = limits.get(name), name in clusters
+        if none := _no_cause(limited, jumps=jumps, wrong=name in wrong):
             causes[name] = causes[name]._replace(reason=none, named=())
-        if name in clusters:
+        if jumps:
             causes[name] = causes[name]._replace(needed=0)
     responses = {
         name: ResponseSummary(
@@ -87,9 +84,10 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         )
         for name, described in summaries.items()
     }
+    unsettled = any(isinstance(warning, VerdictWarning) for warning in errors)
     warnings = (
         *errors,
-        *warnings_of(drawn, clusters, unsettled=rough),
+        *warnings_of(drawn, clusters, unsettled=unsettled),
     )
     return RunSummary(
         **run_answer.fields_of(run, trial_counts(drawn)),

@@ -13,6 +13,7 @@ from tolstat.answers.report.response_summary import (
     SobolIndices,
 )
 from tolstat.answers.sampled_trials import Drawn
+from tolstat.arrays import Truths
 from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import Estimate, without_interval
 from tolstat.statistics.intervals.as_sampled import HEAVY
@@ -58,16 +59,23 @@ def main_causes(drawn: Drawn) -> dict[str, Causes]:
         }
     effects = effects_of(out, run.assumed, run.diagnostics.slopes, run.contributors)
     candidates = named_causes(drawn.deviating(ran), out, effects)
+    named = any(causes.parts or causes.pairs for causes in candidates.values())
+    fixed = _fixed(run) if named else frozenset[str]()
     return {
-        name: _causes(run, name, int(trials.sum()), len(trials), candidates[name])
+        name: _causes(run, name, trials, candidates[name], fixed)
         for name, trials in out.items()
     }
 
 
 def _causes(
-    run: Run, response: str, count: int, trials: int, candidates: NamedCauses
+    run: Run,
+    response: str,
+    out: Truths,
+    candidates: NamedCauses,
+    fixed: frozenset[str],
 ) -> Causes:
     """Return the causes among contributors, equivalent parts and pairs."""
+    count, trials = int(out.sum()), len(out)
     missing = run.diagnostics.missing or "not stored in this run"
     unknown = Halved(Estimate(math.nan, reason=missing), 0)
     stored = run.diagnostics.halved.get(response, {})
@@ -90,7 +98,6 @@ def _causes(
         *(part for part in candidates.parts if part.members not in together),
         *(pair for pair in candidates.pairs if pair.far.value <= pair.single),
     ]
-    fixed = _fixed(run) if ordered else frozenset[str]()
     named = [
         NamedCause(
             _in_words(cause, of_kind.get(cause.members, ""), fixed), cause.members,
@@ -118,7 +125,7 @@ def _causes(
 
 
 def _fixed(run: Run) -> frozenset[str]:
-    from tolstat.answers.remedy.changed_entries import fixed_contributors
+    from tolstat.answers.remedy.changed_entries import fixed_contributors  # seldom used
 
     return fixed_contributors(run)
 

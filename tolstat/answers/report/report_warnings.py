@@ -14,7 +14,12 @@ from tolstat.arrays import Array, Integers
 from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import Movement
-from tolstat.statistics.limits.yields import PartsUncertainty
+from tolstat.statistics.limits.yields import (
+    INTEGRATION_ERROR,
+    MET,
+    PartsUncertainty,
+)
+from tolstat.statistics.summary import Limited
 from tolstat.store.run_records import Residual
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
@@ -136,18 +141,26 @@ ReportWarning = (
 )
 
 
-def with_visible_errors(warnings: Iterable[ReportWarning]) -> set[str]:
-    """Return the responses whose integration errors exceed intervals or a tenth sigma.
+def decided_by_errors(
+    limits: Mapping[str, Limited], warnings: Iterable[ReportWarning]
+) -> list[str]:
+    """Return the limited responses that integration errors decide.
 
-    No tolerance explains what errors decide.
+    Their verdict is undecided by errors, or the limit is not met and errors exceed an
+    interval or a tenth of sigma. No tolerance explains these.
     """
-    names = set[str]()
+    visible = set[str]()
     for warning in warnings:
         if isinstance(warning, NumbersWarning):
-            names.add(warning.response)
+            visible.add(warning.response)
         elif isinstance(warning, ErrorsWarning):
-            names |= {*warning.responses}
-    return names
+            visible |= {*warning.responses}
+    return [
+        name
+        for name, limited in limits.items()
+        if limited.yields.reason == INTEGRATION_ERROR
+        or (limited.yields.verdict != MET and name in visible)
+    ]
 
 
 def jumping(

@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
-import numpy as np
-
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import WORST_FIRST
 from tolstat.statistics.point_mass import PointMass
@@ -19,7 +17,6 @@ from tolstat.store.run_records import WorstCase
 from tolstat.units.scale import Scale, share_words
 
 T = TypeVar("T")
-MOST_OF_VARIANCE = 0.9
 NEGLIGIBLE = 1e-3  # of the distance to the limit: a smaller range is not analysed
 
 
@@ -206,15 +203,6 @@ class ResponseSummary(DescribedResponse):
         clear = {n: x for n, x in shares.items() if x.value > 0 and not x.lower <= 0}
         name = max(clear, key=lambda name: clear[name].value, default="")
         return (name, clear[name]) if name else None
-
-    @property
-    def most_of_variance(self) -> list[str]:
-        """The fewest contributors that make nine tenths of the variance."""
-        shares = self.contributions.first_order if self.contributions else {}
-        values = {n: x.value for n, x in shares.items() if x.value > 0}
-        names = sorted(values, key=lambda name: -values[name])
-        sums = np.cumsum([values[name] for name in names])
-        return names[: int(np.searchsorted(sums, MOST_OF_VARIANCE)) + 1]
 
     @property
     def shares_of_kinds(self) -> dict[str, Estimate]:

@@ -27,7 +27,6 @@ class NoRemedy(Enum):
 
     LIMITS = "no response has a limit"
     FREE = "all contributors are fixed"
-    GRID = "trials of a grid or a table are no sample"
     WEIGHTED = "trials of a rare run are weighted"
     TRIALS = f"needs {LEAST_TRIALS} trials that are done"
     FAILED = "more trials fail than a limit permits out of limit"
@@ -190,7 +189,6 @@ def movable_trials(
     sample: Sample,
     limits: list[Limit],
     design: Design,
-    grid: bool = False,
 ) -> MovableTrials | NoRemedy:
     """Return the trials of a run as movable ones, or why no remedy can be searched.
 
@@ -199,8 +197,6 @@ def movable_trials(
     deviations, responses : float64[trial, contributor], float64[trial, response]
         SI; of trials of the sample. Responses with a limit only.
     limits : list of Limit, one a response
-    grid : bool
-        Whether trials are of a grid or a table.
     """
     done = sample.done
     permitted = np.array([limit.permitted for limit in limits]).reshape(-1, 2)
@@ -208,7 +204,6 @@ def movable_trials(
     refusals = {
         NoRemedy.LIMITS: not limits,
         NoRemedy.FREE: not design.free.any(),
-        NoRemedy.GRID: grid,
         NoRemedy.WEIGHTED: sample.weights is not None,
         NoRemedy.TRIALS: done.sum() < LEAST_TRIALS,
         NoRemedy.FAILED: bool(np.any(sample.failed >= out * sample.ran.sum())),

@@ -22,7 +22,6 @@ class Freed(NamedTuple):
     """A fixed entry that would meet all limits, were it free."""
 
     entry: int
-    half: float  # its half tolerance then, the widest of the entry, SI
     change: Change  # of all entries
 
 
@@ -66,8 +65,7 @@ def unavoidable(trials: MovableTrials, aim: float) -> Unavoidable | None:
             replace(trials, design=design._replace(free=free)), aim
         )
         if helped.score >= aim:
-            half = float(helped.change.ratio[entry] * design.halves[entry])
-            freed.append(Freed(int(entry), half, helped.change))
+            freed.append(Freed(int(entry), helped.change))
     needed = best.middle[:, None] + best.reach * [-1, 1]
     permitted = np.where(best.margins < 1, needed, trials.permitted)
     return Unavoidable(
