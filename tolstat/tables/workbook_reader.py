@@ -63,9 +63,8 @@ def read_workbook(
     try:
         book = calamine.CalamineWorkbook.from_filelike(io.BytesIO(raw))
         names = {part.name: part.visible for part in book.sheets_metadata}
-        shown = [
-            n for n, seen in names.items() if seen is calamine.SheetVisibleEnum.Visible
-        ]
+        visible = calamine.SheetVisibleEnum.Visible
+        shown = [name for name, seen in names.items() if seen == visible]
         if sheet and sheet not in names:
             allowed = allowed_names(sheet, names)
             raise DataError(f"{path} has no sheet '{sheet}'; {allowed}")

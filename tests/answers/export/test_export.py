@@ -108,7 +108,9 @@ def test_more_trials_than_rows_name_parquet(run, tmp_path, monkeypatch):
 
 def test_units_in_csv_and_in_the_metadata_of_parquet(run, tmp_path):
     export(run, tmp_path / "si.csv")
-    table = pd.read_csv(tmp_path / "si.csv", index_col="trial")
+    table = pd.read_csv(
+        tmp_path / "si.csv", index_col="trial", float_precision="round_trip"
+    )
     np.testing.assert_array_equal(table["gap [m]"], run.column("gap"))
     export(run, tmp_path / "study.csv", units="shown")
     table = pd.read_csv(tmp_path / "study.csv", index_col="trial")

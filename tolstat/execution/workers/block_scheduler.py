@@ -154,9 +154,9 @@ class Workers(AbstractContextManager["Workers"]):
         file.
         """
         thread = Threads(1)
-        future = thread.call(function, *arguments)
         try:
-            with chdir("."):  # a model may leave it
+            with chdir("."):  # a model may leave it, at once
+                future = thread.call(function, *arguments)
                 while not future.done():
                     wait([future], LOOK_AGAIN)
                     if not future.done():
