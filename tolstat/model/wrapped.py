@@ -35,6 +35,11 @@ class Wrapped(Model):
         return self.base.audits_steps
 
     @property
+    def integrates(self) -> bool:
+        """Whether it has an integration tolerance, the setting `rtol`."""
+        return self.base.integrates
+
+    @property
     def moves(self) -> bool:
         """Whether it has histories."""
         return self.base.moves
