@@ -83,7 +83,7 @@ def unit_of_variable(name: str, display: str, units: Mapping[str, BaseUnit]) -> 
         return PLAIN
     if si == "1":
         return FmuUnit("1", base.factor, base.offset, "1")
-    if base.factor == 1.0 and _is_si(spelled, kind):
+    if base[1:] == (1.0, 0.0) and _is_si(spelled, kind):
         si = spelled
     written = (_spelled(text) for text in (display, name if base.factor != 1.0 else ""))
     shown = next((text for text in written if text and _same(text, kind)), "")
@@ -98,8 +98,9 @@ def _spelled(name: str) -> str:
 
 
 def _same(unit: str, kind: object) -> bool:
+    """Return whether a unit is of a kind; degC is not, as ours is a difference."""
     try:
-        return bool(dimension(unit) == kind)
+        return unit != "degC" and bool(dimension(unit) == kind)
     except UnitError:
         return False
 
