@@ -70,7 +70,7 @@ class Processes:
                     raise _lost(f"{who}: {'; '.join(reasons)}")
                 self._executor.refuse(outcome)
                 return outcome
-            case (Answers(responses, status, _) as answers, float() as seconds):
+            case (Answers(responses, status) as answers, float() as seconds):
                 shape = block.shape
                 shapes = getattr(responses, "shape", 0), getattr(status, "shape", 0)
                 if shapes == (shape, shape[:1]):
