@@ -32,6 +32,16 @@ def names() -> list[str]:
     return list(dict.fromkeys([*_installed(), *_custom]))
 
 
+def custom_names() -> list[str]:
+    """Return the names of the models that this process has loaded from files."""
+    return [*_custom]
+
+
+def is_source(text: str) -> bool:
+    """Return whether a text says where a custom model is, as --machine takes it."""
+    return ":" in text or text.endswith(FMU)
+
+
 def _installed() -> list[str]:
     """Return the names of the models of tolstat and of installed packages."""
     return [*MACHINES, *(point.name for point in entry_points(group=GROUP))]

@@ -163,7 +163,7 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
         model, settings, limits = study.model, study.settings, study.limits
         deviations = study.deviations()[:AUDITED]
     else:
-        custom = catalogue.load(source) if ":" in source else source
+        custom = catalogue.load(source) if catalogue.is_source(source) else source
         model = catalogue.find(custom)
         settings = model_settings.make(model, None)
         names = described(model, settings).contributors

@@ -125,13 +125,15 @@ class FmuModel(Model):
         prepared = self._prepare(settings)
         responses = np.full((len(deviations), len(prepared.reductions)), np.nan)
         failed = {word: np.zeros(len(deviations), np.bool_) for word in FAILURES}
+        reasons = dict[int, str]()
         for number, row in enumerate(deviations):
             points = prepared.method.simulated(prepared.values(row))
             if points.failure:
                 failed[points.failure][number] = True
+                reasons[number] = points.reason
             else:
                 responses[number] = prepared.responses(points)
-        return Outcome(responses, failed=failed)
+        return Outcome(responses, failed=failed, output=reasons)
 
     def history(self, deviations: Array, settings: Any, step: float) -> History:
         """Return the outputs over time, and the variables of its responses."""
@@ -142,6 +144,7 @@ class FmuModel(Model):
         method = dataclasses.replace(prepared.method, watched=union, end_only=False)
         points = method.simulated(prepared.values(deviations))
         failed = {points.failure: np.ones(1, np.bool_)} if points.failure else {}
+        reasons = {0: points.reason} if points.failure else {}
         values = points.values.reshape(-1, len(union))
         response = np.full((1, len(prepared.reductions)), np.nan)
         if not points.failure:
@@ -160,7 +163,7 @@ class FmuModel(Model):
             )  # fmt: skip
             curves.append(curve)
         chart = Chart(Axis("time", "s"), points.time[chosen], tuple(curves))
-        return History(chart, Outcome(response, failed=failed))
+        return History(chart, Outcome(response, failed=failed, output=reasons))
 
     def _prepare(self, settings: Any) -> Prepared:
         """Return what is common to all trials of these settings."""

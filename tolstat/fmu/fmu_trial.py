@@ -73,9 +73,8 @@ class Method:
                 longest=self.longest, end_only=self.end_only,
             )  # fmt: skip
         except FmuError as error:
-            print(error, flush=True)  # the last lines of a worker tell why
-            refused = error.status == DISCARD
-            return recorder.points(REFUSED if refused else ERROR)
+            word = REFUSED if error.status == DISCARD else ERROR
+            return recorder.points(word, str(error))
 
 
 def _same(first: Points, second: Points) -> bool:

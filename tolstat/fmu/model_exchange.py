@@ -151,8 +151,8 @@ def model_exchanged(
     for _ in range(MOST_STEPS):
         try:
             time, located = solver.advance(stop)
-        except SolverError:
-            return recorder.points(SOLVER)
+        except SolverError as error:
+            return recorder.points(SOLVER, str(error))
         requested, ends = instance.call("completedIntegratorStep")
         if not end_only:
             recorder.note(time)
@@ -174,4 +174,4 @@ def model_exchanged(
             return recorder.points()
         if ends:
             return recorder.points(ENDED)
-    return recorder.points(SOLVER)
+    return recorder.points(SOLVER, f"more than {MOST_STEPS} steps")

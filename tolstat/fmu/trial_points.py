@@ -14,19 +14,19 @@ class Points(NamedTuple):
     time: Array  # float64[point], s
     values: Array  # float64[point, variable], as the FMU has them
     failure: str = ""  # a word of `FAILURES`; empty if it reached the stop time
+    reason: str = ""  # of a failure: the last message of the FMU or the solver
 
 
 # why a trial of an FMU may have no answer, and what has to hold
 ENDED, REFUSED, ERROR = "ended early", "step refused", "FMU error"
-OUTSIDE = "outside its range"
+OUTSIDE, SOLVER = "outside its range", "solver failed"
 FAILURES = {
     OUTSIDE: "parameters and inputs lie between min and max of the FMU",
     ENDED: "the FMU simulates until the stop time",
     REFUSED: "the FMU takes each step",
     ERROR: "the FMU reports no error",
-    "solver failed": "the solver of model exchange reaches the stop time",
+    SOLVER: "CVode reaches the stop time",
 }
-SOLVER = "solver failed"
 
 
 class Recorder:
@@ -42,7 +42,7 @@ class Recorder:
         self._time.append(time)
         self._values.append(self._read())
 
-    def points(self, failure: str = "") -> Points:
+    def points(self, failure: str = "", reason: str = "") -> Points:
         """Return all points."""
         values = np.array(self._values, dtype=np.float64)
-        return Points(np.array(self._time), values, failure)
+        return Points(np.array(self._time), values, failure, reason)
