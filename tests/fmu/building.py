@@ -1,6 +1,6 @@
 """FMUs built by gcc: our own from `sources`, and others' from `reference`.
 
-`python -m tests.fmu.building FOLDER` builds all of them. FMPy has the headers of FMI.
+`python -m tests.fmu.building FOLDER [NAME ...]` builds ours. FMPy has the headers of FMI.
 """
 
 from __future__ import annotations
@@ -291,17 +291,8 @@ def build_reference(name, fmi, folder):
     return path
 
 
-if __name__ == "__main__":
-    target = Path(sys.argv[1])
-    for subfolder, maker, names in (
-        ("own", build, MODELS),
-        (
-            "reference",
-            build_reference,
-            ("BouncingBall", "Dahlquist", "Stair", "VanDerPol"),
-        ),
-    ):
-        (target / subfolder).mkdir(parents=True, exist_ok=True)
-        for name in names:
-            for fmi in (2, 3):
-                print(maker(name, fmi, target / subfolder))
+if __name__ == "__main__":  # FOLDER NAME ...
+    target, *names = sys.argv[1:]
+    for name in names or MODELS:
+        for fmi in (2, 3):
+            print(build(name, fmi, target))

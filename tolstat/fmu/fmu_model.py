@@ -19,6 +19,7 @@ from tolstat.fmu.parameters import quantities, typed_name, unit_of
 from tolstat.fmu.prepared import Prepared
 from tolstat.fmu.taken import Reduction, Taken
 from tolstat.fmu.trial_points import FAILURES, OUTSIDE
+from tolstat.fmu.unpacked import forgets
 from tolstat.lanes.digest import digest
 from tolstat.model.checked import RESERVED
 from tolstat.model.contract import History, Model, Outcome
@@ -29,6 +30,10 @@ from tolstat.model.view import Axis, Chart, Curve
 FINEST = 200_000  # steps of an audit
 LEAST_RTOL, TIGHTER = 1e-12, 100.0
 RESPONSES = "responses"
+FORGETS = (
+    "The FMU forgets to reset what it remembers: a trial would depend on those before "
+    "it. So each trial has a new instance."
+)
 
 
 class FmuModel(Model):
@@ -119,6 +124,10 @@ class FmuModel(Model):
             rtol=max(settings.rtol / TIGHTER, LEAST_RTOL),
             model_exchange=bool(self.file.model_exchange),
         )
+
+    def notes(self) -> tuple[str, ...]:
+        """Return whether it forgets to reset what it remembers."""
+        return (FORGETS,) if forgets(self.file) else ()
 
     def evaluate(self, deviations: Array, settings: Any) -> Outcome:
         """Return the outcome of trials, one after the other."""

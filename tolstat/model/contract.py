@@ -167,6 +167,10 @@ class Model(ABC):
         """
         return ()
 
+    def notes(self) -> tuple[str, ...]:
+        """Return what its trials have shown of it, a sentence each, for the run."""
+        return ()
+
     def history(self, deviations: Array, settings: Any, step: float) -> History:
         """Return the history of deviations[contributor], SI, one point every `step` s.
 
@@ -212,7 +216,7 @@ class Model(ABC):
 
     @property
     def integrates(self) -> bool:
-        """Whether it has an integration tolerance, the setting `rtol`."""
+        """Whether tolstat's integrator solves it, with the setting `rtol`."""
         return "rtol" in getattr(self.settings, "__dataclass_fields__", {})
 
 

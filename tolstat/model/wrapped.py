@@ -19,6 +19,10 @@ class Wrapped(Model):
         """Return settings that integrate more precisely."""
         return self.base.tightened(settings)
 
+    def notes(self) -> tuple[str, ...]:
+        """Return what its trials have shown of it."""
+        return self.base.notes()
+
     @property
     def source_digest(self) -> str:
         """The digest of the code that decides the bits of its trials."""
@@ -36,7 +40,7 @@ class Wrapped(Model):
 
     @property
     def integrates(self) -> bool:
-        """Whether it has an integration tolerance, the setting `rtol`."""
+        """Whether tolstat's integrator solves it, with the setting `rtol`."""
         return self.base.integrates
 
     @property
