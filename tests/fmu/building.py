@@ -132,7 +132,8 @@ MODELS = {
         [
             V("x", 0, start=0.0), V("a", 1, start=2.0), V("b", 2, start=1.0),
             V("above", 3, start=1.0, text="x from where it misbehaves"),
-            *states("z", first=4), *outputs(y=6),
+            V("hang", 4, start=4.0, text="x from where mixed trials take for ever"),
+            *states("z", first=5), *outputs(y=7),
             V("how", 100, start=1, type="Enumeration"),
             V("label", 300, start="x", type="String"),
         ],
@@ -254,6 +255,14 @@ def _missing(fmi):
         for name, arguments in re.findall(pattern, text)
         if f" {name}(" not in source
     )
+
+
+def without_library(name, fmi, folder):
+    """An FMU that can be described, but not run; its path."""
+    path = Path(folder, f"{name}{fmi}.fmu")
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", description(name, MODELS[name], fmi))
+    return path
 
 
 def build(name, fmi, folder):
