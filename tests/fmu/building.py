@@ -113,7 +113,7 @@ BACKLASH = Source(
         V("v0", 6, start=0, unit="m/s"),
         *states("x1", "v1", "x2", "v2", first=7),
         V("peak", 15, "output", "continuous", unit="N", text="largest contact force"),
-        V("position", 16, "output", "continuous", unit="m", text="position of the load"),
+        V("position", 16, "output", "continuous", unit="m", text="the load's place"),
         V("impacts", 17, "output", "continuous"),
         V("material", 100, start=1, type="Enumeration"),
         V("teeth", 101, start=23, least=5, most=200, type="Integer"),
@@ -251,7 +251,8 @@ def _missing(fmi):
     source = (SOURCES / f"fmi{fmi}.c").read_text()
     pattern = rf"typedef\s+fmi{fmi}Status\s+(fmi{fmi}\w+)TYPE\s*\(([^;]*)\);"
     return "\n".join(
-        f"fmi{fmi}Status {name}({' '.join(arguments.split())}) {{ return fmi{fmi}Error; }}"
+        f"fmi{fmi}Status {name}({' '.join(arguments.split())})"
+        f"{{ return fmi{fmi}Error; }}"
         for name, arguments in re.findall(pattern, text)
         if f" {name}(" not in source
     )

@@ -69,7 +69,7 @@ def simulated(path, steps, gaps, kind="CoSimulation"):
 
 
 def evaluated(model, settings, gaps):
-    """This package: in this process, or in a worker where the model is isolated."""
+    """With tolstat: in this process, or in a worker where the model is isolated."""
     made = make(model, settings)
     names = [part.name for part in described(model, made).contributors]
     rows = np.zeros((len(gaps), len(names)))
