@@ -9,11 +9,10 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from tolstat import catalogue
-from tolstat.errors import Advice, LostError, ModelError, Remedy, TolstatError, told
+from tolstat.errors import LostError, ModelError, TolstatError, told
 from tolstat.execution.workers.local_blocks import Block, Evaluated, Mismatch, evaluate
 from tolstat.model.contract import Answers, Model
 from tolstat.operating_system import processors
@@ -140,13 +139,8 @@ def _source_of(model: Model) -> str:
     """Return where others find a model: FILE.py:NAME, empty for an installed one."""
     source = catalogue.place_of(model)
     if source == catalogue.ANY:
-        raise ModelError(
-            f"model '{model.name}' is an object of this process, so other processes "
-            "cannot find it; load it from its file (tolstat.catalogue.load)",
-            Advice(Remedy.CUSTOM_MODEL),
-        )
-    file, _, name = source.rpartition(":")
-    return f"{Path(file).resolve()}:{name}" if source else ""
+        raise catalogue.lost(model)
+    return catalogue.resolved(source) if source else ""
 
 
 def _model_of(name: str, source: str, digest: str) -> Model:
