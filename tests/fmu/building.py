@@ -1,6 +1,6 @@
 """FMUs built by gcc: our own from `sources`, and others' from `reference`.
 
-`python -m tests.fmu.building FOLDER [NAME ...]` builds ours. FMPy has the headers of FMI.
+`python -m tests.fmu.building FOLDER [NAME ...]` builds ours. FMPy has FMI's headers.
 """
 
 from __future__ import annotations

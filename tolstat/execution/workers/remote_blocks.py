@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from tolstat import catalogue
-from tolstat.errors import Advice, LostError, ModelError, Remedy, TolstatError, told
+from tolstat.errors import LostError, ModelError, TolstatError, told
 from tolstat.execution.workers.local_blocks import Block, Evaluated, Mismatch, evaluate
 from tolstat.model.contract import Answers, Model
 from tolstat.operating_system import processors
@@ -139,12 +139,8 @@ def _source_of(model: Model) -> str:
     """Return where others find a model; empty for an installed one."""
     source = catalogue.place_of(model)
     if source == catalogue.ANY:
-        raise ModelError(
-            f"model '{model.name}' is an object of this process, so other processes "
-            "cannot find it; load it from its file (tolstat.catalogue.load)",
-            Advice(Remedy.CUSTOM_MODEL),
-        )
-    return catalogue.resolved(source)
+        raise catalogue.lost(model)
+    return catalogue.resolved(source) if source else ""
 
 
 def _model_of(name: str, source: str, digest: str) -> Model:
