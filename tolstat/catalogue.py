@@ -13,6 +13,8 @@ from pathlib import Path
 from tolstat.errors import Advice, ModelError, Remedy, allowed_names, told
 from tolstat.model.checked import check_model
 from tolstat.model.contract import Model
+from tolstat.model.wrapped import Wrapped
+from tolstat.operating_system import cannot_isolate
 
 # name in study files: module and class
 MACHINES = {
@@ -76,7 +78,7 @@ def find(model: str | Model) -> Model:
         If there is no such model, or the object is not a model.
     """
     base = _by_name(model) if isinstance(model, str) else check_model(model)
-    if base.unwrapped is base and (base.isolated or _isolating):
+    if not isinstance(base, Wrapped) and (base.isolated or _isolating):
         return isolated(base)
     return base
 
@@ -102,13 +104,18 @@ def _by_name(model: str) -> Model:
     )
 
 
-def isolated(base: Model) -> Model:
+def isolated(base: Model, longest: float = 0.0) -> Model:
     """Return a model that is evaluated in other processes, which find it there.
 
-    Raises ModelError if they cannot find it.
+    A trial may last so long, s; 0 is 50 times the first one, and a minute at least.
+    Raises ModelError if they cannot find it, or this system has no such processes.
     """
     from tolstat.isolation.isolated_model import Isolated
 
+    if reason := cannot_isolate():
+        raise ModelError(reason)
+    if isinstance(base, Isolated):
+        return Isolated(base.base, base.load, longest or base.longest)
     source = place_of(base)
     if source == ANY:
         try:
@@ -117,10 +124,10 @@ def isolated(base: Model) -> Model:
             raise lost(base) from error
         if type(base).__module__ == "__main__":
             raise lost(base)
-        return Isolated(base, partial(pickle.loads, content))
+        return Isolated(base, partial(pickle.loads, content), longest)
     if not source:
-        return Isolated(base, partial(_by_name, base.name))
-    return Isolated(base, partial(load, resolved(source)))
+        return Isolated(base, partial(_by_name, base.name), longest)
+    return Isolated(base, partial(load, resolved(source)), longest)
 
 
 def lost(model: Model) -> ModelError:

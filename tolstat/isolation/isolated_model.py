@@ -55,6 +55,11 @@ class Isolated(Wrapped):
         return Isolated, (self.base, self.load, self.longest)
 
     @property
+    def unwrapped(self) -> Model:
+        """The model itself: processes belong to it."""
+        return self
+
+    @property
     def source_digest(self) -> str:
         """The digest of the model: processes change no bit."""
         return self.base.source_digest
@@ -98,6 +103,15 @@ class Isolated(Wrapped):
 
         return tuple(map(isolated, self.base.views))
 
+    @property
+    def isolation(self) -> "Isolated":
+        """The model itself."""
+        return self
+
+    def learn(self, seconds: float) -> None:
+        """Note how long a trial took, if it is not known how long it may last."""
+        self.longest = self.longest or max(LEAST, TIMES * seconds)
+
     def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return what a function returns in another process; ModelError if it ends."""
         request = packed(function, *arguments)
@@ -133,7 +147,7 @@ class Isolated(Wrapped):
                     todo += part.repeated_after(ended, by_row=self.base.row_by_row)
                 continue
             seconds = (time.perf_counter() - began) / len(rows)
-            self.longest = self.longest or longest_for(seconds)
+            self.learn(seconds)
             processes.pace = min(processes.pace, seconds)
             parts[part.first] = reply.result()
         return Answers.joined([parts[first] for first in sorted(parts)])
@@ -193,30 +207,6 @@ class Part(NamedTuple):
             return [Part(row, row + 1) for row in range(first, stop)]
         middle = (first + stop) // 2
         return [Part(middle, stop), Part(first, middle)]
-
-
-def longest_for(seconds: float) -> float:
-    """Return the longest time of a trial, s, if the nominal one takes so long."""
-    return max(LEAST, TIMES * seconds)
-
-
-def isolated_part(model: Model) -> Isolated | None:
-    """Return the isolated model in one of cases or lots; None if there is none."""
-    while isinstance(model, Wrapped):
-        if isinstance(model, Isolated):
-            return model
-        model = model.base
-    return None
-
-
-def called(function: Callable[..., Any], model: Model, *arguments: Any) -> Any:
-    """Return what a function of a model returns, where the model is evaluated."""
-    part = isolated_part(model)
-    return (part.call if part else _call)(function, model, *arguments)
-
-
-def _call(function: Callable[..., Any], *arguments: Any) -> Any:
-    return function(*arguments)
 
 
 class _Packer(pickle.Pickler):

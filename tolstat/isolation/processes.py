@@ -19,7 +19,7 @@ from tolstat.isolation import channel
 from tolstat.isolation.channel import LENGTH
 from tolstat.isolation.nursery import START
 from tolstat.isolation.worker import MARK, OUT_OF_MEMORY, Clock, Reply
-from tolstat.operating_system import cannot_isolate, send_descriptors, signal_name
+from tolstat.operating_system import send_descriptors, signal_name
 
 LOOK_AGAIN = 0.05  # s, between two looks at the clock of a worker
 GROWTH = 4 << 30  # bytes that the memory of a worker may grow by
@@ -188,8 +188,6 @@ class Processes:
     """A nursery, and its workers that are idle."""
 
     def __init__(self, load: Callable[[], Any]) -> None:
-        if reason := cannot_isolate():
-            raise LostError(reason)
         self._load = load
         self._nursery: Nursery | None = None
         self._idle: list[WorkerProcess] = []
