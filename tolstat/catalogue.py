@@ -22,6 +22,7 @@ MACHINES = {
 }
 GROUP = "tolstat.machines"  # entry points of installed packages
 ANY = "FILE.py:NAME"
+FMU = ".fmu"
 _custom: dict[str, Model] = {}  # on the command line, for this process
 _places: dict[str, str] = {}  # where these came from
 
@@ -29,6 +30,16 @@ _places: dict[str, str] = {}  # where these came from
 def names() -> list[str]:
     """Return the names of all models."""
     return list(dict.fromkeys([*_installed(), *_custom]))
+
+
+def custom_names() -> list[str]:
+    """Return the names of the models that this process has loaded from files."""
+    return [*_custom]
+
+
+def is_source(text: str) -> bool:
+    """Return whether a text says where a custom model is, as --machine takes it."""
+    return ":" in text or text.endswith(FMU)
 
 
 def _installed() -> list[str]:
@@ -84,18 +95,44 @@ def load(source: str) -> Model:
     Parameters
     ----------
     source : str
-        "FILE.py:NAME": a Python file, and the class or object in it.
+        "FILE.py:NAME": a Python file, and the class or object in it; "FILE.fmu": an
+        FMU.
 
     Raises
     ------
     ModelError
         If the file cannot be run, or has no such model.
     """
+    model = check_model(_fmu(source) if source.endswith(FMU) else _object(source))
+    if model.name in _installed():
+        raise ModelError(
+            f"{source}: '{model.name}' is the name of an installed model; choose "
+            "another"
+        )
+    _custom[model.name], _places[model.name] = model, source
+    return model
+
+
+def resolved(source: str) -> str:
+    """Return the value of --machine that finds a model from any working directory."""
+    file, colon, name = ("", "", "") if source.endswith(FMU) else source.rpartition(":")
+    return f"{Path(file or source).resolve()}{colon}{name}" if source else ""
+
+
+def _fmu(source: str) -> object:
+    """Return the model of an FMU."""
+    from tolstat.fmu.fmu_model import FmuModel  # seldom needed
+
+    return FmuModel(Path(source))
+
+
+def _object(source: str) -> object:
+    """Return the class or object that a Python file holds under a name."""
     file, _, name = source.rpartition(":")
     path = Path(file)
     if not file or not name.isidentifier():
         raise ModelError(
-            f"'{source}': FILE.py:NAME is expected, such as stack.py:Stack"
+            f"'{source}': FILE.py:NAME is expected, such as stack.py:Stack, or FILE.fmu"
         )
     if not path.is_file():
         raise ModelError(f"{path}: no such file")
@@ -123,11 +160,4 @@ def load(source: str) -> Model:
             or (isinstance(value, type) and issubclass(value, Model) and value != Model)
         ]
         raise ModelError(f"{path} has no {name}; {allowed_names(name, models)}")
-    model = check_model(getattr(module, name))
-    if model.name in _installed():
-        raise ModelError(
-            f"{source}: '{model.name}' is the name of an installed model; choose "
-            "another"
-        )
-    _custom[model.name], _places[model.name] = model, source
-    return model
+    return getattr(module, name)

@@ -163,7 +163,8 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
         model, settings, limits = study.model, study.settings, study.limits
         deviations = study.deviations()[:AUDITED]
     else:
-        model = catalogue.load(source) if ":" in source else catalogue.find(source)
+        custom = catalogue.load(source) if catalogue.is_source(source) else source
+        model = catalogue.find(custom)
         settings = model_settings.make(model, None)
         names = described(model, settings).contributors
         deviations = SMALL * np.arange(AUDITED)[:, None] * np.ones((1, len(names)))

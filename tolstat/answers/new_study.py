@@ -21,7 +21,7 @@ from tolstat.model.description import Contributor, Response
 from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows
 from tolstat.study.problems import toml_of
 from tolstat.study.settings_section import NOMINAL, SETTING
-from tolstat.study.study_schema import TABLES
+from tolstat.study.study_schema import RESPONSES, TABLES
 
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
 BEGIN = 34
@@ -73,6 +73,7 @@ def new_study(model: str | Model) -> str:
     sections = (
         ("[settings]", _settings(model, linked=links is not None)),
         ("[links]", links or ()),
+        (f"[{RESPONSES}]", _responses(model)),
         ("[deviations]  # +- is three sigma at Cp = 1", parts),
         ("[limits]  # 99.73 % within, unless said otherwise", _limits(responses)),
     )
@@ -96,6 +97,17 @@ def _settings(model: Model, *, linked: bool) -> Iterator[str]:
             words = f"{words}; allowed: {kind.allowed}"
         value = toml_of(_as_toml(kind, setting.default))
         yield _entry(f"{setting.name} = {value}", words)
+
+
+def _responses(model: Model) -> Iterator[str]:
+    """Yield the responses that a study takes of outputs, if it may choose them."""
+    if table := model_settings.settings_of(model).get(RESPONSES):
+        yield textwrap.fill(
+            table.sentence, WIDTH, initial_indent="# ", subsequent_indent="# "
+        )
+        for name, row in table.default.items():
+            (taken,) = row.values()
+            yield f"{name} = {toml_of(taken)}"
 
 
 def _links(model: Model) -> list[str] | None:
@@ -125,7 +137,8 @@ def _parts(model: Model, settings: Any, parts: Sequence[Contributor]) -> Iterato
             yield f"# {kind}"
         for name, family in families:
             unit = family[0].unit
-            example = EXAMPLES.get(unit, "1 %" if unit == "1" else f"1 {unit}")
+            relative = unit == "1" or bool(family[0].size)
+            example = EXAMPLES.get(unit, "1 %" if relative else f"1 {unit}")
             members = ", ".join(p.name for p in family) if len(family) > 1 else ""
             words = "; ".join(filter(None, [family[0].sentence, members]))
             negative = -SMALL * np.array([[part in family for part in parts]])

@@ -252,8 +252,14 @@ def _with_diagnostics(
         diagnostics = workers.call(_diagnostics, run, study, trials, workers)
     except ModelError as error:  # keep the trials although diagnostics fail
         diagnostics = Diagnostics(missing=str(error))
-    ended = run.first(number)
-    return replace(ended, audited=audited, diagnostics=diagnostics, complete=True)
+    notes = tuple(dict.fromkeys([*run.notes, *study.model.notes()]))
+    return replace(
+        run.first(number),
+        audited=audited,
+        diagnostics=diagnostics,
+        notes=notes,
+        complete=True,
+    )
 
 
 def _diagnostics(

@@ -13,6 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import chdir, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from pathlib import Path
 from threading import current_thread, main_thread
 from typing import Any, ClassVar, NamedTuple
@@ -32,6 +33,7 @@ STEP = 1e-4  # s, between two points of a history
 MOST_SAMPLES = 2_000_000  # of a history
 Spreads = Mapping[str, Spread]  # by contributor that deviates
 NOTHING_FAILED: Mapping[str, Truths] = {}
+NO_OUTPUT: Mapping[int, str] = {}
 
 
 class Outcome(NamedTuple):
@@ -43,6 +45,8 @@ class Outcome(NamedTuple):
     status: NDArray[np.int64] | None = None
     steps: NDArray[np.int64] | None = None  # [trial], of integration, if any
     failed: Mapping[str, Truths] = NOTHING_FAILED  # by a word of `Model.failures`
+    # by row, of failed trials: what they printed last, or why they failed
+    output: Mapping[int, str] = NO_OUTPUT
 
 
 class Answers(NamedTuple):
@@ -51,15 +55,22 @@ class Answers(NamedTuple):
     responses: Array  # [trial, response], SI; NaN in failed trials
     status: NDArray[np.int64]  # [trial], one of `tolstat.status.words_of`
     steps: NDArray[np.int64] | None  # [trial]; None where nothing is integrated
+    output: Mapping[int, str] = NO_OUTPUT  # by row: see `Outcome`
 
     @classmethod
     def joined(cls, answers: Sequence[Answers]) -> Answers:
         """Put answers one after the other."""
         steps = [answer.steps for answer in answers if answer.steps is not None]
+        firsts = accumulate((len(answer.status) for answer in answers), initial=0)
         return cls(
             np.concatenate([answer.responses for answer in answers]),
             np.concatenate([answer.status for answer in answers]),
             np.concatenate(steps) if steps else None,
+            {
+                first + row: text
+                for first, answer in zip(firsts, answers, strict=False)
+                for row, text in answer.output.items()
+            },
         )
 
 
@@ -95,6 +106,11 @@ class Model(ABC):
     # status, and the sentence that has to hold
     failures: ClassVar[Mapping[str, str]] = {}
     views: ClassVar[tuple[Offer, ...]] = ()  # and "history", if it moves
+    # whether it is evaluated in processes of its own, so that a crash, a hang or a leak
+    # costs its trial alone; and whether they evaluate one row at a time: so the trial
+    # is known at once, else blocks are split until it is
+    isolated: ClassVar[bool] = False
+    row_by_row: ClassVar[bool] = False
 
     @abstractmethod
     def describe(self, settings: Any) -> Description:
@@ -151,6 +167,10 @@ class Model(ABC):
         """
         return ()
 
+    def notes(self) -> tuple[str, ...]:
+        """Return what its trials have shown of it, a sentence each, for the run."""
+        return ()
+
     def history(self, deviations: Array, settings: Any, step: float) -> History:
         """Return the history of deviations[contributor], SI, one point every `step` s.
 
@@ -196,7 +216,7 @@ class Model(ABC):
 
     @property
     def integrates(self) -> bool:
-        """Whether it has an integration tolerance, the setting `rtol`."""
+        """Whether tolstat's integrator solves it, with the setting `rtol`."""
         return "rtol" in getattr(self.settings, "__dataclass_fields__", {})
 
 

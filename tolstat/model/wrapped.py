@@ -19,6 +19,10 @@ class Wrapped(Model):
         """Return settings that integrate more precisely."""
         return self.base.tightened(settings)
 
+    def notes(self) -> tuple[str, ...]:
+        """Return what its trials have shown of it."""
+        return self.base.notes()
+
     @property
     def source_digest(self) -> str:
         """The digest of the code that decides the bits of its trials."""
@@ -33,6 +37,11 @@ class Wrapped(Model):
     def audits_steps(self) -> bool:
         """Whether an audit shortens its longest step, or takes another method."""
         return self.base.audits_steps
+
+    @property
+    def integrates(self) -> bool:
+        """Whether tolstat's integrator solves it, with the setting `rtol`."""
+        return self.base.integrates
 
     @property
     def moves(self) -> bool:

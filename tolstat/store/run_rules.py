@@ -25,8 +25,8 @@ RARE = (STAGE, SPREAD, DISTANCE, WEIGHT)  # columns of the sampler
 LISTED = ("grid", "table")  # samplings of studies that list their trials
 LONGEST = 1e10  # s of a run
 SECTIONS = (
-    "settings", "deviations", "limits", "links", "gaps", "loops", "cases", "grid",
-    "correlation",
+    "settings", "deviations", "limits", "links", "gaps", "loops", "responses", "cases",
+    "grid", "correlation",
 )  # fmt: skip
 SIDES = {"least", "largest"}
 

@@ -161,7 +161,8 @@ class Study:
         notes = [*self._warnings]
         if self.points and self.points.note:
             notes.append(self.points.note)
-        if self.model.moves and not self.model.integrates:
+        model = self.model
+        if model.moves and not (model.integrates or model.audits_steps):
             notes.append(UNAUDITED)
         if self.deviating.means:
             notes.append(AT_WORST_MEANS)

@@ -23,7 +23,12 @@ MISSING = {
     "seed": "missing; give a whole number, such as seed = 75; it makes runs repeatable",
 }
 CASES = "cases"  # a section
-TABLES = ("gaps", "loops")  # sections that are settings of the model, tables by name
+RESPONSES = "responses"
+TABLES = (
+    "gaps",
+    "loops",
+    RESPONSES,
+)  # sections that are settings of the model, tables by name
 # for the names of all other sections
 DECISIVE = ("model", "settings", "links", *TABLES, CASES)
 UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
@@ -80,6 +85,9 @@ class Document(Entry):
         '0 deg", or near which value an unknown is looked for, such as theta = '
         '"-17 deg"',
         {},
+    )
+    responses: dict[str, str] = key(
+        'what is taken of an output, in quotes, such as peak = "max force"', {}
     )
     deviations: dict[str, str | dict[str, Any]] = key(
         'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", cp = 1.33 }', {}

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from tolstat import catalogue
@@ -71,7 +70,7 @@ class Processes:
                     raise _lost(f"{who}: {'; '.join(reasons)}")
                 self._executor.refuse(outcome)
                 return outcome
-            case (Answers(responses, status, _) as answers, float() as seconds):
+            case (Answers(responses, status) as answers, float() as seconds):
                 shape = block.shape
                 shapes = getattr(responses, "shape", 0), getattr(status, "shape", 0)
                 if shapes == (shape, shape[:1]):
@@ -137,7 +136,7 @@ def carried_out(parcel: Parcel) -> Any:
 
 
 def _source_of(model: Model) -> str:
-    """Return where others find a model: FILE.py:NAME, empty for an installed one."""
+    """Return where others find a model; empty for an installed one."""
     source = catalogue.place_of(model)
     if source == catalogue.ANY:
         raise ModelError(
@@ -145,8 +144,7 @@ def _source_of(model: Model) -> str:
             "cannot find it; load it from its file (tolstat.catalogue.load)",
             Advice(Remedy.CUSTOM_MODEL),
         )
-    file, _, name = source.rpartition(":")
-    return f"{Path(file).resolve()}:{name}" if source else ""
+    return catalogue.resolved(source)
 
 
 def _model_of(name: str, source: str, digest: str) -> Model:
