@@ -11,6 +11,7 @@ from tolstat.deviations.density_ratio import (
     HEAVIEST_SHARE,
     MOST_HEAVIEST,
     MOST_UNCOVERED,
+    NONE_MET,
     SCORES,
 )
 from tolstat.statistics.estimate import CONFIDENCE
@@ -50,4 +51,5 @@ def interval_tables(trials: int) -> dict[str, Any]:
         "least_effective": LEAST_EFFECTIVE,
         "most_uncovered": MOST_UNCOVERED,
         "heaviest": [HEAVIEST_SHARE, MOST_HEAVIEST],
+        "none_met": NONE_MET,
     }

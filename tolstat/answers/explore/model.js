@@ -99,6 +99,7 @@ class Explorer {
     for (const part of data.parts) part.fixed = part.fixed && Float64Array.from(decoded(part.fixed, Float32Array));
     this.drawing = this.scenario();
     this.moved = {}; this.deviating = {}; this.terms = {};
+    this.joined = new Set(data.groups.flatMap(group => group.members));
   }
   scenario() {
     return {
@@ -144,7 +145,11 @@ class Explorer {
     });
   }
   /* What is assumed of a part: that of its entry, or as it was sampled. */
-  state(scenario, part) { return part.entry < 0 ? {shift: 0, ...part} : scenario.entries[part.entry]; }
+  state(scenario, part) {
+    if (part.entry < 0) return {shift: 0, ...part};
+    const state = scenario.entries[part.entry];
+    return {...state, nominal: part.nominal + state.nominal - this.entries[part.entry].nominal};
+  }
   sizes(scenario, size) { return this.parts.map(part => size(this.state(scenario, part))); }
   /* Slopes, worst case and root sum square of a formula, without trials. */
   stack(scenario, r) {
@@ -168,48 +173,51 @@ class Explorer {
   }
 
   // ---- stored trials weighted by the ratio of densities
-  /* Normal scores in the new distribution, and what they add to log weights. */
-  term(p, state, rows) {
-    const drawn = this.drawing.entries[this.parts[p].entry], old = this.kinds[drawn.kind], kind = this.kinds[state.kind];
-    const n = rows ? rows.length : this.rows, after = new Float64Array(n), log = new Float64Array(n);
-    const [halfOld, half, middleOld, middle] = [this.half(drawn), this.half(state), this.middle(drawn), this.middle(state)];
-    const size = Math.log(halfOld / half);
+  /* Of units sampled with one state of a part: their normal scores in another, and the log ratio of densities. */
+  term(p, from, to, rows) {
+    const old = this.kinds[from.kind], kind = this.kinds[to.kind], n = rows ? rows.length : this.rows;
+    const after = new Float64Array(n), log = new Float64Array(n), [half, other] = [from, to].map(this.half);
+    const offset = this.middle(from) - this.middle(to), size = Math.log(half / other), alone = !this.joined.has(p);
     for (let k = 0; k < n; k++) {
-      const before = this.scores[p][rows ? rows[k] : k];
-      after[k] = kind.score((middleOld + halfOld * old.at(before) - middle) / half);
-      log[k] = after[k] === after[k] ? size + old.slope(before) - kind.slope(after[k]) : -Infinity;
+      const z = this.scores[p][rows ? rows[k] : k], score = kind.score((offset + half * old.at(z)) / other);
+      after[k] = score;
+      log[k] = score === score ? size + old.slope(z) - kind.slope(score) + (alone ? (z * z - score * score) / 2 : 0) : -Infinity;
     }
     return {after, log};
   }
-  kept(p, state) {
-    const key = JSON.stringify(state);
-    if (this.terms[p]?.key !== key) this.terms[p] = {key, ...this.term(p, state)};
-    return this.terms[p];
-  }
-  /* Log weights of some trials, or of all; `special` is an entry whose terms are not kept. */
-  logWeights(scenario, rows, special) {
-    const n = rows ? rows.length : this.rows, out = new Float64Array(n), terms = new Map();
-    for (const i of this.changes(scenario)) for (const p of this.entries[i].members) {
-      if (this.parts[p].repeats) continue;
-      const one = i === special, term = one ? this.term(p, scenario.entries[i], rows) : this.kept(p, scenario.entries[i]);
-      terms.set(p, k => one || !rows ? k : rows[k]);
-      term.index = terms.get(p); terms.set(p, term);
-      for (let k = 0; k < n; k++) out[k] += term.log[term.index(k)];
-    }
-    for (const {members, inverse} of this.groupsOf(terms)) for (let k = 0; k < n; k++) {
-      const row = rows ? rows[k] : k;
-      const before = members.map(p => this.scores[p][row]);
-      const after = members.map((p, m) => terms.has(p) ? terms.get(p).after[terms.get(p).index(k)] : before[m]);
-      for (let a = 0; a < members.length; a++) for (let b = 0; b < members.length; b++) {
-        if (after[a] === after[a] && after[b] === after[b]) out[k] += 0.5 * inverse[a][b] * (before[a] * before[b] - after[a] * after[b]);
+  /* Log density of units in one scenario over that in another, with which they were sampled; of some rows, or all.
+     Terms are kept but those of the entry `special`, which a profile moves. */
+  logRatios(from, to, rows = null, special = -1) {
+    const n = rows ? rows.length : this.rows, out = new Float64Array(n), after = new Map(), direction = from === this.drawing ? 'to' : 'from';
+    this.entries.forEach(({members}, i) => {
+      const [a, b] = [from, to].map(scenario => scenario.entries[i]);
+      if (!this.changed(from, i) && !this.changed(to, i)) return;
+      for (const p of members) {
+        if (this.parts[p].repeats) continue;
+        const some = i === special && rows, place = `${p} ${direction}`, key = JSON.stringify([a, b]);
+        if (!some && this.terms[place]?.key !== key) this.terms[place] = {key, ...this.term(p, a, b)};
+        const term = some ? this.term(p, a, b, rows) : this.terms[place];
+        for (let k = 0; k < n; k++) out[k] += term.log[some || !rows ? k : rows[k]];
+        after.set(p, k => term.after[some || !rows ? k : rows[k]]);
       }
+    });
+    for (const {members, inverse} of this.groups) if (members.some(p => after.has(p))) for (let k = 0; k < n; k++) {
+      const before = members.map(p => this.scores[p][rows ? rows[k] : k]), now = members.map((p, m) => after.get(p)?.(k) ?? before[m]);
+      if (out[k] > -Infinity) members.forEach((_, a) => members.forEach((__, b) => { out[k] += inverse[a][b] * (before[a] * before[b] - now[a] * now[b]) / 2; }));
     }
     return out;
   }
-  groupsOf(terms) {
-    const dependent = this.groups.filter(group => group.members.some(p => terms.has(p)));
-    const joined = new Set(dependent.flatMap(group => group.members));
-    return [...dependent, ...[...terms.keys()].filter(p => !joined.has(p)).map(p => ({members: [p], inverse: [[1]]}))];
+  /* Cap of the weights for intervals, and share of the new units above it: the cheapest of the new units' own weights. */
+  cap(scenario) {
+    const units = Array.from(this.logRatios(scenario, this.drawing), (log, k) => [Math.exp(-log), this.times[k] / this.total]).filter(unit => unit[0] < Infinity).sort((a, b) => b[0] - a[0]);
+    let above = 0, sampled = 0, mean = 0, top = 0, best = {most: 1, cut: 0, cost: Infinity};
+    for (const [weight, mass] of units) {
+      if (above < this.heaviest[0]) top += mass * weight;
+      above += mass; sampled += mass / weight; mean += mass * weight;
+      const cut = Math.max(above - sampled * weight, 0), cost = this.none_met * weight / this.trials + cut;
+      if (cost < best.cost) best = {most: weight, cut, cost};
+    }
+    return {...best, efficiency: 1 / mean, dominated: top > this.heaviest[1] * mean && units.length > 1 / this.heaviest[0]};
   }
   /* How far the sampled parts of an entry cover its new ones: share outside, efficiency. */
   cover(i, state) {
@@ -241,57 +249,67 @@ class Explorer {
       efficiency *= cover.efficiency ** members.filter(p => !this.parts[p].repeats).length;
     }
     const expected = this.trials * efficiency;
-    if (!reasons.length && expected < this.least_effective) reasons.push(`effective sample size ${Math.round(expected)} of ${this.trials} trials; ${this.least_effective} needed`);
+    if (!reasons.length && expected < this.least_effective) reasons.push(this.tooFew(expected));
     return {reasons, expected};
   }
+  tooFew(effective) { return `effective sample size ${Math.round(effective)} of ${this.trials} trials; ${this.least_effective} needed`; }
 
   // ---- what a scenario reads
   read(scenario) {
-    const isDrawing = !this.changes(scenario).length;
-    let weights = this.times, reasons = [], effective = this.trials, ratios = null;
-    if (!this.evaluated && !isDrawing) {
-      const coverage = this.coverage(scenario);
-      reasons = coverage.reasons;
-      ratios = this.logWeights(scenario).map(Math.exp);
+    const isDrawing = !this.changes(scenario).length, weighted = !this.evaluated && !isDrawing;
+    let weights = this.times, reasons = [], effective = this.trials, cap = null;
+    if (weighted) {
+      const coverage = this.coverage(scenario), ratios = this.logRatios(this.drawing, scenario).map(Math.exp);
+      cap = this.cap(scenario); reasons = coverage.reasons;
+      if (!reasons.length && cap.dominated) reasons = ['few units would dominate; change all parts that are correlated'];
       weights = ratios.map((w, k) => w * this.times[k]);
       let sum = 0, squares = 0;
       for (let k = 0; k < weights.length; k++) { sum += weights[k]; squares += weights[k] * ratios[k]; }
-      effective = Math.min(coverage.expected, squares ? sum * sum / squares : 0);
-      if (!reasons.length && effective < this.least_effective) reasons = [`effective sample size ${Math.round(effective)}; ${this.least_effective} needed`];
+      effective = Math.min(coverage.expected, this.trials * cap.efficiency, squares ? sum * sum / squares : 0);
+      if (!reasons.length && effective < this.least_effective) reasons = [this.tooFew(effective)];
     }
     const columns = this.evaluated ? this.columns(scenario) : null, anyOut = new Uint8Array(this.rows);
     const responses = this.responses.map((response, r) => {
-      const values = columns ? valueOf(response.formula, columns) : response.values, limit = scenario.limits[r];
-      const same = isDrawing && !this.limitChanged(scenario, r);
-      return {values, ...this.judged(values, weights, ratios, response, limit, same, anyOut, this.limitChanged(scenario, r))};
+      const values = columns ? valueOf(response.formula, columns) : response.values, moved = this.limitChanged(scenario, r);
+      const reading = this.judged(values, weights, cap, response, scenario.limits[r], moved, anyOut);
+      if (isDrawing && !moved && response.run) Object.assign(reading, this.ofRun(response, reading.ends));
+      return reading;
     });
     let out = 0;
     for (let k = 0; k < this.rows; k++) if (anyOut[k]) out += weights[k];
-    return {covered: !reasons.length, reasons, effective, weights, responses, anyOut: out / this.total};
+    return {covered: !reasons.length, reasons, effective, weights, responses, anyOut: Math.min(out / this.total, 1)};
   }
-  judged(values, weights, ratios, response, limit, same, anyOut, moved) {
+  judged(values, weights, cap, response, limit, moved, anyOut) {
     const lower = limit.lower ?? -Infinity, upper = limit.upper ?? Infinity, ends = (limit.lower !== null) + (limit.upper !== null);
-    let sum = 0, squares = 0, total = 0, first = 0, second = 0, most = 0, largest = 0, count = 0;
+    let out = 0, sum = 0, squares = 0, total = 0, first = 0, second = 0, most = 0, count = 0, least = Infinity, largest = -Infinity;
     const start = values.find(x => x === x) ?? 0;
     for (let k = 0; k < values.length; k++) {
       const y = values[k], w = weights[k];
-      if (!(y >= lower && y <= upper) && ends) { sum += w; squares += w * w; count++; anyOut[k] = 1; if (w > largest) largest = w; }
-      if (ratios ? ratios[k] > most : w > most) most = ratios ? ratios[k] : w;
-      if (y === y) { total += w; first += w * (y - start); second += w * (y - start) ** 2; }
+      if (w > most) most = w;
+      if (ends && !(y >= lower && y <= upper)) {
+        const capped = cap ? Math.min(w, cap.most * this.times[k]) : w;
+        anyOut[k] = 1; count++; out += w; sum += capped; squares += capped * capped;
+      }
+      if (y === y) { if (y < least) least = y; if (y > largest) largest = y; total += w; first += w * (y - start); second += w * (y - start) ** 2; }
     }
     const mean = start + first / total, sigma = Math.sqrt(Math.max(second / total - (first / total) ** 2, 0) * total / Math.max(total - 1, 1));
-    let share = sum / this.total, range = [NaN, NaN];
-    if (!ratios && !this.times_differ) range = this.random ? [interpolated(this.anytime.counts, this.anytime.lower, count), interpolated(this.anytime.counts, this.anytime.upper, count)] : range;
-    else range = this.gammaEnds(sum, squares, Math.max(largest, ratios && moved ? Math.max(most, ...this.times_ends) : most)).map(x => x / this.total);
-    if (ratios) { share = Math.min(share, 1); range[1] = Math.min(Math.max(range[1], share), 1); }
-    const stored = same && response.run;
-    if (stored?.out) [share, ...range] = stored.out;
-    const demanded = response.demanded, ppk = x => this.ppk(x, ends);
-    const verdict = !ends ? '' : stored ? stored.verdict : !(range[0] === range[0]) ? 'no interval' : 1 - range[1] >= demanded ? 'met' : 1 - range[0] < demanded ? 'not met' : 'undecided';
-    const margins = [upper - mean, mean - lower].map(x => x / (3 * sigma));
-    return {count, share, range, verdict, ends, ppk: [share, range[1], range[0]].map(ppk), stored: Boolean(stored), mean, sigma,
-      pp: ends === 2 ? (upper - lower) / (6 * sigma) : NaN, moments: Math.min(...margins)};
+    let share = out / this.total, range = [NaN, NaN];
+    if (cap || this.times_differ) { // one more unit weighs as the heaviest that may be out of limit
+      const heaviest = this.evaluated || moved ? Math.max(...this.times_ends) : 1;
+      const [low, high] = this.gammaEnds(sum, squares, cap ? cap.most * heaviest : most).map(x => x / this.total);
+      const end = Math.min(Math.max(high + (cap?.cut ?? 0), share > 0.5 ? share : 0), 1);
+      share = Math.min(share, end); range = [Math.min(low, share), end];
+    } else if (this.random) range = ['lower', 'upper'].map(end => interpolated(this.anytime.counts, this.anytime[end], count));
+    const verdict = !ends ? '' : Number.isNaN(range[0]) ? 'no interval' : 1 - range[1] >= response.demanded ? 'met' : 1 - range[0] < response.demanded ? 'not met' : 'undecided';
+    return {values, count, share, range, verdict, ends, ppk: this.ppks(share, range, ends), stored: false, mean, sigma, least, largest,
+      pp: ends === 2 ? (upper - lower) / (6 * sigma) : NaN, moments: ends ? Math.min(upper - mean, mean - lower) / (3 * sigma) : NaN};
   }
+  /* The verdict that counts: what the run itself has. */
+  ofRun({run}, ends) {
+    const [share, ...range] = run.out.map(x => x ?? NaN);
+    return {share, range, verdict: run.verdict, ppk: this.ppks(share, range, ends), stored: true};
+  }
+  ppks(share, [lower, upper], ends) { return [share, upper, lower].map(x => this.ppk(x, ends)); }
   gammaEnds(sum, squares, one) {
     const {lower, upper, last} = this.gamma, at = (table, k) => along(table, Math.log10(k) / last);
     const low = squares > 0 ? sum * at(lower, sum * sum / squares) : 0;
@@ -328,13 +346,12 @@ class Explorer {
         return sum / this.total;
       });
     }
-    const rows = Array.from(this.responses[r].values.keys()).filter(k => out(this.responses[r].values[k]));
+    const {values: all} = this.responses[r], rows = Array.from(all.keys()).filter(k => out(all[k]));
     return states.map(other => {
       const entries = scenario.entries.map((s, j) => j === i ? other : s), changed = {...scenario, entries};
       if (this.coverage(changed).reasons.length) return NaN;
-      const log = this.logWeights(changed, rows, i); let sum = 0;
-      for (let k = 0; k < rows.length; k++) sum += Math.exp(log[k]) * this.times[rows[k]];
-      return sum / this.total;
+      const log = this.logRatios(this.drawing, changed, rows, i);
+      return rows.reduce((sum, row, k) => sum + Math.exp(log[k]) * this.times[row], 0) / this.total;
     });
   }
 
@@ -407,7 +424,7 @@ class Explorer {
     const words = this.words(scenario), machine = this.machine ? ['--machine', this.machine] : [];
     if (!words.length) return ['tolstat', 'report', this.path, ...machine].map(this.quoted).join(' ');
     const call = (...more) => ['tolstat', 'what-if', this.path, ...words, ...more, ...machine].map(this.quoted).join(' ');
-    if (covered) return call();
+    if (covered) return this.evaluated ? call() : call('--reweight');
     return `${call('--write', this.fresh)}\n${['tolstat', 'run', this.fresh, ...machine].map(this.quoted).join(' ')}`;
   }
   /* The state of the page as text of its address, and back. */

@@ -100,7 +100,7 @@ function ticks(low, high) {
 function histogram() {
   const [before, one] = [0, chosen].map(s => readings[s].responses[focus]), limit = scenarios[chosen].limits[focus], f = response().factor;
   let low = Infinity, high = -Infinity;
-  for (const {mean, sigma} of [before, one]) { low = Math.min(low, mean - 4.5 * sigma); high = Math.max(high, mean + 4.5 * sigma); }
+  for (const {mean, sigma, least, largest} of [before, one]) { low = Math.min(low, Math.max(mean - 4.5 * sigma, least)); high = Math.max(high, Math.min(mean + 4.5 * sigma, largest)); }
   for (const end of [limit.lower, limit.upper, response().nominal]) if (end !== null && Math.abs(end - one.mean) < 12 * one.sigma) { low = Math.min(low, end); high = Math.max(high, end); }
   if (!(high > low)) return '';
   const pad = 0.04 * (high - low), BINS = 64; low -= pad; high += pad;

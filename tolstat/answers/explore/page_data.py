@@ -16,14 +16,14 @@ from tolstat.answers.explore.page_trials import (
     sampled_scores,
 )
 from tolstat.answers.next_steps import as_typed
-from tolstat.answers.report.gather import summary_of
-from tolstat.answers.report.response_summary import DescribedResponse
+from tolstat.answers.report.summaries import summaries_of
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Integers
 from tolstat.deviations.dependence import correlations, equal_parts
 from tolstat.deviations.spread import spread_of
 from tolstat.statistics.limits.limit import DEMANDED
+from tolstat.statistics.limits.yields import WORST_FIRST
 from tolstat.store.files_beside import free_name
 from tolstat.store.stored_run import Run
 from tolstat.study.study import Study
@@ -35,7 +35,7 @@ class PageData:
 
     def __init__(self, run: Run, study: Study, drawn: Drawn) -> None:
         self.run, self.study, self.drawn = run, study, drawn
-        self.summary = summary_of(drawn, responses_in_focus(run))
+        self.summaries = summaries_of(drawn)
         deviating = study.deviating.distributions
         plain = study.model.unwrapped is study.model and not run.swept
         trees = formula_trees(study.settings, deviating) if plain else None
@@ -56,7 +56,8 @@ class PageData:
         """Return the data of the page, fit for JSON."""
         run, drawn, moving = self.run, self.drawn, self.entries.moving
         places = {name: place for place, name in enumerate(self.parts)}
-        stored = 0 if self.evaluated else len(self.summary.responses)
+        names = self._ordered()
+        stored = 0 if self.evaluated else len(names)
         trials = page_trials(drawn, len(self.parts), stored)
         if self.evaluated:
             scores = sampled_scores(self.study, drawn)
@@ -82,34 +83,40 @@ class PageData:
             "entries": entries,
             "distributions": kinds,
             "groups": self._groups(places),
-            "responses": [
-                self._response(name, response, trials.places)
-                for name, response in self._ordered()
-            ],
+            "responses": [self._response(name, trials.places) for name in names],
             **trials.data([scores[name][trials.places] for name in self.parts]),
             **interval_tables(trials.number),
         }
 
-    def _ordered(self) -> list[tuple[str, DescribedResponse]]:
-        """Return the responses of the page, those that decide first."""
-        by_name = self.summary.responses
-        decided = [name for name in self.summary.limits if name in by_name]
-        names = dict.fromkeys([*decided, *by_name])
-        return [(name, by_name[name]) for name in names]
+    def _ordered(self) -> list[str]:
+        """Return the responses in focus, those that decide first."""
+
+        def urgency(name: str) -> tuple[int, float]:
+            limited = self.summaries[name].limited
+            if limited is None:
+                return len(WORST_FIRST), 0.0
+            yields = limited.yields
+            out = yields.fraction_out_of_limit.value
+            return WORST_FIRST.index(yields.verdict), -out
+
+        return sorted(responses_in_focus(self.run), key=urgency)
 
     def _part(
         self, name: str, moving: dict[str, int], places: Integers
     ) -> dict[str, Any]:
-        part: dict[str, Any] = {"name": name, "entry": moving.get(name, -1)}
+        sizes = {x.name: x.size for x in self.run.contributors}
+        part: dict[str, Any] = {
+            "name": name,
+            "entry": moving.get(name, -1),
+            "nominal": sizes[name] or 0.0,
+        }
         equal = equal_parts(name, self.study.deviating.dependence)
         if name != equal[0] and not self.evaluated:
             part["repeats"] = True
         if self.evaluated and name not in moving:  # it stays as it was sampled
             spread = spread_of(self.study.deviating.distributions[name])
-            sizes = {x.name: x.size for x in self.run.contributors}
             part |= {
                 "fixed": packed(self.drawn.values(name)[places], "<f4"),
-                "nominal": sizes[name] or 0.0,
                 "lower": spread.lower,
                 "upper": spread.upper,
                 "mean": spread.mean,
@@ -130,17 +137,17 @@ class PageData:
             for group in self.entries.groups(places)
         ]
 
-    def _response(
-        self, name: str, response: DescribedResponse, places: Integers
-    ) -> dict[str, Any]:
-        limit, limited = self.run.limits.get(name), response.limited
+    def _response(self, name: str, places: Integers) -> dict[str, Any]:
+        run, limited = self.run, self.summaries[name].limited
+        limit, scale = run.limits.get(name), run.scales[name]
+        sentences = {response.name: response.sentence for response in run.responses}
         data: dict[str, Any] = {
             "name": name,
             "key": toml_key(name),
-            "sentence": response.sentence,
-            "unit": response.scale.mark,
-            "factor": response.scale.factor,
-            "nominal": response.nominal,
+            "sentence": sentences[name],
+            "unit": scale.mark,
+            "factor": scale.factor,
+            "nominal": run.nominal_values[name],
             "lower": limit.lower if limit else None,
             "upper": limit.upper if limit else None,
             "demanded": limit.demanded if limit else DEMANDED,
