@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from urllib.parse import quote
@@ -48,6 +49,17 @@ def page(document: Document, run: str = "") -> str:
         marks=[Markup(mark) for mark in (run and mark_of(run), GENERATOR) if mark],
     )  # fmt: skip
     return html
+
+
+def explore_page(sources: Mapping[str, str], **words: str) -> str:
+    """Return a page with scripts: its sources by name, and the words of its template.
+
+    The words are escaped; the data are JSON that may stand in a page.
+    """
+    base = files("tolstat.render").joinpath("templates/page.css").read_text("utf-8")
+    parts = {name: Markup(text) for name, text in sources.items()}
+    parts |= {"style": Markup(base) + parts["style"], "data": Markup(words.pop("data"))}
+    return environment().from_string(sources["page"]).render(**parts, **words)
 
 
 def mark_of(run: str) -> str:
