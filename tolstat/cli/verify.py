@@ -36,7 +36,9 @@ def verify(source: Path, all_trials: bool, workers: int | None) -> None:
 
 
 @click.command()
-@click.argument("source", metavar="[MODEL|STUDY.toml|FILE.py:NAME|FILE.fmu]", required=False)
+@click.argument(
+    "source", metavar="[MODEL|STUDY.toml|FILE.py:NAME|FILE.fmu]", required=False
+)
 def doctor(source: str | None) -> None:
     """Check the installation, or the integration of a model.
 

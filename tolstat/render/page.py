@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
@@ -46,6 +47,7 @@ def page(document: Document, run: str = "") -> str:
     template = environment().get_template("document.html")
     html: str = template.render(
         document=document, style=Markup(style), foot=foot, contents=contents,
+        region=Regions(),
         marks=[Markup(mark) for mark in (run and mark_of(run), GENERATOR) if mark],
     )  # fmt: skip
     return html
@@ -60,6 +62,21 @@ def explore_page(sources: Mapping[str, str], **words: str) -> str:
     parts = {name: Markup(text) for name, text in sources.items()}
     parts |= {"style": Markup(base) + parts["style"], "data": Markup(words.pop("data"))}
     return environment().from_string(sources["page"]).render(**parts, **words)
+
+
+class Regions:
+    """The parts of a page that scroll: reached by keyboard, each by its own name."""
+
+    def __init__(self) -> None:
+        self._times: Counter[str] = Counter()
+
+    def __call__(self, name: str) -> Markup:
+        """Return the attributes of a part; a name that is taken gets its number."""
+        self._times[name] += 1
+        times = self._times[name]
+        name = f"{name} ({times})" if times > 1 else name
+        attributes = 'role="region" tabindex="0" aria-label="{}"'
+        return Markup(attributes).format(visible(name))
 
 
 def mark_of(run: str) -> str:
