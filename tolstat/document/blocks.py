@@ -12,6 +12,7 @@ from tolstat.units.scale import Scale
 
 if TYPE_CHECKING:
     from tolstat.document.plot import Plot  # a screen has no figures
+    from tolstat.document.scene import Scene
 
 
 class Cell(NamedTuple):
@@ -132,7 +133,7 @@ class Figure:
     """A picture, as data; `alt` describes it for screen readers."""
 
     alt: str
-    picture: Plot
+    picture: Plot | Scene
     caption: Parts = ()
     wide: bool = False
 

@@ -27,6 +27,7 @@ from tolstat.errors import ModelError, TolstatError, told
 from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.digest import digest
 from tolstat.model.description import Description, StudyNumber
+from tolstat.model.mechanism import Mechanism
 from tolstat.model.view import Chart, Offer
 
 STEP = 1e-4  # s, between two points of a history
@@ -181,6 +182,16 @@ class Model(ABC):
         """
         raise self.fault("it does not move and has no histories")
 
+    def mechanism(self, deviations: Array, settings: Any) -> Mechanism:
+        """Return points and lines of deviations[contributor], SI, for an animation.
+
+        Raises
+        ------
+        ModelError
+            If it has none.
+        """
+        raise self.fault("it has no points and lines to animate")
+
     @property
     def source_digest(self) -> str:
         """The digest of the code that decides the bits of its trials."""
@@ -213,6 +224,11 @@ class Model(ABC):
     def moves(self) -> bool:
         """Whether it has histories."""
         return type(self).history is not Model.history
+
+    @property
+    def animates(self) -> bool:
+        """Whether it has a mechanism to animate."""
+        return type(self).mechanism is not Model.mechanism
 
     @property
     def integrates(self) -> bool:

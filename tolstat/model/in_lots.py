@@ -16,6 +16,7 @@ from tolstat.errors import ModelError
 from tolstat.model.checked import described
 from tolstat.model.contract import History, Model, Outcome, Spreads
 from tolstat.model.description import Description, StudyNumber
+from tolstat.model.mechanism import Mechanism
 from tolstat.model.view import Offer, View
 from tolstat.model.wrapped import Wrapped
 
@@ -80,6 +81,11 @@ class ModelInLots(Wrapped):
         """Return the history of a trial."""
         parts = self._parts(deviations[None, :], settings)[0]
         return self.base.history(parts, settings, step)
+
+    def mechanism(self, deviations: Array, settings: Any) -> Mechanism:
+        """Return the mechanism of a trial."""
+        parts = self._parts(deviations[None, :], settings)[0]
+        return self.base.mechanism(parts, settings)
 
     @property
     def views(self) -> tuple[Offer, ...]:  # type: ignore[override]

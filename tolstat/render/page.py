@@ -24,6 +24,7 @@ from tolstat.document.inline import (
     in_cell,
     in_line,
 )
+from tolstat.document.scene import Scene
 from tolstat.literal import visible
 
 # five digits or more before a point, in groups of three with thin spaces
@@ -101,6 +102,10 @@ def environment() -> Environment:
 
 
 def _svg(figure: Figure) -> Markup:
+    if isinstance(figure.picture, Scene):
+        from tolstat.render.moving import as_moving
+
+        return as_moving(figure.picture, figure.alt)
     from tolstat.render.figures import as_svg  # a page without figures needs no engine
 
     return as_svg(figure.picture, figure.alt)

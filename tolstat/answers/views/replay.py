@@ -10,6 +10,7 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
+from tolstat.answers.views.animation import Animation, animation_of
 from tolstat.document.inline import Number, Parts, Row
 from tolstat.errors import ModelError, RunFileError
 from tolstat.execution.compatibility import made_differently, study_of
@@ -78,6 +79,8 @@ class Replay(Answer):
     )
     # how it moved; None for a model that does not move
     history: Chart | None = field(default=None, metadata={"json": False})
+    # the model and its settings, with which it is simulated
+    built: tuple[Model, Any] | None = field(default=None, metadata={"json": False})
     answers = "trial"
     index = "name"
 
@@ -97,6 +100,21 @@ class Replay(Answer):
             for kind, quantities in (*kinds, ("response", self.responses))
             for name, quantity in quantities.items()
         ]  # fmt: skip
+
+    def animate(self) -> Animation:
+        """Return the mechanism of the trial in motion, before the nominal one.
+
+        It is shown in a notebook; `save` writes it as .html or .gif.
+
+        Raises
+        ------
+        ModelError
+            If the model has no mechanism, or the trial cannot be built.
+        """
+        assert self.built
+        model, settings = self.built
+        row, nominal = np.array([*self.deviations.values()]), self.trial is None
+        return animation_of(model, settings, row, self.title, nominal=nominal)
 
 
 def replay(run: RunSource, index: int | None, model: Model | None = None) -> Replay:
@@ -213,7 +231,10 @@ def _simulated(
         quantities[name] = quantity
     status = words_of(model.failures)[int(outcome.status[0])]
     steps = None if outcome.steps is None else int(outcome.steps[0])
-    return Replay("", None, status, steps, ended, {}, row, quantities, history=chart)
+    return Replay(
+        "", None, status, steps, ended, {}, row, quantities, history=chart,
+        built=(model, settings),
+    )  # fmt: skip
 
 
 def _changed_settings(

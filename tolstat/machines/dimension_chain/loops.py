@@ -250,6 +250,32 @@ class Loops:
         closed: Truths = ~np.isnan(algebra.solved[self.unknowns[0]].value)
         return closed
 
+    @property
+    def turning(self) -> tuple[str, ...]:
+        """The links that are angles of directions: what may turn."""
+        names = {
+            n for equation in self._equations for n in _in_directions(equation.tree)
+        }
+        return tuple(n for n, x in self.links.items() if n in names and x.unit == "rad")
+
+    def vectors(self, algebra: Any) -> dict[str, list[tuple[str, Array]]]:
+        """Return the vectors of each loop, in their order, of a solved algebra.
+
+        Each with the text of its length: float64[2, trial], SI.
+        """
+        by_loop = dict[str, list[tuple[str, Array]]]()
+        equations = iter(self._equations)
+        for name, along, across in zip(self._loops, equations, equations, strict=True):
+            both = zip(_terms(along.tree), _terms(across.tree), strict=True)
+            by_loop[name] = [
+                (ast.unparse(node), sign * np.array([
+                    along.worked_out(algebra, first).value,
+                    across.worked_out(algebra, second).value,
+                ]))
+                for (sign, first, node), (_, second, _) in both
+            ]  # fmt: skip
+        return by_loop
+
     def solved(self, algebra: Any) -> Any:
         """Return an algebra that has the unknowns, too; NaN where loops stay open."""
         if isinstance(algebra, Dimensions):
@@ -283,6 +309,20 @@ def _names(tree: ast.AST) -> set[str]:
 def _in_directions(tree: ast.AST) -> set[str]:
     """Return the names after an @ of a loop."""
     return {name for node in _turned(tree) for name in _names(node.right)}
+
+
+def _terms(
+    tree: ast.expr, sign: float = 1.0
+) -> Iterator[tuple[float, ast.expr, ast.expr]]:
+    """Yield the sign, the vector and the length of each term of a loop."""
+    match tree:
+        case ast.BinOp(left=left, op=ast.Add() | ast.Sub() as op, right=right):
+            yield from _terms(left, sign)
+            yield from _terms(right, -sign if isinstance(op, ast.Sub) else sign)
+        case ast.UnaryOp(op=op, operand=operand):
+            yield from _terms(operand, -sign if isinstance(op, ast.USub) else sign)
+        case ast.BinOp(left=length):
+            yield sign, tree, length
 
 
 def _turned(tree: ast.AST) -> Iterator[ast.BinOp]:
