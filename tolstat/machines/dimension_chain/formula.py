@@ -284,8 +284,8 @@ class Formula:
             character = error.offset or len(self.text)
             raise ModelError(
                 f"{self.gap} = {self._quoted} cannot be read at character {character}; "
-                "a formula such as 'A - 2*B' is expected, with a sign between all parts "
-                "and commas between the values of a function"
+                "a formula such as 'A - 2*B' is expected, with a sign between all "
+                "parts and commas between the values of a function"
             ) from None
         except (RecursionError, MemoryError, ValueError):
             raise ModelError("the formula is too deeply nested to be read") from None
