@@ -1,6 +1,6 @@
 """FMUs built by gcc: our own from `sources`, and others' from `reference`.
 
-`python -m tests.fmu.building FOLDER [NAME ...]` builds ours. FMPy has the headers of FMI.
+`python -m tests.fmu.building FOLDER [NAME ...]` builds ours. FMPy has FMI's headers.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ BACKLASH = Source(
         V("v0", 6, start=0, unit="m/s"),
         *states("x1", "v1", "x2", "v2", first=7),
         V("peak", 15, "output", "continuous", unit="N", text="largest contact force"),
-        V("position", 16, "output", "continuous", unit="m", text="position of the load"),
+        V("position", 16, "output", "continuous", unit="m", text="the load's place"),
         V("impacts", 17, "output", "continuous"),
         V("material", 100, start=1, type="Enumeration"),
         V("teeth", 101, start=23, least=5, most=200, type="Integer"),
@@ -132,7 +132,8 @@ MODELS = {
         [
             V("x", 0, start=0.0), V("a", 1, start=2.0), V("b", 2, start=1.0),
             V("above", 3, start=1.0, text="x from where it misbehaves"),
-            *states("z", first=4), *outputs(y=6),
+            V("hang", 4, start=4.0, text="x from where mixed trials take for ever"),
+            *states("z", first=5), *outputs(y=7),
             V("how", 100, start=1, type="Enumeration"),
             V("label", 300, start="x", type="String"),
         ],
@@ -250,10 +251,19 @@ def _missing(fmi):
     source = (SOURCES / f"fmi{fmi}.c").read_text()
     pattern = rf"typedef\s+fmi{fmi}Status\s+(fmi{fmi}\w+)TYPE\s*\(([^;]*)\);"
     return "\n".join(
-        f"fmi{fmi}Status {name}({' '.join(arguments.split())}) {{ return fmi{fmi}Error; }}"
+        f"fmi{fmi}Status {name}({' '.join(arguments.split())})"
+        f"{{ return fmi{fmi}Error; }}"
         for name, arguments in re.findall(pattern, text)
         if f" {name}(" not in source
     )
+
+
+def without_library(name, fmi, folder):
+    """An FMU that can be described, but not run; its path."""
+    path = Path(folder, f"{name}{fmi}.fmu")
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", description(name, MODELS[name], fmi))
+    return path
 
 
 def build(name, fmi, folder):

@@ -43,6 +43,7 @@ def study_of(
         trials=trials if sampled else None,
         seed=sampled.seed if sampled else None,
         folder=run.data_folder,
+        longest_trial=run.isolation.longest_trial if run.isolation else None,
     )
     if study.until and study.until.budget:
         study = replace(study, trials=max(study.trials, run.trials))

@@ -363,7 +363,8 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
         kept += ["stopped", "audited", "rerun", "diagnostics", "complete"]
     as_stored = {name: getattr(run, name) for name in kept}
     rules = plan.rules if longer else run.rules
-    return replace(plan, notes=notes, rules=rules, **as_stored)
+    as_before = run.isolation or plan.isolation
+    return replace(plan, isolation=as_before, notes=notes, rules=rules, **as_stored)
 
 
 class Completion(NamedTuple):

@@ -38,6 +38,9 @@ class Shortfall(NamedTuple):
     at_most: int  # most trials that it may have
 
 
+MOST_OUTPUT = 20  # failed trials whose output is kept: the first ones
+
+
 class Stage(NamedTuple):
     """Trials that are evaluated before more are proposed."""
 
@@ -65,6 +68,8 @@ class Trials:
     sampled: int  # how many have deviations
     # mapping of str to float64[trial]: columns of the sampler
     drawn: Mapping[str, Array] = field(default_factory=dict)
+    # by trial, the first ones that failed: what they printed last
+    output: dict[int, str] = field(default_factory=dict)
 
     @classmethod
     def planned(cls, description: Description, deviations: Array) -> Trials:
@@ -128,6 +133,9 @@ class Trials:
         for first, outcome in blocks:
             rows = slice(first, first + len(outcome.status))
             self.status[rows], self.responses[rows] = outcome.status, outcome.responses
+            self.output |= {first + row: text for row, text in outcome.output.items()}
+        if len(self.output) > MOST_OUTPUT:
+            self.output = dict(sorted(self.output.items())[:MOST_OUTPUT])
 
     def take_stored(self, run: Run, which: Truths) -> None:
         """Keep the stored answers of a run, for the trials in `which`, bool[trial]."""
@@ -145,6 +153,7 @@ class Trials:
             self.status[:trials],
             self.responses[:trials],
             trials,
+            output={n: text for n, text in self.output.items() if n < trials},
         )
 
     def response(self, name: str) -> Array:

@@ -86,6 +86,10 @@ class FmuModel(Model):
         self._last: tuple[Any, Prepared] | None = None  # settings, as they were
         vars(self).update(assumptions=_assumptions(file))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how other processes make it, from its file."""
+        return FmuModel, (self.file.path.resolve(),)
+
     @property
     def integrates(self) -> bool:
         """Whether tolstat's integrator solves it: others do."""

@@ -7,6 +7,7 @@ any bit, each trial has a new instance from then on.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any
 
 from tolstat.errors import ModelError
@@ -19,6 +20,7 @@ from tolstat.fmu.unpacked import forgets, note_forgetting
 
 CHECKED = 8  # trials of a process after its first, and one of each EVERY
 EVERY = 100
+_turn = Lock()  # a process has one instance, which is of one thread at a time
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +39,10 @@ class Method:
 
     def simulated(self, values: Mapping[Variable, Any]) -> Points:
         """Return the trial with these values, as the FMU takes them."""
+        with _turn:
+            return self._simulated(values)
+
+    def _simulated(self, values: Mapping[Variable, Any]) -> Points:
         instance = instance_of(self.file, model_exchange=self.model_exchange)
         if instance.fresh:
             return self._once(instance, values)

@@ -185,12 +185,12 @@ def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
     status = impossible(model, rows, settings)
     possible = status == 0
     if possible.all():
-        return _evaluated(model, rows, settings)
+        return evaluated(model, rows, settings)
     responses = np.full((len(rows), len(model.describe(settings).responses)), np.nan)
     steps = np.zeros(len(rows), np.int64) if model.integrates else None
     output = NO_OUTPUT
     if possible.any():
-        answers = _evaluated(model, rows[possible], settings)
+        answers = evaluated(model, rows[possible], settings)
         status[possible], responses[possible] = answers.status, answers.responses
         if steps is not None and answers.steps is not None:
             steps[possible] = answers.steps
@@ -199,7 +199,7 @@ def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
     return Answers(responses, status, steps, output)
 
 
-def _evaluated(model: Model, rows: Array, settings: Any) -> Answers:
+def evaluated(model: Model, rows: Array, settings: Any) -> Answers:
     """Return the answers of trials that can be built."""
     with guarded(model, "evaluate"):
         outcome = model.evaluate(rows, settings)

@@ -10,13 +10,13 @@ import os
 import sys
 import traceback
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import chdir, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from itertools import accumulate
 from pathlib import Path
 from threading import current_thread, main_thread
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +82,18 @@ class History(NamedTuple):
     # span is the time over which responses are taken
     chart: Chart
     outcome: Outcome  # of the same trial, bit for bit as `evaluate` finds it
+
+
+class OtherProcesses(Protocol):
+    """The part of a model that is evaluated in other processes."""
+
+    longest: float  # s, that a trial may last; 0 while that is not known
+
+    def learn(self, seconds: float) -> None:
+        """Note how long a trial took, if it is not known how long it may last."""
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a function returns there; ModelError if its process ends."""
 
 
 @dataclass(frozen=True)
@@ -212,6 +224,17 @@ class Model(ABC):
     def unwrapped(self) -> Model:
         """The model itself, without the cases and lots of a study."""
         return self
+
+    @property
+    def isolation(self) -> OtherProcesses | None:
+        """The part of it that is evaluated in other processes, if there is one."""
+        return None
+
+    def called(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a function of it returns, called where it is evaluated."""
+        if part := self.isolation:
+            return part.call(function, self, *arguments)
+        return function(self, *arguments)
 
     @property
     def audits_steps(self) -> bool:

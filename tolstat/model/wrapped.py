@@ -3,7 +3,7 @@
 from typing import Any
 
 from tolstat.lanes.digest import digest
-from tolstat.model.contract import Model
+from tolstat.model.contract import Model, OtherProcesses
 
 COMMON = "name", "title", "settings", "assumptions", "failures"
 
@@ -32,6 +32,11 @@ class Wrapped(Model):
     def unwrapped(self) -> Model:
         """The model itself, without the cases and lots of a study."""
         return self.base.unwrapped
+
+    @property
+    def isolation(self) -> OtherProcesses | None:
+        """The part of it that is evaluated in other processes, if there is one."""
+        return self.base.isolation
 
     @property
     def audits_steps(self) -> bool:

@@ -95,6 +95,14 @@ class Reference(NamedTuple):
     columns: Mapping[str, Array]
 
 
+class Isolation(NamedTuple):
+    """How trials were evaluated in processes of their own."""
+
+    longest_trial: float  # s, that a trial may last; 0 while that is not known
+    # by trial, the first ones that failed: what they printed last, or why they failed
+    output: Mapping[int, str] = {}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Plan:
     """What a run is asked to do: its columns, limits, sampling, settings and source.
@@ -145,6 +153,8 @@ class Plan:
         Numbers of the study, shown beside those of its trials.
     notes, assumptions : tuple of str
         Notes on the run and its deviations; assumptions of the model.
+    isolation : Isolation or None
+        How trials were evaluated in processes of their own; None if they were not.
     warnings : tuple of str
         What readers have to know before its verdicts, from its study.
     made : dict of str to str
@@ -192,6 +202,7 @@ class Plan:
     notes: tuple[str, ...]
     assumptions: tuple[str, ...]
     made: Annotated[dict[str, str], Stored("provenance")]
+    isolation: Isolation | None = None
     warnings: tuple[str, ...] = ()
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -56,7 +57,7 @@ from tolstat.study.settings_section import (
 from tolstat.study.slips import note_readable, section_of, with_link_tables
 from tolstat.study.study_schema import Document, checked
 from tolstat.units.conversion import dimension
-from tolstat.units.grammar import unit_of
+from tolstat.units.grammar import quantity, unit_of
 from tolstat.units.scale import KNOWN, SIZES, figures
 
 SECTIONS = ("settings", "links", "deviations", "cases", "grid", "limits")
@@ -236,11 +237,13 @@ def load(
     trials: int | Rule | None = None,
     seed: int | None = None,
     folder: Path | None = None,
+    longest_trial: float | None = None,
 ) -> Study:
     """Return a study, read and checked.
 
     Trials (or their rule), seed and a custom model replace those of the study. Its data
-    files lie in the folder, by default that of the study. A StudyError lists every
+    files lie in the folder, by default that of the study. With a longest trial, s, or
+    that of the study, trials are evaluated in other processes. A StudyError lists every
     problem: key, value, what is allowed.
     """
     model = model.unwrapped if isinstance(model, Model) else model
@@ -258,6 +261,7 @@ def load(
     chosen = None
     try:
         chosen = _model(document, model, problems)
+        chosen = _isolated(document, chosen, longest_trial, problems)
         settings, document = read_settings(document, chosen, problems)
         if any(name.endswith(LOT) for name in document.deviations):
             from tolstat.model.in_lots import in_lots  # seldom needed
@@ -380,6 +384,19 @@ def _at_worst_means(model: Model, settings: Any, deviating: Deviations) -> Model
         name: float(d.deviations(np.full(1, 0.5))[0]) for name, d in distributions
     }
     return at_worst_means(model, settings, deviating.means, middle)
+
+
+def _isolated(
+    document: Document, model: Model, longest: float | None, problems: Problems
+) -> Model:
+    """Return a model in other processes, if the study or its run limits its trials."""
+    with problems.noting("longest_trial", document.longest_trial):
+        if (typed := document.longest_trial) is not None:
+            longest = quantity(typed, "s")
+            if not 0 < longest < math.inf:
+                raise UnitError("a time above 0 s is expected")
+        return model if longest is None else catalogue.isolated(model, longest)
+    return model
 
 
 def _model(document: Document, model: Model | None, problems: Problems) -> Model:

@@ -67,6 +67,9 @@ class Document(Entry):
         'the name of a sampling, in quotes, or a response, { rare = "extra_loss" }',
         "random",
     )
+    longest_trial: str | None = key(
+        'the time that a trial may last, such as longest_trial = "60 s"', None
+    )
     audit: Literal["sure"] | None = key('only audit = "sure"', None)
     table: str | dict[str, Any] | None = key(
         'the name of a file, such as table = "machines.csv"', None

@@ -71,6 +71,8 @@ class Replay(Answer):
     stored: bool = False  # whether there is a stored row to compare with
     # not bit for bit as stored: responses, "status", "steps"
     differences: tuple[str, ...] = ()
+    # what it printed last, or why it failed, if its process did not answer
+    output: str = ""
     reason: str = ""  # why they may differ, if there is a reason
     damage: str = ""  # the damage of the run
     repair: str = field(default="", metadata={"json": False})
@@ -154,6 +156,8 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
     if index is not None and run.status[index] == Status.NOT_RUN:
         raise RunFileError(f"{run.path}: trial {index} has not run")
     loaded, scales = catalogue.find(model or run.model), run.scales
+    if run.isolation:
+        loaded = catalogue.isolated(loaded, run.isolation.longest_trial)
     settings = read(loaded, settings_with_links(run.study.table, loaded))
     stored = Description(run.contributors, run.responses)
     if columns_of(described(loaded, settings)) != columns_of(stored):
@@ -213,11 +217,13 @@ def _simulated(
     """
     deviations, chart = np.array(list(row.values())), None
     with observed() as seen:
-        if model.moves:
+        output = ""
+        if not model.moves or model.isolation:  # its process may end
+            outcome = simulate(model, deviations[None, :], settings)
+            output = outcome.output.get(0, "")
+        if model.moves and not output:
             history, outcome = history_of(model, deviations, settings, STEP)
             chart = in_units(history, typed)
-        else:
-            outcome = simulate(model, deviations[None, :], settings)
     ended = next((response.failure for response in seen if response.failure), "")
     quantities = {}
     for response, value in zip(responses, outcome.responses[0].tolist(), strict=True):
@@ -232,8 +238,8 @@ def _simulated(
     status = words_of(model.failures)[int(outcome.status[0])]
     steps = None if outcome.steps is None else int(outcome.steps[0])
     return Replay(
-        "", None, status, steps, ended, {}, row, quantities, history=chart,
-        built=(model, settings),
+        "", None, status, steps, ended, {}, row, quantities,
+        history=chart, built=(model, settings), output=output,
     )  # fmt: skip
 
 

@@ -12,9 +12,10 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from tolstat import catalogue
-from tolstat.errors import Advice, LostError, ModelError, Remedy, TolstatError, told
+from tolstat.errors import LostError, ModelError, TolstatError, told
 from tolstat.execution.workers.local_blocks import Block, Evaluated, Mismatch, evaluate
 from tolstat.model.contract import Answers, Model
+from tolstat.model.wrapped import Wrapped
 from tolstat.operating_system import processors
 from tolstat.store.provenance import decisive, provenance
 
@@ -104,7 +105,7 @@ class _Packer(pickle.Pickler):
     """Models go by name, file and digest of their source; cases by value."""
 
     def reducer_override(self, obj: Any) -> Any:
-        if isinstance(obj, Model) and obj.unwrapped is obj:
+        if isinstance(obj, Model) and not isinstance(obj, Wrapped):
             source = _source_of(obj)
             _loaded[source] = obj  # threads of this process have it already
             return _model_of, (obj.name, source, obj.source_digest)
@@ -139,12 +140,8 @@ def _source_of(model: Model) -> str:
     """Return where others find a model; empty for an installed one."""
     source = catalogue.place_of(model)
     if source == catalogue.ANY:
-        raise ModelError(
-            f"model '{model.name}' is an object of this process, so other processes "
-            "cannot find it; load it from its file (tolstat.catalogue.load)",
-            Advice(Remedy.CUSTOM_MODEL),
-        )
-    return catalogue.resolved(source)
+        raise catalogue.lost(model)
+    return catalogue.resolved(source) if source else ""
 
 
 def _model_of(name: str, source: str, digest: str) -> Model:
