@@ -4,7 +4,8 @@
 const explorer = new Explorer(JSON.parse(document.getElementById('data').textContent));
 const $ = id => document.getElementById(id);
 const escaped = text => String(text).replace(/[&<>"]/g, c => `&#${c.charCodeAt(0)};`);
-const LETTERS = ['A', 'B', 'C'], POINTS = explorer.evaluated ? 31 : 13, WIDE = 640;
+const LETTERS = ['A', 'B', 'C'], POINTS = explorer.evaluated ? 31 : 13;
+let WIDE, LEFT, BARS; // of figures, in their units: names end, bars are so wide
 let scenarios = LETTERS.map(() => explorer.scenario()), chosen = 1, focus = 0, readings = [], waiting = 0;
 
 const grouped = text => text.replace(/^-?\d{5,}/, digits => digits.replace(/\B(?=(\d{3})+$)/g, '\u202f'));
@@ -97,6 +98,7 @@ function ticks(low, high) {
   const step = 10 ** Math.floor(Math.log10((high - low) / 3)), wide = [1, 2, 5, 10].map(f => f * step).find(s => (high - low) / s <= 6);
   return Array.from({length: 9}, (_, k) => (Math.ceil(low / wide) + k) * wide).filter(x => x <= high);
 }
+function fitted() { [WIDE, LEFT, BARS] = innerWidth < 640 ? [370, 95, 130] : [640, 165, 310]; }
 function histogram() {
   const [before, one] = [0, chosen].map(s => readings[s].responses[focus]), limit = scenarios[chosen].limits[focus], f = response().factor;
   let low = Infinity, high = -Infinity;
@@ -127,17 +129,17 @@ function waterfall() {
   const mc = explorer.quantiles(one.values, readings[chosen].weights, [0.00135, 0.5, 0.99865]), [mean, sigma] = stack.rss;
   const rows = [['nominal', stack.nominal, stack.nominal, 0, shown(stack.nominal)]]; let at = stack.nominal;
   for (const s of stack.steps) { rows.push([s.name, at, at + s.move, s.reach, `${s.move < 0 ? '' : '+'}${shown(s.move)} ± ${shown(s.reach)}`]); at += s.move; }
-  const bands = [['RSS, ±3 sigma', mean - 3 * sigma, mean + 3 * sigma], ['Monte Carlo, 99.73 %', mc[0], mc[2]], ['worst case', ...stack.worst]].filter(b => b[1] === b[1] && !(explorer.correlated && /RSS/.test(b[0])));
+  const bands = [['RSS, ±3 sigma', mean - 3 * sigma, mean + 3 * sigma], ['Monte Carlo', mc[0], mc[2]], ['worst case', ...stack.worst]].filter(b => b[1] === b[1] && !(explorer.correlated && /RSS/.test(b[0])));
   const all = [...rows.flatMap(r => [r[1] - r[3], r[2] + r[3], r[2] - r[3]]), ...bands.flatMap(b => b.slice(1)), limit.lower, limit.upper].filter(v => v !== null);
-  const low = Math.min(...all), high = Math.max(...all), x = v => 165 + 310 * (v - low) / (high - low || 1), end = 22 + 20 * (rows.length + bands.length);
-  const line = (name, k, inside, text) => word(155, 20 + 20 * k, name, 'text-anchor="end"') + inside + word(WIDE - 5, 20 + 20 * k, text, 'text-anchor="end" class="soft"');
+  const low = Math.min(...all), high = Math.max(...all), x = v => LEFT + BARS * (v - low) / (high - low || 1), end = 22 + 20 * (rows.length + bands.length);
+  const line = (name, k, inside, text) => word(LEFT - 10, 20 + 20 * k, name, 'text-anchor="end"') + inside + word(WIDE - 5, 20 + 20 * k, text, 'text-anchor="end" class="soft"');
   const bar = (a, b, k, kind, thick) => `<rect class="${kind}" x="${Math.min(x(a), x(b))}" width="${Math.max(Math.abs(x(b) - x(a)), 1)}" y="${16 + 20 * k - thick / 2}" height="${thick}"/>`;
   return picture(end + 18, `From nominal ${shown(stack.nominal)} to mean ${shown(mean)}; worst case ${stack.worst.map(shown).join(' to ')}`,
     rows.map(([name, a, b, reach, text], k) => line(name, k, bar(a, b, k, 'pale', 12) + bar(b - reach, b + reach, k, 'bars', 2), text)).join('')
     + bands.map(([name, a, b], k) => line(name, k + rows.length, bar(a, b, k + rows.length, k === 1 ? 'bars' : 'pale', 10), `${shown(a)} to ${shown(b)}`)).join('')
     + [limit.lower, limit.upper].filter(v => v !== null).map(v => `<line class="limit" x1="${x(v)}" x2="${x(v)}" y1="6" y2="${end}"/>`).join('')
     + ticks(low, high).map(t => word(x(t), end + 13, shown(t), 'text-anchor="middle" class="soft"')).join(''))
-    + `<figcaption>From the nominal value to the mean; ± tolerance of each part${response().unit && `, ${response().unit}`}. Worst case: at the corner to which the slopes point.</figcaption>`;
+    + `<figcaption>From the nominal value to the mean; ± tolerance of each part${response().unit && `, ${response().unit}`}. RSS: root sum square. Monte Carlo: 99.73 % of units. Worst case: at the corner to which the slopes point.</figcaption>`;
 }
 function pareto() {
   if (explorer.correlated && explorer.evaluated) return '';
@@ -155,8 +157,8 @@ function pareto() {
     caption = 'ppm out of limit with this tolerance halved as well';
   }
   const label = `${caption}: ${rows.slice(0, 5).map(r => `${r[0]} ${r[2]}`).join('; ')}`;
-  return picture(8 + 20 * rows.length, label, rows.map(([name, share, text], k) => word(155, 18 + 20 * k, name, 'text-anchor="end"')
-    + `<rect class="bars" x="165" width="${310 * share}" y="${8 + 20 * k}" height="12"/>` + word(WIDE - 5, 18 + 20 * k, text, 'text-anchor="end" class="soft"')).join('')) + `<figcaption>${caption}</figcaption>`;
+  return picture(8 + 20 * rows.length, label, rows.map(([name, share, text], k) => word(LEFT - 10, 18 + 20 * k, name, 'text-anchor="end"')
+    + `<rect class="bars" x="${LEFT}" width="${BARS * share}" y="${8 + 20 * k}" height="12"/>` + word(WIDE - 5, 18 + 20 * k, text, 'text-anchor="end" class="soft"')).join('')) + `<figcaption>${caption}</figcaption>`;
 }
 function curves() {
   if (chosen >= 0) explorer.entries.forEach((entry, i) => {
@@ -229,7 +231,7 @@ async function pressed({target}) {
   else if (target.id === 'reset' && chosen) { scenarios[chosen] = explorer.scenario(); draw(); }
   else if (target.id === 'copy') { const other = chosen === 1 ? 2 : 1; scenarios[other] = scenarios[chosen]; readings[other] = readings[chosen]; chosen = other; draw(); }
 }
-build();
+build(); fitted();
 try {
   const kept = explorer.restored(location.hash.slice(1));
   scenarios = [scenarios[0], ...kept.scenarios].slice(0, 3); chosen = clamp(kept.chosen | 0, 0, 2); focus = kept.focus; $('response').value = focus;
@@ -237,6 +239,7 @@ try {
 readings = scenarios.map(scenario => explorer.read(scenario));
 draw();
 document.addEventListener('input', moved);
+addEventListener('resize', () => { fitted(); draw(); });
 document.addEventListener('click', pressed);
 for (const kind of ['pointerdown', 'pointermove']) document.addEventListener(kind, dragged);
 document.documentElement.dataset.ready = Math.round(performance.now());
