@@ -168,7 +168,11 @@ class PageEntries:
             kinds[name] = distribution_table(
                 Kind(f"{label}, as on the drawing", typed, distribution)
             )
-        offered = [name, *(kind for kind in OFFERED if kind != name)]
+        offered = [
+            kind
+            for kind in (name, *(other for other in OFFERED if other != name))
+            if self.evaluated or kinds[kind]["log_slope"]
+        ]
         rest = {k: x for k, x in keys.items() if k not in KEYS and k != "nominal"}
         sized = first in self.study.deviating.sized
         grades, tolerance = grades_of(part, keys), str(keys.get("tolerance", ""))
