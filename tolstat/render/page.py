@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from typing import Any
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -54,14 +55,14 @@ def page(document: Document, run: str = "") -> str:
     return html
 
 
-def explore_page(sources: Mapping[str, str], **words: str) -> str:
+def explore_page(sources: Mapping[str, str], data: str, **words: Any) -> str:
     """Return a page with scripts: its sources by name, and the words of its template.
 
     The words are escaped; the data are JSON that may stand in a page.
     """
     base = files("tolstat.render").joinpath("templates/page.css").read_text("utf-8")
     parts = {name: Markup(text) for name, text in sources.items()}
-    parts |= {"style": Markup(base) + parts["style"], "data": Markup(words.pop("data"))}
+    parts |= {"style": Markup(base) + parts["style"], "data": Markup(data)}
     return environment().from_string(sources["page"]).render(**parts, **words)
 
 

@@ -1,5 +1,6 @@
 """The script of a page, without a browser."""
 
+import csv
 import json
 import shutil
 import subprocess
@@ -26,3 +27,9 @@ def readings(explored, folder, changes):
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
+
+
+def rows_of(path):
+    """Return the rows of a table, as texts."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return [*csv.DictReader(file)]

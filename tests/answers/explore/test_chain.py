@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import tolstat
-from tests.answers.explore.node import data_of, readings
+from tests.answers.explore.node import data_of, readings, rows_of
 from tests.conftest import ROOT
 from tolstat.cli.main import main
 
@@ -113,19 +113,11 @@ def test_copied_commands_agree(run, found, case, tmp_path):
     table = tmp_path / "answer.csv"
     done = CliRunner().invoke(main, [*command[1:], "-o", str(table)])
     assert done.exit_code == 0, done.output
-    (row,) = tolstat_rows(table)
+    (row,) = rows_of(table)
     gap = found[case]["responses"]["gap"]
     assert float(row["fraction out of limit [ppm]"]) == pytest.approx(
         1e6 * gap["share"], abs=210
     )
-
-
-def tolstat_rows(path):
-    """Return the rows of a table with their numbers as texts."""
-    import csv
-
-    with path.open(encoding="utf-8", newline="") as file:
-        return [*csv.DictReader(file)]
 
 
 @pytest.mark.parametrize("case", range(1, len(SCENARIOS)))

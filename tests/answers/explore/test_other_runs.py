@@ -53,8 +53,10 @@ def test_batches_correlations_and_formulas(entries, deviations, sampling, tmp_pa
 
 
 @pytest.fixture(scope="module")
-def measured():
-    return tolstat.run(ROOT / "runs" / "measured-parts.toml", trials=5000)
+def measured(tmp_path_factory):
+    path = tmp_path_factory.mktemp("measured") / "covers.h5"
+    study = ROOT / "runs" / "measured-parts.toml"
+    return tolstat.run(study, trials=5000, output=path)
 
 
 def test_measured_parts_stay(measured, tmp_path):
@@ -70,7 +72,8 @@ def test_measured_parts_stay(measured, tmp_path):
 
 
 def test_a_large_run_has_each_trial_out_of_limit(monkeypatch, tmp_path):
-    run = tolstat.run(ROOT / "runs" / "stack-up.toml", trials=60_000)
+    path = tmp_path / "large.h5"
+    run = tolstat.run(ROOT / "runs" / "stack-up.toml", trials=60_000, output=path)
     explored = tolstat.explore(run)
     data = data_of(explored)
     out = run.beyond("gap")

@@ -1,13 +1,14 @@
 """The page of a model that is not evaluated: stored trials weighted, as by what-if."""
 
 import shlex
+import shutil
+import tomllib
 
 import pytest
 from click.testing import CliRunner
 
 import tolstat
-from tests.answers.explore.node import data_of, readings
-from tests.answers.explore.test_chain import tolstat_rows
+from tests.answers.explore.node import data_of, readings, rows_of
 from tests.conftest import ROOT
 from tolstat.cli.main import main
 from tolstat.errors import QuestionError
@@ -38,8 +39,9 @@ LIMITS = {"slide": {"lower": 168.2 * MM, "upper": 169 * MM}}
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """A vector loop: its unknowns are solved for, so its trials are weighted."""
-    path = tmp_path_factory.mktemp("weighted") / "slide.h5"
-    return tolstat.run(ROOT / "runs" / "slider-crank.toml", trials=6000, output=path)
+    folder = tmp_path_factory.mktemp("weighted")
+    study = shutil.copy(ROOT / "runs" / "slider-crank.toml", folder)
+    return tolstat.run(study, trials=6000)
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +90,7 @@ def test_copied_commands_agree(run, found, case, tmp_path):
     command = [*shlex.split(found[case]["command"])[1:], "-o", str(table)]
     done = CliRunner().invoke(main, command)
     assert done.exit_code == 0, done.output
-    for row in tolstat_rows(table):
+    for row in rows_of(table):
         reading = found[case]["responses"][row["response"]]
         assert float(row["fraction out of limit [ppm]"]) == pytest.approx(
             1e6 * reading["share"], rel=5e-3, abs=0.1
@@ -157,10 +159,8 @@ def test_batches_and_correlations_are_weighted_together(batch, tmp_path):
         )
 
 
-def test_trials_that_depend_on_each_other_are_refused(tmp_path):
-    path = tmp_path / "latin.h5"
-    study = {**tolstat.open(tolstat.run(
-        ROOT / "runs" / "slider-crank.toml", trials=64, output=path)).study.table,
-        "sampling": "latin", "trials": 160}  # fmt: skip
+def test_trials_that_depend_on_each_other_are_refused():
+    study = tomllib.loads((ROOT / "runs" / "slider-crank.toml").read_text())
+    run = tolstat.run({**study, "sampling": "latin", "trials": 160})
     with pytest.raises(QuestionError, match="depend on each other"):
-        tolstat.explore(tolstat.run(study))
+        tolstat.explore(run)

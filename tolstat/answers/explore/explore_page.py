@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from tolstat.answers.explore.page_data import PageData
 from tolstat.answers.next_steps import command
@@ -38,6 +39,7 @@ class Explore:
         run, folder = self.run, files(__package__)
         trials = f"{int(self.data.drawn.sample.ran.sum())} trials"
         how = "evaluated again" if self.data.evaluated else "weighted"
+        data = self.data.data
         return explore_page(
             {
                 name: folder.joinpath(file).read_text("utf-8")
@@ -45,10 +47,22 @@ class Explore:
             },
             title=run.title,
             data=self.data.text(),
+            entries=[*map(self._offered, data["entries"])],
+            responses=data["responses"],
             lead=f"{run.path.name}: {trials}, {how} at each move; {run.model}",
             report=command("report", run.path, machine=run.machine),
             note=READINGS,
         )
+
+    def _offered(self, entry: dict[str, Any]) -> dict[str, Any]:
+        """Return an entry with its choices as value and words."""
+        kinds, grades = self.data.data["distributions"], entry["grades"]
+        return {
+            **entry,
+            "kinds": [(name, kinds[name]["label"]) for name in entry["kinds"]],
+            "grades": [("", "no grade"), *((x, x) for x in grades)] if grades else [],
+            "sized": entry["sized"] and self.data.evaluated,
+        }
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page to a file that ends in .html.

@@ -103,7 +103,7 @@ class Explorer {
   }
   scenario() {
     return {
-      entries: this.entries.map(e => ({nominal: e.nominal, lower: e.lower, upper: e.upper, shift: 0, kind: e.kind, grade: ''})),
+      entries: this.entries.map(e => ({nominal: e.nominal, lower: e.lower, upper: e.upper, shift: 0, kind: e.kind, grade: e.grade})),
       limits: this.responses.map(r => ({lower: r.lower, upper: r.upper})),
     };
   }
@@ -116,7 +116,7 @@ class Explorer {
   }
   graded(i, state, grade) {
     const zone = this.entries[i].grades[grade], drawn = this.drawing.entries[i];
-    return zone ? {...state, lower: zone[0], upper: zone[1], grade} : {...state, lower: drawn.lower, upper: drawn.upper, grade: ''};
+    return zone && grade !== drawn.grade ? {...state, lower: zone[0], upper: zone[1], grade} : {...state, lower: drawn.lower, upper: drawn.upper, grade: drawn.grade};
   }
   changed(scenario, i) {
     const a = this.drawing.entries[i], b = scenario.entries[i];
@@ -363,7 +363,7 @@ class Explorer {
   }
   tolerance(i, state) {
     const drawn = this.drawing.entries[i], entry = this.entries[i];
-    if (state.grade) return state.grade;
+    if (state.grade && state.grade !== drawn.grade) return state.grade;
     return state.lower === drawn.lower && state.upper === drawn.upper && entry.tolerance ? entry.tolerance : this.zone(entry, state);
   }
   quantity(entry, x) { return `${this.number(x, entry.factor)}${entry.unit && ` ${entry.unit}`}`; }
@@ -381,7 +381,7 @@ class Explorer {
       else keys.push([key, value]);
     }
     // a tolerance of the drawing is written without the shift that it has there
-    const shift = state.shift + (sized ? 0 : state.nominal - drawn.nominal) + (same && !state.grade ? entry.shifted : 0);
+    const shift = state.shift + (sized ? 0 : state.nominal - drawn.nominal) + (same ? entry.shifted : 0);
     if (Math.abs(shift) > 1e-9 * half) keys.push(['nominal_shift', this.quantity(entry, shift)]);
     return keys;
   }

@@ -4,7 +4,8 @@
 const explorer = new Explorer(JSON.parse(document.getElementById('data').textContent));
 const $ = id => document.getElementById(id);
 const escaped = text => String(text).replace(/[&<>"]/g, c => `&#${c.charCodeAt(0)};`);
-const LETTERS = ['A', 'B', 'C'], POINTS = explorer.evaluated ? 31 : 13, WIDE = 640;
+const LETTERS = ['A', 'B', 'C'], POINTS = explorer.evaluated ? 31 : 13;
+let WIDE, LEFT, BARS; // of figures, in their units: names end, bars are so wide
 let scenarios = LETTERS.map(() => explorer.scenario()), chosen = 1, focus = 0, readings = [], waiting = 0;
 
 const grouped = text => text.replace(/^-?\d{5,}/, digits => digits.replace(/\B(?=(\d{3})+$)/g, '\u202f'));
@@ -16,52 +17,41 @@ function plain(x, figures = 3) {
 }
 const ppm = share => plain(Math.abs(1e6 * share) < 0.05 ? 0 : 1e6 * share);
 const response = () => explorer.responses[focus];
-const shown = x => plain(x * response().factor, 4);
+const shown = x => { // with decimals that resolve a hundredth of sigma
+  const {factor} = response(), {sigma} = readings[0].responses[focus];
+  return x === null || !Number.isFinite(x) ? plain(x) : (x * factor).toFixed(clamp(2 - Math.floor(Math.log10(sigma * factor)), 0, 9) || 0);
+};
 const FIELDS = {
-  nominal: {label: 'nominal', get: s => s.nominal, set: (i, s, x) => ({...s, nominal: x, grade: ''}),
+  nominal: {get: s => s.nominal, set: (i, s, x) => ({...s, nominal: x, grade: ''}),
     ends: i => [-2, 2].map(f => explorer.drawing.entries[i].nominal + f * drawnHalf(i))},
-  half: {label: '±', get: s => explorer.half(s), set: (i, s, x) => x > 0 ? explorer.resized(i, s, x) : s,
+  half: {get: s => explorer.half(s), set: (i, s, x) => x > 0 ? explorer.resized(i, s, x) : s,
     ends: i => (explorer.evaluated ? [0.1, 2] : [0.2, 1.2]).map(f => f * drawnHalf(i))},
-  shift: {label: 'shift', get: s => s.shift, set: (i, s, x) => ({...s, shift: x}),
+  shift: {get: s => s.shift, set: (i, s, x) => ({...s, shift: x}),
     ends: i => (explorer.evaluated ? [-1, 1] : [-0.5, 0.5]).map(f => f * drawnHalf(i))},
 };
+/* Ends of a slider, SI, and its step in the unit shown: round numbers. */
+function track([low, high], factor) {
+  const step = 10 ** Math.floor(Math.log10((high - low) * factor / 100));
+  return [...[low, high].map(x => Math.round(x * factor / step) * step / factor), step];
+}
+const ends = (name, i) => track(FIELDS[name].ends(i), explorer.entries[i].factor);
 const drawnHalf = i => explorer.half(explorer.drawing.entries[i]);
 const typed = (x, factor) => +(x * factor).toPrecision(7);
 
-function control(id, label, data, curve = '') {
-  return `<div class="field"><label for="${id}">${label} <input type="number" step="any" id="${id}" ${data}></label>${curve}
-    <input type="range" id="${id}-r" aria-label="${label}" ${data}></div>`;
-}
-function build() {
-  $('focus').hidden = explorer.responses.length < 2;
-  $('response').innerHTML = explorer.responses.map((r, i) => `<option value="${i}">${escaped(r.name)}</option>`).join('');
-  $('entries').innerHTML = explorer.entries.map((e, i) => {
-    const legend = `<legend>${escaped(e.name)} <small>${escaped(e.unit)}${e.parts > 1 ? `, ${e.parts} parts` : ''}</small></legend>`;
-    if (e.reason) return `<fieldset class="entry">${legend}<small>${escaped(e.words)}. Stays: ${escaped(e.reason)}.</small></fieldset>`;
-    const grades = Object.keys(e.grades).map(g => `<option>${g}</option>`).join('');
-    const kinds = e.kinds.filter(k => explorer.evaluated || explorer.kinds[k].logSlope).map(k => `<option value="${escaped(k)}">${escaped(explorer.kinds[k].label)}</option>`).join('');
-    const curve = field => `<svg viewBox="0 0 100 40" preserveAspectRatio="none" aria-hidden="true" data-entry="${i}" data-field="${field}"></svg>`;
-    return `<fieldset class="entry" id="e${i}">${legend}<div class="choices">
-      <label class="unseen" for="e${i}-kind">distribution of ${escaped(e.name)}</label><select id="e${i}-kind" data-entry="${i}" data-field="kind">${kinds}</select>
-      ${grades && `<label class="unseen" for="e${i}-grade">grade of ${escaped(e.name)}</label><select id="e${i}-grade" data-entry="${i}" data-field="grade"><option value="">no grade</option>${grades}</select>`}</div><div class="fields">
-      ${Object.keys(FIELDS).filter(f => f !== 'nominal' || e.sized && explorer.evaluated).map(f => control(`e${i}-${f}`, `${FIELDS[f].label}`, `data-entry="${i}" data-field="${f}"`, f === 'nominal' ? '' : curve(f))).join('')}</div></fieldset>`;
-  }).join('');
-}
-const setting = (input, x, ends) => {
-  if (input.type === 'range') [input.min, input.max, input.step] = [ends[0], ends[1], (ends[1] - ends[0]) / 400];
+const setting = (input, x, [low, high, step], factor) => {
+  if (input.type === 'range') [input.min, input.max, input.step] = [typed(low, factor), typed(high, factor), typed(step, 1)];
   if (document.activeElement !== input || input.type === 'range') input.value = x;
 };
 function updateControls() {
   const scenario = scenarios[chosen], r = response();
   $('controls').disabled = chosen === 0;
-  $('limits').innerHTML || ($('limits').innerHTML = `<fieldset class="entry" id="limit"><legend></legend><div class="fields">${['lower', 'upper'].map(end => control(`l-${end}`, `${end} limit`, `data-end="${end}"`)).join('')}</div></fieldset>`);
-  $('limit').querySelector('legend').textContent = `limits of ${r.name}${r.unit && `, ${r.unit}`}`;
+  $('limited').textContent = `limits of ${r.name}${r.unit && `, ${r.unit}`}`;
   $('limit').classList.toggle('changed', explorer.limitChanged(scenario, focus));
   const values = readings[0].responses[focus], reach = 8 * values.sigma;
   for (const end of ['lower', 'upper']) for (const suffix of ['', '-r']) {
     const input = $(`l-${end}${suffix}`), x = scenario.limits[focus][end];
     input.disabled = suffix === '-r' && x === null;
-    setting(input, x === null ? '' : typed(x, r.factor), [values.mean - reach, values.mean + reach].map(y => typed(y, r.factor)));
+    setting(input, x === null ? '' : typed(x, r.factor), track([values.mean - reach, values.mean + reach], r.factor), r.factor);
   }
   explorer.entries.forEach((entry, i) => {
     if (entry.reason) return;
@@ -71,7 +61,7 @@ function updateControls() {
     if ($(`e${i}-grade`)) $(`e${i}-grade`).value = state.grade;
     for (const [name, field] of Object.entries(FIELDS)) for (const suffix of ['', '-r']) {
       const input = $(`e${i}-${name}${suffix}`);
-      if (input) setting(input, typed(field.get(state), entry.factor), field.ends(i).map(x => typed(x, entry.factor)));
+      if (input) setting(input, typed(field.get(state), entry.factor), ends(name, i), entry.factor);
     }
   });
 }
@@ -93,12 +83,14 @@ function updateCards() {
 // ---- figures
 const picture = (height, label, inside) => `<svg viewBox="0 0 ${WIDE} ${height}" role="img" aria-label="${escaped(label)}">${inside}</svg>`;
 const word = (x, y, text, more = '') => `<text x="${x}" y="${y}" ${more}>${escaped(text)}</text>`;
+const tick = x => String(+(x * response().factor).toPrecision(6));
 function ticks(low, high) {
   const step = 10 ** Math.floor(Math.log10((high - low) / 3)), wide = [1, 2, 5, 10].map(f => f * step).find(s => (high - low) / s <= 6);
   return Array.from({length: 9}, (_, k) => (Math.ceil(low / wide) + k) * wide).filter(x => x <= high);
 }
+function fitted() { [WIDE, LEFT, BARS] = innerWidth < 640 ? [370, 95, 130] : [640, 165, 310]; }
 function histogram() {
-  const [before, one] = [0, chosen].map(s => readings[s].responses[focus]), limit = scenarios[chosen].limits[focus], f = response().factor;
+  const [before, one] = [0, chosen].map(s => readings[s].responses[focus]), limit = scenarios[chosen].limits[focus];
   let low = Infinity, high = -Infinity;
   for (const {mean, sigma, least, largest} of [before, one]) { low = Math.min(low, Math.max(mean - 4.5 * sigma, least)); high = Math.max(high, Math.min(mean + 4.5 * sigma, largest)); }
   for (const end of [limit.lower, limit.upper, response().nominal]) if (end !== null && Math.abs(end - one.mean) < 12 * one.sigma) { low = Math.min(low, end); high = Math.max(high, end); }
@@ -114,11 +106,11 @@ function histogram() {
   const top = Math.max(...drawn, ...now, ...fit), y = share => 190 - 150 * share / top;
   const bars = Array.from(now, (share, b) => `<rect class="bars" x="${x(low + b * wide) + 0.5}" width="${(WIDE - 20) / BINS - 1}" y="${y(share)}" height="${190 - y(share)}"/>`).join('');
   const outline = Array.from(drawn, (share, b) => `H${x(low + b * wide)}V${y(share)}`).join('');
-  const mark = (at, text, kind, row, anchor = 'middle') => at === null || !(at >= low && at <= high) ? '' : `<line class="${kind}" x1="${x(at)}" x2="${x(at)}" y1="${row + 3}" y2="190"/>${word(clamp(x(at), 45, WIDE - 45), row, `${text} ${plain(at * f, 4)}`, `text-anchor="${anchor}" class="${kind}"`)}`;
+  const mark = (at, text, kind, row, anchor = 'middle') => at === null || !(at >= low && at <= high) ? '' : `<line class="${kind}" x1="${x(at)}" x2="${x(at)}" y1="${row + 3}" y2="190"/>${word(clamp(x(at), 45, WIDE - 45), row, `${text} ${shown(at)}`, `text-anchor="${anchor}" class="${kind}"`)}`;
   return picture(215, `Histogram of ${response().name}: mean ${shown(one.mean)}, sigma ${shown(one.sigma)}`,
     bars + (chosen ? `<path class="before" d="M10 190${outline}H${WIDE - 10}V190"/>` : '') + `<path class="fit" d="M${fit.map((s, b) => `${x(low + (b + 0.5) * wide)} ${y(s)}`).join('L')}"/>`
     + mark(limit.lower, 'LSL', 'limit', 12) + mark(limit.upper, 'USL', 'limit', 12) + mark(response().nominal, 'nominal', 'axis-line', 26) + mark(one.mean, 'mean', 'axis-line', 40)
-    + `<line class="axis-line" x1="10" x2="${WIDE - 10}" y1="190" y2="190"/>` + ticks(low, high).map(t => word(x(t), 206, plain(t * f, 4), 'text-anchor="middle" class="soft"')).join(''))
+    + `<line class="axis-line" x1="10" x2="${WIDE - 10}" y1="190" y2="190"/>` + ticks(low, high).map(t => word(x(t), 206, tick(t), 'text-anchor="middle" class="soft"')).join(''))
     + `<figcaption>${escaped(response().name)}${response().unit && `, ${response().unit}`}: bars ${LETTERS[chosen]}, outline A; dashed normal fit</figcaption>`;
 }
 function waterfall() {
@@ -127,17 +119,17 @@ function waterfall() {
   const mc = explorer.quantiles(one.values, readings[chosen].weights, [0.00135, 0.5, 0.99865]), [mean, sigma] = stack.rss;
   const rows = [['nominal', stack.nominal, stack.nominal, 0, shown(stack.nominal)]]; let at = stack.nominal;
   for (const s of stack.steps) { rows.push([s.name, at, at + s.move, s.reach, `${s.move < 0 ? '' : '+'}${shown(s.move)} ± ${shown(s.reach)}`]); at += s.move; }
-  const bands = [['RSS, ±3 sigma', mean - 3 * sigma, mean + 3 * sigma], ['Monte Carlo, 99.73 %', mc[0], mc[2]], ['worst case', ...stack.worst]].filter(b => b[1] === b[1] && !(explorer.correlated && /RSS/.test(b[0])));
+  const bands = [['RSS, ±3 sigma', mean - 3 * sigma, mean + 3 * sigma], ['Monte Carlo', mc[0], mc[2]], ['worst case', ...stack.worst]].filter(b => b[1] === b[1] && !(explorer.correlated && /RSS/.test(b[0])));
   const all = [...rows.flatMap(r => [r[1] - r[3], r[2] + r[3], r[2] - r[3]]), ...bands.flatMap(b => b.slice(1)), limit.lower, limit.upper].filter(v => v !== null);
-  const low = Math.min(...all), high = Math.max(...all), x = v => 165 + 310 * (v - low) / (high - low || 1), end = 22 + 20 * (rows.length + bands.length);
-  const line = (name, k, inside, text) => word(155, 20 + 20 * k, name, 'text-anchor="end"') + inside + word(WIDE - 5, 20 + 20 * k, text, 'text-anchor="end" class="soft"');
+  const low = Math.min(...all), high = Math.max(...all), x = v => LEFT + BARS * (v - low) / (high - low || 1), end = 22 + 20 * (rows.length + bands.length);
+  const line = (name, k, inside, text) => word(LEFT - 10, 20 + 20 * k, name, 'text-anchor="end"') + inside + word(WIDE - 5, 20 + 20 * k, text, 'text-anchor="end" class="soft"');
   const bar = (a, b, k, kind, thick) => `<rect class="${kind}" x="${Math.min(x(a), x(b))}" width="${Math.max(Math.abs(x(b) - x(a)), 1)}" y="${16 + 20 * k - thick / 2}" height="${thick}"/>`;
   return picture(end + 18, `From nominal ${shown(stack.nominal)} to mean ${shown(mean)}; worst case ${stack.worst.map(shown).join(' to ')}`,
     rows.map(([name, a, b, reach, text], k) => line(name, k, bar(a, b, k, 'pale', 12) + bar(b - reach, b + reach, k, 'bars', 2), text)).join('')
     + bands.map(([name, a, b], k) => line(name, k + rows.length, bar(a, b, k + rows.length, k === 1 ? 'bars' : 'pale', 10), `${shown(a)} to ${shown(b)}`)).join('')
     + [limit.lower, limit.upper].filter(v => v !== null).map(v => `<line class="limit" x1="${x(v)}" x2="${x(v)}" y1="6" y2="${end}"/>`).join('')
-    + ticks(low, high).map(t => word(x(t), end + 13, shown(t), 'text-anchor="middle" class="soft"')).join(''))
-    + `<figcaption>From the nominal value to the mean; ± tolerance of each part${response().unit && `, ${response().unit}`}. Worst case: at the corner to which the slopes point.</figcaption>`;
+    + ticks(low, high).map(t => word(x(t), end + 13, tick(t), 'text-anchor="middle" class="soft"')).join(''))
+    + `<figcaption>From the nominal value to the mean; ± tolerance of each part${response().unit && `, ${response().unit}`}. RSS: root sum square. Monte Carlo: 99.73 % of units. Worst case: at the corner to which the slopes point.</figcaption>`;
 }
 function pareto() {
   if (explorer.correlated && explorer.evaluated) return '';
@@ -155,14 +147,14 @@ function pareto() {
     caption = 'ppm out of limit with this tolerance halved as well';
   }
   const label = `${caption}: ${rows.slice(0, 5).map(r => `${r[0]} ${r[2]}`).join('; ')}`;
-  return picture(8 + 20 * rows.length, label, rows.map(([name, share, text], k) => word(155, 18 + 20 * k, name, 'text-anchor="end"')
-    + `<rect class="bars" x="165" width="${310 * share}" y="${8 + 20 * k}" height="12"/>` + word(WIDE - 5, 18 + 20 * k, text, 'text-anchor="end" class="soft"')).join('')) + `<figcaption>${caption}</figcaption>`;
+  return picture(8 + 20 * rows.length, label, rows.map(([name, share, text], k) => word(LEFT - 10, 18 + 20 * k, name, 'text-anchor="end"')
+    + `<rect class="bars" x="${LEFT}" width="${BARS * share}" y="${8 + 20 * k}" height="12"/>` + word(WIDE - 5, 18 + 20 * k, text, 'text-anchor="end" class="soft"')).join('')) + `<figcaption>${caption}</figcaption>`;
 }
 function curves() {
   if (chosen >= 0) explorer.entries.forEach((entry, i) => {
     if (entry.reason) return;
     queue.push(() => ['half', 'shift'].forEach(name => {
-      const svg = $(`e${i}`).querySelector(`svg[data-field=${name}]`), [low, high] = FIELDS[name].ends(i);
+      const svg = $(`e${i}`).querySelector(`svg[data-field=${name}]`), [low, high] = ends(name, i);
       const xs = Array.from({length: POINTS}, (_, k) => low + (high - low) * k / (POINTS - 1)), shares = explorer.profile(scenarios[chosen], i, name, xs, focus);
       const y = share => 38 - 36 * clamp(Math.log10(Math.max(1e6 * share, 1)) / 6, 0, 1); // from 1 ppm to all
       const at = 100 * clamp((FIELDS[name].get(scenarios[chosen].entries[i]) - low) / (high - low), 0, 1); let pen = 'M';
@@ -218,8 +210,8 @@ function moved({target}) {
 function dragged(event) {
   const svg = event.target.closest('svg[data-field]');
   if (!svg || chosen === 0 || !(event.buttons & 1)) return;
-  const {entry, field} = svg.dataset, box = svg.getBoundingClientRect(), [low, high] = FIELDS[field].ends(entry);
-  svg.setPointerCapture(event.pointerId);
+  const {entry, field} = svg.dataset, box = svg.getBoundingClientRect(), [low, high] = ends(field, entry);
+  if (event.isTrusted) svg.setPointerCapture(event.pointerId); // a test's pointer cannot be
   change(entry, FIELDS[field].set(entry, scenarios[chosen].entries[entry], low + (high - low) * clamp((event.clientX - box.left) / box.width, 0, 1)));
 }
 async function pressed({target}) {
@@ -229,7 +221,7 @@ async function pressed({target}) {
   else if (target.id === 'reset' && chosen) { scenarios[chosen] = explorer.scenario(); draw(); }
   else if (target.id === 'copy') { const other = chosen === 1 ? 2 : 1; scenarios[other] = scenarios[chosen]; readings[other] = readings[chosen]; chosen = other; draw(); }
 }
-build();
+fitted();
 try {
   const kept = explorer.restored(location.hash.slice(1));
   scenarios = [scenarios[0], ...kept.scenarios].slice(0, 3); chosen = clamp(kept.chosen | 0, 0, 2); focus = kept.focus; $('response').value = focus;
@@ -237,6 +229,7 @@ try {
 readings = scenarios.map(scenario => explorer.read(scenario));
 draw();
 document.addEventListener('input', moved);
+addEventListener('resize', () => { fitted(); draw(); });
 document.addEventListener('click', pressed);
 for (const kind of ['pointerdown', 'pointermove']) document.addEventListener(kind, dragged);
 document.documentElement.dataset.ready = Math.round(performance.now());

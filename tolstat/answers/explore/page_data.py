@@ -2,6 +2,7 @@
 
 import json
 import math
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -52,8 +53,9 @@ class PageData:
         others = [name for group in self.entries.groups(moving) for name in group]
         return [*dict.fromkeys([*moving, *others])]
 
+    @cached_property
     def data(self) -> dict[str, Any]:
-        """Return the data of the page, fit for JSON."""
+        """The data of the page."""
         run, drawn, moving = self.run, self.drawn, self.entries.moving
         places = {name: place for place, name in enumerate(self.parts)}
         names = self._ordered()
@@ -175,7 +177,7 @@ class PageData:
 
     def text(self) -> str:
         """Return the data as JSON that may stand in a page."""
-        text = json.dumps(_finite(self.data()), separators=(",", ":"), allow_nan=False)
+        text = json.dumps(_finite(self.data), separators=(",", ":"), allow_nan=False)
         return text.replace("<", "\\u003c")
 
 

@@ -149,6 +149,7 @@ class PageEntries:
             "upper": 0.0,
             "kind": "",
             "kinds": [],
+            "grade": "",
             "grades": {},
         }
         return data if entry.reason else data | self._movable(entry, kinds)
@@ -167,9 +168,14 @@ class PageEntries:
             kinds[name] = distribution_table(
                 Kind(f"{label}, as on the drawing", typed, distribution)
             )
-        offered = [name, *(kind for kind in OFFERED if kind != name)]
+        offered = [
+            kind
+            for kind in (name, *(other for other in OFFERED if other != name))
+            if self.evaluated or kinds[kind]["log_slope"]
+        ]
         rest = {k: x for k, x in keys.items() if k not in KEYS and k != "nominal"}
         sized = first in self.study.deviating.sized
+        grades, tolerance = grades_of(part, keys), str(keys.get("tolerance", ""))
         return {
             "lower": zone.lower,
             "upper": zone.upper,
@@ -177,10 +183,11 @@ class PageEntries:
             "shifted": getattr(distribution, "by", 0.0),
             "kind": name,
             "kinds": offered,
-            "tolerance": str(keys.get("tolerance", "")),
+            "tolerance": tolerance,
             "size": str(keys.get("size", "")),
             "rest": toml_keys(rest),
-            "grades": grades_of(part, keys),
+            "grade": tolerance if tolerance in grades else "",
+            "grades": grades,
         }
 
     def groups(self, parts: Mapping[str, int]) -> list[list[str]]:
