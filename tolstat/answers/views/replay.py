@@ -13,10 +13,11 @@ from tolstat.answers.next_steps import to_resume
 from tolstat.document.inline import Number, Parts, Row
 from tolstat.errors import ModelError, RunFileError
 from tolstat.execution.compatibility import made_differently, study_of
+from tolstat.execution.stages import rows_of
 from tolstat.integrator.integrate import observed
 from tolstat.model.checked import described, simulate
 from tolstat.model.checked_views import history_of
-from tolstat.model.contract import STEP, Model
+from tolstat.model.contract import STEP, Answers, Model
 from tolstat.model.description import Description, Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import read, setting_of
@@ -29,6 +30,7 @@ from tolstat.store.stored_run import Run
 from tolstat.study.given_points import columns_of, setting_name
 from tolstat.study.settings_section import settings_with_links
 from tolstat.study.study import Study, typed_units
+from tolstat.study.study_schema import RESULTS
 from tolstat.units.scale import Scale, scale_of
 
 
@@ -152,7 +154,13 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         row = {name: float(run.column(name)[index]) for name in row}
     typed = {response.name: response.shown for response in run.responses}
     typed |= typed_units(run.study.table)
-    trial = _simulated(loaded, settings, row, run.responses, run.limits, typed, scales)
+    known = None
+    if run.model == RESULTS and index is not None:
+        answers = study_of(run).answers
+        known = answers and rows_of(answers, [index])
+    trial = _simulated(
+        loaded, settings, row, run.responses, run.limits, typed, scales, known
+    )
     which = "nominal trial" if index is None else f"trial {index}"
     return replace(
         trial,
@@ -188,8 +196,9 @@ def _simulated(
     limits: Mapping[str, Limit],
     typed: Mapping[str, str],
     scales: Mapping[str, Scale],
+    known: Answers | None = None,
 ) -> Replay:
-    """Return the simulated trial of a row of deviations, SI.
+    """Return the simulated trial of a row of deviations, SI, or its `known` answers.
 
     A response without a scale is shown in its typed unit, by its size and limit.
     """
@@ -199,7 +208,7 @@ def _simulated(
             history, outcome = history_of(model, deviations, settings, STEP)
             chart = in_units(history, typed)
         else:
-            outcome = simulate(model, deviations[None, :], settings)
+            outcome = known or simulate(model, deviations[None, :], settings)
     ended = next((response.failure for response in seen if response.failure), "")
     quantities = {}
     for response, value in zip(responses, outcome.responses[0].tolist(), strict=True):
