@@ -302,6 +302,14 @@ def test_the_model_alone_has_no_answers():
     assert [*frame["status"]] == ["not in the file"] * 2
 
 
+def test_a_new_study_runs_beside_its_file(tmp_path):
+    (tmp_path / "new.toml").write_text(tolstat.new_study("results"))
+    table = rows(60).rename(columns={"slide [mm]": "stroke [mm]"})
+    table[["rod [mm]", "stroke [mm]"]].to_csv(tmp_path / "results.csv", index=False)
+    run = tolstat.run(tmp_path / "new.toml")
+    assert run.counts["done"] == 60 and not run.warnings
+
+
 def test_other_samplings_cases_and_missing_responses_are_refused(study):
     for before, after, words in (
         ("model", 'sampling = "random"\nmodel', "rows of a file"),

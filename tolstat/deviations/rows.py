@@ -68,16 +68,16 @@ class Correlated(NamedTuple):
     correlation: float  # of ranks
 
 
-Doubt = Outside | Misfit | Correlated
+Contradiction = Outside | Misfit | Correlated
 
 
-def doubts(
+def contradictions(
     deviations: Mapping[str, Array],
     distributions: Mapping[str, Distribution],
     dependence: Dependence,
     *,
     sample: bool,
-) -> Iterator[Doubt]:
+) -> Iterator[Contradiction]:
     """Yield what contradicts the distributions that a study states.
 
     Parameters

@@ -20,7 +20,7 @@ from tolstat.machines.results.machine import FAILED
 from tolstat.model.checked import complete
 from tolstat.model.contract import Model, Outcome
 from tolstat.model.description import Description
-from tolstat.study.data_files import read_data, source_words
+from tolstat.study.data_files import counts_rows, read_data, source_words
 from tolstat.study.given_points import Case, Points
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.rows import part_of_head, table_entry
@@ -102,7 +102,8 @@ def read_results(
         except UnitError as error:
             raise DataError(f"{table.path}, column {head}: {error}") from None
         answers[:, number] = factor * np.array(table.column(head, without))
-    if unnamed := [n for n in table.columns if n not in {*columns.read, entry.failed}]:
+    unnamed = [n for n in table.columns if n not in {*columns.read, entry.failed}]
+    if unnamed := [n for n in unnamed if not counts_rows(table, n)]:
         warnings[f"{name}: no entry names {_listed('column', unnamed)}; not read"] = (
             None
         )

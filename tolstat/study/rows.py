@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tolstat.deviations.names import expand
-from tolstat.deviations.rows import ROWS, Correlated, Misfit, Outside, doubts
+from tolstat.deviations.rows import ROWS, Correlated, Misfit, Outside, contradictions
 from tolstat.errors import DataError, DistributionError, ModelError, UnitError
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor, Description
@@ -116,8 +116,10 @@ def _contradicted(
     deviations = {name: values for name, values in columns.items() if np.any(values)}
     stated = {n: d for n, d in deviating.distributions.items() if n in deviations}
     sampled, pairs = points.sampler is not None, 0
-    for doubt in doubts(deviations, stated, deviating.dependence, sample=sampled):
-        match doubt:
+    for contradiction in contradictions(
+        deviations, stated, deviating.dependence, sample=sampled
+    ):
+        match contradiction:
             case Outside(name, rows):
                 row, more = int(rows[0]), len(rows) - 1
                 others = f"; in {more} more rows, too" if more else ""
