@@ -55,7 +55,7 @@ title = "results"
 model = "results"
 
 [table]
-data = "results.csv"        # also XLSX, ODS, XLS, Parquet, HDF5; it lies beside the study
+data = "results.csv"        # or XLSX, ODS, XLS, Parquet, HDF5, beside the study
 sampled = "random"          # or latin, grid, unknown: the last two have no statistics
 # failed = "state"          # the column that tells failed rows: true, yes or 1
 # done = "converged"        # or what it has in rows that did not fail
