@@ -15,7 +15,7 @@ from contextlib import chdir, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import current_thread, main_thread
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,10 @@ from tolstat.errors import ModelError, TolstatError, told
 from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.digest import digest
 from tolstat.model.description import Description, StudyNumber
-from tolstat.model.mechanism import Mechanism
 from tolstat.model.view import Chart, Offer
+
+if TYPE_CHECKING:
+    from tolstat.model.mechanism import Mechanism  # seldom needed
 
 STEP = 1e-4  # s, between two points of a history
 MOST_SAMPLES = 2_000_000  # of a history
