@@ -15,11 +15,22 @@ if TYPE_CHECKING:
     from tolstat.document.scene import Scene
 
 
+class Sketch(NamedTuple):
+    """A small histogram without axes, its bars in [0, 1] along a common width."""
+
+    alt: str  # describes it for screen readers
+    edges: tuple[float, ...]  # one more than heights
+    heights: tuple[float, ...]
+    out_of_limit: tuple[bool, ...]  # by bar
+    ends: tuple[float, ...]  # of the limit
+
+
 class Cell(NamedTuple):
     """A cell of a table: a number or words, with smaller text below."""
 
     main: Parts
     below: Parts = ()
+    sketch: Sketch | None = None  # below that, on a page
 
 
 @dataclass(frozen=True)
@@ -133,9 +144,17 @@ class Figure:
     """A picture, as data; `alt` describes it for screen readers."""
 
     alt: str
-    picture: Plot | Scene
+    picture: Plot
     caption: Parts = ()
     wide: bool = False
+
+
+@dataclass(frozen=True)
+class Animated:
+    """A picture that moves, as data; `alt` describes it for screen readers."""
+
+    alt: str
+    scene: Scene
 
 
 @dataclass(frozen=True)
@@ -177,7 +196,16 @@ class Section:
 
 
 Block = (
-    Table | Paragraph | Bullets | Facts | Verbatim | Figure | Gallery | Ranges | Section
+    Table
+    | Paragraph
+    | Bullets
+    | Facts
+    | Verbatim
+    | Figure
+    | Animated
+    | Gallery
+    | Ranges
+    | Section
 )
 
 

@@ -72,7 +72,7 @@ def scene_of(unit: Mechanism, nominal: Mechanism | None) -> Scene:
 
     def on_sheet(points: Array) -> Places:
         centred = scale * (points - middle) * [1.0, -1.0] + [WIDE / 2, height / 2]
-        return np.rint(centred).astype(np.int64)
+        return np.asarray(np.rint(centred), np.int64)
 
     apart = np.abs(drawn[0] - (drawn[-1] if nominal else rest)).max(axis=(1, 2))
     return Scene(
@@ -131,10 +131,9 @@ def _bars(unit: Mechanism, nominal: Mechanism | None, chosen: Array) -> Sequence
     for bar in unit.bars:
         size = largest[bar.unit] or 1.0
         scale = view_scale(bar.unit, bar.shown, np.array([size]))
-        lengths, *rest = (
-            np.rint(1000 * part / size).astype(np.int64) for part in values(bar)
-        )
+        lengths = [np.rint(1000 * x / size).astype(np.int64) for x in values(bar)]
+        grey = lengths[1] if len(lengths) > 1 else None
         words = tuple(scale.words(float(x)) for x in values(bar)[0])
         name = ", ".join(filter(None, [bar.sentence, bar.symbol])) or bar.name
-        bars.append(Bar(name, bar.colour, lengths, *(rest or [None]), words))
+        bars.append(Bar(name, bar.colour, lengths[0], grey, words))
     return bars

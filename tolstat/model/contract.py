@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from itertools import accumulate
 from pathlib import Path
 from threading import current_thread, main_thread
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +27,10 @@ from tolstat.errors import ModelError, TolstatError, told
 from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.digest import digest
 from tolstat.model.description import Description, StudyNumber
-from tolstat.model.mechanism import Mechanism
 from tolstat.model.view import Chart, Offer
+
+if TYPE_CHECKING:
+    from tolstat.model.mechanism import Mechanism  # seldom needed
 
 STEP = 1e-4  # s, between two points of a history
 MOST_SAMPLES = 2_000_000  # of a history

@@ -52,9 +52,10 @@ def _frame(
     write(0, TEXT - top, title)
     for corners in scene.ground:
         line(corners.tolist(), INK, 12)
-    for frames in (scene.nominal, scene.points):
-        for part in scene.lines if frames is not None else ():
-            grey = frames is scene.nominal
+    layers = [] if scene.nominal is None else [scene.nominal]
+    for frames in (*layers, scene.points):
+        grey = frames is scene.nominal
+        for part in scene.lines:
             joined = frames[number][[*part.points]].tolist()
             line(joined, GREY if grey else ROLES[part.colour], 36 if grey else 30)
             for x, y in joined if part.joints and not grey else ():

@@ -12,7 +12,7 @@ from tolstat import catalogue
 from tolstat.answers.answer import in_frame
 from tolstat.answers.output_file import check_ending, replace
 from tolstat.arrays import Array
-from tolstat.document.blocks import Document, Figure, paragraph
+from tolstat.document.blocks import Animated, Document, paragraph
 from tolstat.document.scene import Scene, scene_of
 from tolstat.errors import ModelError, TolstatError
 from tolstat.model.checked_views import mechanism_of
@@ -31,9 +31,9 @@ class Animation:
 
     def document(self) -> Document:
         """Return its document: one figure."""
-        figure = Figure(f"{self.title}, in motion", self.scene, wide=True)
+        moving = Animated(f"{self.title}, in motion", self.scene)
         lead = [paragraph(self.sentence)] if self.sentence else []
-        return Document(self.title, (*lead, figure))
+        return Document(self.title, (*lead, moving))
 
     def html(self) -> str:
         """Return it as a self-contained page."""

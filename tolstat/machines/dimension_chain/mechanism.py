@@ -43,6 +43,6 @@ def mechanism_of(loops: Loops, links: Mapping[str, float]) -> Mechanism:
                 places.append(places[start] + vector)
             start = end
     points = np.moveaxis(np.array(places), 2, 0)
-    closed: Truths = np.isfinite(points).all(axis=(1, 2))
+    closed: Truths = np.all(np.isfinite(points), axis=(1, 2))
     points = np.where(closed[:, None, None], points, np.nan)
     return Mechanism(axis, turn, points, tuple(lines), sentence=sentence)

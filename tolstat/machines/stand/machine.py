@@ -80,10 +80,12 @@ class Stand(Model):
         states = simulated(p, settings, time).history[0]
         straight = states.copy()
         straight[:, State._fields.index("alpha")] = 0.0
-        both = tuple(moved_over(time, y, p, settings) for y in (states, straight))
         n = len(State._fields)
-        positions = tuple(State(*y.T[:n]) for y in (states, straight))
-        return mechanism_of(time, positions, both, p, settings)
+        moving, unyawed = (
+            (State(*y.T[:n]), moved_over(time, y, p, settings))
+            for y in (states, straight)
+        )
+        return mechanism_of(time, moving, unyawed, p, settings)
 
 
 def simulated(

@@ -31,21 +31,21 @@ CORNERS = np.array([[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
 
 def mechanism_of(
     time: Array,
-    states: tuple[State, State],
-    motions: tuple[Motion, Motion],
+    moving: tuple[State, Motion],
+    unyawed: tuple[State, Motion],
     p: Parameters,
     settings: Settings,
 ) -> Mechanism:
     """Return the mechanism of one trial.
 
-    `states` and `motions` at the times, s: as the trial moves, and without its yaw.
+    States and motions at the times, s: as it moves, and the same without its yaw.
     """
     clearance = float(p.delta[0] * p.dh[0]) / 2
     points, reference = (
-        _points(y, m, p, settings, beside)
-        for y, m, beside in zip(states, motions, (clearance, 0.0), strict=True)
+        _points(*motion, p, settings, beside)
+        for motion, beside in ((moving, clearance), (unyawed, 0.0))
     )
-    loads, words = motions[0].loads._asdict(), {r.name: r for r in RESPONSES}
+    loads, words = moving[1].loads._asdict(), {r.name: r for r in RESPONSES}
     bars = (
         Curve.of(words[name], loads[name])._replace(colour=colour)
         for name, colour in BARS.items()
