@@ -9,7 +9,14 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from tolstat.document.blocks import Cell, Document, Figure, Ranges, Section
+from tolstat.document.blocks import (
+    Cell,
+    Document,
+    Figure,
+    Ranges,
+    Section,
+    Sketch,
+)
 from tolstat.document.inline import (
     Inline,
     Link,
@@ -140,7 +147,26 @@ def _cell(cell: Cell) -> Markup:
         main += _parts(cell.main)
     if cell.below:
         below += Markup('<span class="range">{}</span>').format(_parts(cell.below))
-    return main + below
+    return main + below + (_sketch(cell.sketch) if cell.sketch else "")
+
+
+def _sketch(sketch: Sketch) -> Markup:
+    """Return a small histogram as SVG, its limits as upright lines."""
+    seen = *sketch.edges, *sketch.ends
+    first, last = min(seen), max(seen)
+    places = [100 * (x - first) / (last - first) for x in seen]
+    edges, ends = places[: len(sketch.edges)], places[len(sketch.edges) :]
+    bars = zip(edges, edges[1:], sketch.heights, sketch.out_of_limit, strict=False)
+    paths = ["", ""]
+    for left, right, height, out in bars:
+        if height:
+            top = 20 * (1 - height)
+            paths[out] += f"M{left:.1f} 20V{top:.1f}H{right:.1f}V20"
+    paths.append("".join(f"M{x:.1f} 0V20" for x in ends))
+    kinds = zip(paths, ("bar", "out", "end"), strict=True)
+    drawn = (Markup('<path class="{}" d="{}"/>').format(k, d) for d, k in kinds if d)
+    head = '<svg class="sketch" role="img" aria-label="{}" viewBox="0 0 100 20">'
+    return Markup(f"{head}{{}}</svg>").format(visible(sketch.alt), Markup().join(drawn))
 
 
 def _breaking(name: str) -> Markup:
