@@ -92,7 +92,8 @@ class Document(Entry):
         {},
     )
     responses: dict[str, str] = key(
-        'what is taken of an output, such as peak = "max force", or the unit of a column of results, such as stroke = "mm"',
+        'what is taken of an output, such as peak = "max force", or the unit of a '
+        'column of results, such as stroke = "mm"',
         {},
     )
     deviations: dict[str, str | dict[str, Any]] = key(
