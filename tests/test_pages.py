@@ -133,7 +133,8 @@ def test_studies_can_be_run(block, tmp_path):
         shutil.copy(data, tmp_path)
     model = "dimension_chain" if "links" in study else "stand"
     given = f'model = "{model}"\n' if "model" not in study else ""
-    if "sampling" not in study and "trials" not in study:
+    of_rows = study.get("model") == "results"
+    if not of_rows and not {"sampling", "trials"} & {*study}:
         given += "trials = 16\nseed = 1\n"
     if "deviations" not in study and "correlation" in study:
         for name in study["correlation"]:

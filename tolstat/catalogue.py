@@ -24,6 +24,7 @@ MACHINES = {
     "elastic_machine": ("tolstat.machines.elastic_machine.machine", "ElasticMachine"),
     "rolling_block": ("tolstat.machines.rolling_block.machine", "RollingBlock"),
     "ring": ("tolstat.machines.ring.machine", "Ring"),
+    "results": ("tolstat.machines.results.machine", "Results"),
 }
 GROUP = "tolstat.machines"  # entry points of installed packages
 ANY = "FILE.py:NAME"

@@ -75,10 +75,14 @@ def verified_document(path: Path, verification: Verification) -> blocks.Document
             run.damage.words or "all fit"
         ),
     }
+    if check.file:
+        rows["file of the rows"] = text(check.file)
+    sampled = "read" if check.file else "sampled"
+    evaluated = "evaluated" if len(check.alone) else "read"
     findings = {
         "status and responses": check.contradicting,
-        f"deviations of {run.trials} trials, sampled again": check.drawn_otherwise,
-        f"{len(check.evaluated)} trials, evaluated again": check.different,
+        f"deviations of {run.trials} trials, {sampled} again": check.drawn_otherwise,
+        f"{len(check.evaluated)} trials, {evaluated} again": check.different,
         f"{len(check.alone)} of them, each alone": check.dependent,
     }
     for check_words, trials in findings.items():

@@ -21,7 +21,7 @@ from tolstat.model.description import Contributor, Response
 from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows
 from tolstat.study.problems import toml_of
 from tolstat.study.settings_section import NOMINAL, SETTING
-from tolstat.study.study_schema import RESPONSES, TABLES
+from tolstat.study.study_schema import RESPONSES, RESULTS, TABLES
 
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
 BEGIN = 34
@@ -47,6 +47,31 @@ seed = 1
 """
 
 
+OF_RESULTS = """\
+# results from elsewhere: the rows of a file are the trials
+# tolstat run STUDY.toml, then tolstat report STUDY.h5
+
+title = "results"
+model = "results"
+
+[table]
+data = "results.csv"        # or XLSX, ODS, XLS, Parquet, HDF5, beside the study
+sampled = "random"          # or latin, grid, unknown: the last two have no statistics
+# failed = "state"          # the column that tells failed rows: true, yes or 1
+# done = "converged"        # or what it has in rows that did not fail
+# columns = { force = "F max" }   # columns with other names than here
+
+[links]                     # inputs, by their columns: sizes or deviations
+rod = "150 +-0.2 mm"        # a tolerance is how the rows were sampled; what-if needs it
+
+[responses]                 # by their columns, with units; "1" for a plain number
+stroke = "mm"
+
+[limits]  # 99.73 % within, unless said otherwise
+stroke = "99..101 mm"
+"""
+
+
 def new_study(model: str | Model) -> str:
     """Return a commented study of a model, as TOML.
 
@@ -66,6 +91,8 @@ def new_study(model: str | Model) -> str:
     # a dimension chain: ...
     """
     model = catalogue.find(model)
+    if model.name == RESULTS:  # what it has stands in a file
+        return OF_RESULTS
     settings = model_settings.make(model)
     contributors, responses = described(model, settings)
     links = _links(model)

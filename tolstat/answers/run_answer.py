@@ -113,7 +113,7 @@ def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
 
 def identity_of(run: Run) -> dict[str, Any]:
     """Return the fields of an answer that say which run it is about."""
-    seed = {"seed": run.sampled.seed} if run.sampled else {}
+    seed = {"seed": run.sampled.seed} if run.sampled and not run.listed else {}
     return {
         "title": run.title,
         "run": run.path.name,

@@ -26,7 +26,8 @@ FILES = {
     "run": "run", "decide": "run", "resume": "run", "extend": "run", "check": "check",
     "verify": "verify",
     "show": "show", "trial": "trial", "view": "trial", "report": "report",
-    "parts": "parts", "what-if": "what_if", "compare": "report", "allocate": "allocate",
+    "parts": "parts", "what-if": "what_if", "explore": "explore", "compare": "report",
+    "allocate": "allocate",
     "batch": "batch", "runs": "show", "export": "report", "models": "show",
     "doctor": "verify",
 }  # fmt: skip  # of `tolstat.cli`, by command

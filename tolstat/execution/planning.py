@@ -55,10 +55,9 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
     model, points, sampler = study.model, study.points, study.sampler
     declared, axes = settings_of(model), points.swept if points else ()
     sampled, columns = None, dict[str, str]()
-    if sampler:  # else the study lists its trials
-        assert study.seed is not None  # checked when the study was loaded
+    if sampler:  # else the trials are no sample
         sampled = records.Sampled(
-            study.seed, sampler.promise, sampler.replicates,
+            study.seed or 0, sampler.promise, sampler.replicates,
             sampler.group(len(study.factors)), study.factors, sampler.sample, study.aim,
         )  # fmt: skip
         columns |= sampler.columns

@@ -30,6 +30,7 @@ from tolstat.execution.stages import (
     StoppingRule,
     Trials,
     UntilPrecise,
+    rows_of,
 )
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
@@ -37,7 +38,7 @@ from tolstat.status import Status
 from tolstat.store.run_records import Audited, Diagnostics, Isolation
 from tolstat.store.run_writer import Recorder
 from tolstat.store.stored_run import ROUNDING, Run
-from tolstat.study.given_points import cases_among
+from tolstat.study.given_points import Case, cases_among
 from tolstat.study.study import Study
 
 FAILED = Status.TOO_MANY_STEPS, Status.STEP_TOO_SMALL, Status.NOT_FINITE
@@ -90,8 +91,14 @@ def evaluate_stages(
         if trials.add(stage) and file:
             file.write_drawn(slice(stage.first, stage.stop))
         stop = stage.stop
-        for blocks in workers.blocks(model, trials.missing(stage), trials.deviations):
-            check(blocks)
+        missing = trials.missing(stage)
+        if known := stage.answers:
+            finished = iter([known_blocks(known, missing)])
+        else:
+            finished = workers.blocks(model, missing, trials.deviations)
+        for blocks in finished:
+            if not known:
+                check(blocks)
             if file:
                 file.write_blocks(blocks)
             trials.take(blocks)
@@ -100,6 +107,11 @@ def evaluate_stages(
         if not trials.status[:stop].all():
             raise Interrupted
     return stop
+
+
+def known_blocks(answers: Answers, cases: list[Case]) -> Blocks:
+    """Return known answers of some trials as blocks."""
+    return [(case.first, rows_of(answers, range(*case[:2]))) for case in cases]
 
 
 def carry_out(
@@ -297,6 +309,8 @@ def _diagnostics(
     """Return the diagnostics of a run; none if no deviations were sampled."""
     if study.sampler is None:
         return Diagnostics(missing="no deviations were drawn")
+    if study.answers:
+        return Diagnostics(halved=halved_shares(study, trials, run.assumed, {}))
     ends = tolerance_ends(study)
     usual = (ends[1] - ends[0]) / 6  # sigma of a normal part at Cp = 1
     table = slopes(study.model, study.settings, usual, workers)

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Array, Truths
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import Advice, Remedy, StoppedError
 from tolstat.execution.workers.block_scheduler import Interrupted
 from tolstat.model.contract import Answers
@@ -28,6 +28,12 @@ from tolstat.store.run_writer import TO_THE_END, Stoppable
 from tolstat.store.stored_run import Run
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study
+
+
+def rows_of(answers: Answers, trials: Integers | Sequence[int]) -> Answers:
+    """Return the answers of some trials."""
+    steps = None if answers.steps is None else answers.steps[trials]
+    return Answers(answers.responses[trials], answers.status[trials], steps)
 
 
 class Shortfall(NamedTuple):
@@ -50,6 +56,7 @@ class Stage(NamedTuple):
     # of the sampler, such as the weight of a rare run: float64[trial]
     columns: Mapping[str, Array] = {}
     shortfall: Shortfall | None = None
+    answers: Answers | None = None  # where they are known and nothing is evaluated
 
     @property
     def stop(self) -> int:
@@ -193,7 +200,9 @@ class SampledStages:
     def __init__(self, study: Study) -> None:
         self._study, self._course = study, study.stages()
         stage, deviations = next(self._course)
-        self.latest = Stage(0, deviations, study.cases, stage.columns())
+        self.latest = Stage(
+            0, deviations, study.cases, stage.columns(), answers=study.answers
+        )
         self.trials = Trials.begun(study.description, self.latest, study.trials)
 
     def next(self, trials: Trials) -> Stage | None:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from itertools import accumulate
 from pathlib import Path
 from threading import current_thread, main_thread
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,9 @@ from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.digest import digest
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer
+
+if TYPE_CHECKING:
+    from tolstat.model.mechanism import Mechanism  # seldom needed
 
 STEP = 1e-4  # s, between two points of a history
 MOST_SAMPLES = 2_000_000  # of a history
@@ -193,6 +196,16 @@ class Model(ABC):
         """
         raise self.fault("it does not move and has no histories")
 
+    def mechanism(self, deviations: Array, settings: Any) -> Mechanism:
+        """Return points and lines of deviations[contributor], SI, for an animation.
+
+        Raises
+        ------
+        ModelError
+            If it has none.
+        """
+        raise self.fault("it has no points and lines to animate")
+
     @property
     def source_digest(self) -> str:
         """The digest of the code that decides the bits of its trials."""
@@ -236,6 +249,11 @@ class Model(ABC):
     def moves(self) -> bool:
         """Whether it has histories."""
         return type(self).history is not Model.history
+
+    @property
+    def animates(self) -> bool:
+        """Whether it has a mechanism to animate."""
+        return type(self).mechanism is not Model.mechanism
 
     @property
     def integrates(self) -> bool:

@@ -52,3 +52,8 @@ class Wrapped(Model):
     def moves(self) -> bool:
         """Whether it has histories."""
         return self.base.moves
+
+    @property
+    def animates(self) -> bool:
+        """Whether it has a mechanism to animate."""
+        return self.base.animates

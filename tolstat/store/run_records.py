@@ -22,6 +22,7 @@ from tolstat.store.assumed import Assumed
 from tolstat.store.stored_fields import ELSEWHERE, Stored
 from tolstat.toml import toml_table
 
+LISTED = ("grid", "table")  # samplings of studies that list their trials
 STATUS, STEPS = "status", "steps"  # columns that trials fill, beside the responses
 Members = tuple[str, ...]  # contributors, taken together
 
@@ -77,7 +78,7 @@ class DrawDetail(NamedTuple):
 class Sampled(NamedTuple):
     """How the trials were sampled."""
 
-    seed: int  # from which all random numbers come
+    seed: int  # from which all random numbers come; 0 of the rows of a file
     promise: str  # what may be said about intervals
     replicates: int  # independent randomisations; 0 where every trial is independent
     group: int  # trials that belong together
@@ -209,6 +210,11 @@ class Plan:
     def aim(self) -> str:
         """The response whose limit is searched; empty without a search."""
         return self.sampled.aim if self.sampled else ""
+
+    @property
+    def listed(self) -> bool:
+        """Whether the study lists its trials; they have no seed, then."""
+        return self.sampling in LISTED
 
     @property
     def described(self) -> Sequence[Swept | Contributor | Response]:

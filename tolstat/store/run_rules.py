@@ -22,7 +22,7 @@ from tolstat.units.scale import Scale
 
 MOST = 1e150  # of a number, so that its square is one
 RARE = (STAGE, SPREAD, DISTANCE, WEIGHT)  # columns of the sampler
-LISTED = ("grid", "table")  # samplings of studies that list their trials
+TABLE = "table"  # the sampling whose trials may be a sample
 LONGEST = 1e10  # s of a run
 LONGEST_OUTPUT = 4000  # characters of a trial
 SECTIONS = (
@@ -158,10 +158,10 @@ def _ordered_lots(lot: Integers | None, parts: int, lots: int) -> bool:
 
 def _sampled(run: Run) -> bool:
     if run.sampled is None:
-        return run.sampling in LISTED
+        return run.listed
     sampled: Sampled = run.sampled
     return (
-        run.sampling in SAMPLERS
+        run.sampling in (*SAMPLERS, TABLE)
         and sampled.seed >= 0
         and 0 <= sampled.replicates <= run.trials
         and 1 <= sampled.group <= run.trials

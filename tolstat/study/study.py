@@ -16,12 +16,13 @@ import numpy as np
 
 from tolstat import catalogue
 from tolstat.arrays import Array
+from tolstat.deviations.distributions import Constant
 from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
 from tolstat.deviations.names import LOT
 from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import StudyError, UnitError
 from tolstat.model.checked import check_possible
-from tolstat.model.contract import Model
+from tolstat.model.contract import Answers, Model
 from tolstat.model.description import Description
 from tolstat.model.setting_kinds import as_typed
 from tolstat.statistics.limits.limit import Limit
@@ -33,12 +34,12 @@ from tolstat.study.given_points import (
     Points,
     read_grid,
     read_reference,
-    read_table,
 )
 from tolstat.study.limits_section import read_limits
 from tolstat.study.memory_needed import large, too_large
 from tolstat.study.nominal_size import SHARES
 from tolstat.study.problems import Problems
+from tolstat.study.rows import reader_of_rows, with_row_warnings
 from tolstat.study.sampling import (
     Rule,
     Until,
@@ -116,9 +117,14 @@ class Study:
         return (Case(0, self.trials, self.settings),)
 
     @property
+    def answers(self) -> Answers | None:
+        """The answers of all trials; None where its model evaluates them."""
+        return self.points.answers if self.points else None
+
+    @property
     def sampler(self) -> Sampler | None:
-        """How the unit samples are chosen; None if nothing is sampled."""
-        return None if self.points else SAMPLERS[self.sampling]
+        """How the trials are sampled; None if they are no sample."""
+        return self.points.sampler if self.points else SAMPLERS[self.sampling]
 
     @property
     def unfit(self) -> str:
@@ -211,8 +217,9 @@ class Study:
         names = self._contributors
         if self.points:
             table = self.points.deviations.copy()
-            for name, constant in self.deviating.distributions.items():
-                table[:, names.index(name)] = constant.deviations(np.full(1, 0.5))
+            for name, part in self.deviating.distributions.items():
+                if isinstance(part, Constant):
+                    table[:, names.index(name)] = part.value
             yield Stage(table, np.zeros(len(table))), table
             return
         assert self.seed is not None  # checked when the study was loaded
@@ -256,7 +263,7 @@ def load(
     document = checked(table, problems, partial(section_of, model=model))
     document = with_link_tables(document, problems)
     shown = typed_units(document.model_dump())
-    sampling, response = read_sampling(document.sampling, problems)
+    sampling, response = read_sampling(document, problems)
 
     chosen = None
     try:
@@ -293,8 +300,12 @@ def load(
         points = read_grid(document, chosen, settings, description, problems)
     if sampling == "table" and document.table:
         with problems.noting("table", document.table):
-            points = read_table(folder, document.table, settings, description)
+            points = reader_of_rows(document)(
+                document, folder, evaluated, settings, description
+            )
     note_faults(document, sampling, deviating, points, problems)
+    if points and points.places:
+        points = with_row_warnings(points, deviating, description)
     reference = None
     if document.reference:
         with problems.noting("[reference]", document.reference):

@@ -15,7 +15,8 @@ LEAST_PRICE, MOST_PRICE = 1e-30, 1e30
 TitleKey = Literal["project", "drawing", "revision", "author", "approval"]
 TITLE_KEYS = get_args(TitleKey)
 DATA_FILE = (
-    "the name of a file in quotes: a table of text such as CSV, XLSX, XLSM, ODS or XLS"
+    "the name of a file in quotes: a table of text such as CSV, XLSX, XLSM, ODS, XLS, "
+    "Parquet or HDF5"
 )
 MISSING = {
     "model": 'missing; name a model, such as model = "stand"',
@@ -24,6 +25,7 @@ MISSING = {
 }
 CASES = "cases"  # a section
 RESPONSES = "responses"
+RESULTS = "results"  # the model whose answers are those of a file, with its rows
 TABLES = (
     "gaps",
     "loops",
@@ -90,7 +92,9 @@ class Document(Entry):
         {},
     )
     responses: dict[str, str] = key(
-        'what is taken of an output, in quotes, such as peak = "max force"', {}
+        'what is taken of an output, such as peak = "max force", or the unit of a '
+        'column of results, such as stroke = "mm"',
+        {},
     )
     deviations: dict[str, str | dict[str, Any]] = key(
         'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", cp = 1.33 }', {}
@@ -161,7 +165,24 @@ class FileEntry(Entry):
     decimal: Literal[".", ","] | None = key('one of ".", ","', None)
     delimiter: str | None = key('a character such as ";", or "tab" or "space"', None)
     encoding: str | None = key('a text such as "utf-8" or "cp1252"', None)
-    sheet: str | None = key("the name of a sheet, in quotes", None)
+    sheet: str | None = key("the name of a sheet or of an HDF5 group, in quotes", None)
+
+
+class TableEntry(FileEntry):
+    """The rows of a file as trials."""
+
+    sampled: Literal["random", "latin", "grid", "unknown"] = key(
+        "one of random, latin, grid, unknown", "unknown"
+    )
+    # of results from elsewhere alone
+    failed: str | None = key("the name of the column that tells failed rows", None)
+    done: str | None = key("what that column has in rows that are done", None)
+    columns: dict[str, str] = key(
+        'heads by the name of an input or a response, such as { stroke = "Hub" }', {}
+    )
+
+
+OF_RESULTS = ("failed", "done", "columns")  # keys of results from elsewhere
 
 
 class PartsEntry(FileEntry):
