@@ -49,6 +49,7 @@ class Explore:
             data=self.data.text(),
             entries=[*map(self._offered, data["entries"])],
             responses=data["responses"],
+            evaluated=self.data.evaluated,
             lead=f"{run.path.name}: {trials}, {how} at each move; {run.model}",
             report=command("report", run.path, machine=run.machine),
             note=READINGS,
