@@ -179,12 +179,13 @@ def _load_machine(
 
 MACHINE = click.Option(
     ["--machine"],
-    metavar="FILE.py:NAME",
+    metavar="FILE.py:NAME|FILE.fmu",
     multiple=True,
     callback=_load_machine,
     expose_value=False,
     is_eager=True,
-    help="A custom model, for the studies and runs that name it. May be repeated.",
+    help="A custom model or an FMU, for the studies and runs that name it. May be "
+    "repeated.",
 )
 
 
