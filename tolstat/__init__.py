@@ -9,6 +9,7 @@ if TYPE_CHECKING:  # `__getattr__` loads these names
     from tolstat.answers.allocate.allocate_tolerances import allocate
     from tolstat.answers.chain_study import Chain
     from tolstat.answers.compare.compare_runs import compare
+    from tolstat.answers.explore.explore_page import explore
     from tolstat.answers.new_study import new_study
     from tolstat.answers.parts.parts_answer import parts
     from tolstat.answers.relimit import limited
@@ -52,10 +53,10 @@ __all__ = [
     "Axis", "Band", "Chain", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Line", "Listing", "Mark", "Measure", "Mechanism", "Model", "Offer",
     "Outcome", "Panel", "Range", "Region", "Response", "Run", "Span", "StudyNumber",
-    "allocate", "as_model", "column", "compare", "decide", "evaluate", "extend",
-    "fresh_study", "limited", "models", "new_study", "open", "parts", "replay",
-    "report", "resume", "run", "save", "setting", "summary", "trajectory", "verify",
-    "view", "what_if",
+    "allocate", "as_model", "column", "compare", "decide", "evaluate", "explore",
+    "extend", "fresh_study", "limited", "models", "new_study", "open", "parts",
+    "replay", "report", "resume", "run", "save", "setting", "summary", "trajectory",
+    "verify", "view", "what_if",
 ]  # fmt: skip
 
 

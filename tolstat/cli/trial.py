@@ -20,6 +20,7 @@ from tolstat.study.study import load
 @click.command()
 @options.path_argument("source", "RUN.h5|STUDY.toml")
 @click.argument("index", type=click.IntRange(min=0), required=False)
+@options.isolate
 @click.option("--nominal", is_flag=True, help="Simulate the trial without deviations.")
 @options.plot_option("Write its histories to a .png, .svg, .pdf, .csv or .html file.")
 @click.option(
@@ -70,6 +71,7 @@ def trial(
 @click.command()
 @options.path_argument("study", "STUDY.toml")
 @click.argument("name")
+@options.isolate
 @options.output_option(
     "Write a .png, .svg, .pdf, .csv or .html file; default: a table here."
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from tolstat.document.inline import Inline, Number, Parts, Said, text
@@ -64,6 +64,13 @@ class Table:
             "words" if column.words else "" if any(map(_is_number, cells)) else "left"
             for column, *cells in zip(self.columns, *self.rows, strict=True)
         )
+
+    def without(self, *heads: str) -> Table:
+        """Return it without some columns, as a plain table."""
+        rest = [i for i, column in enumerate(self.columns) if column.head not in heads]
+        rows = (tuple(row[i] for i in rest) for row in self.rows)
+        columns = tuple(self.columns[i] for i in rest)
+        return replace(self, columns=columns, rows=tuple(rows), look="")
 
 
 def _is_number(cell: Cell) -> bool:
@@ -164,6 +171,28 @@ class Gallery:
     figures: tuple[Figure, ...]
 
 
+class Tile(NamedTuple):
+    """One large number or word under its label, with its interval below it."""
+
+    label: Parts
+    cell: Cell
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """The most important numbers, side by side."""
+
+    tiles: tuple[Tile, ...]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Blocks in two columns; on a phone one below the other."""
+
+    left: tuple[Block, ...]
+    right: tuple[Block, ...]
+
+
 class Range(NamedTuple):
     """An estimate against its level, SI; `tone`: its verdict."""
 
@@ -204,6 +233,8 @@ Block = (
     | Figure
     | Animated
     | Gallery
+    | Tiles
+    | Columns
     | Ranges
     | Section
 )
@@ -241,7 +272,7 @@ def _is_empty(block: Block) -> bool:
     match block:
         case Paragraph(()) | Bullets(()) | Section(blocks=()):
             return True
-        case Table(rows=()) | Ranges(rows=()):
+        case Table(rows=()) | Ranges(rows=()) | Tiles(()) | Columns((), ()):
             return True
     return False
 

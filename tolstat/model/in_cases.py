@@ -88,6 +88,9 @@ class ModelInCases(Wrapped):
             responses.reshape(len(deviations), -1),
             status,
             np.sum(steps, axis=0) if steps else None,
+            output=dict(
+                item for answer in reversed(answers) for item in answer.output.items()
+            ),
         )
 
     def impossible(self, deviations: Array, settings: Any) -> Mapping[str, Truths]:

@@ -2,8 +2,11 @@
 
 import math
 import re
+from collections import Counter
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from typing import Any
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -53,9 +56,36 @@ def page(document: Document, run: str = "") -> str:
     template = environment().get_template("document.html")
     html: str = template.render(
         document=document, style=Markup(style), foot=foot, contents=contents,
+        region=Regions(),
         marks=[Markup(mark) for mark in (run and mark_of(run), GENERATOR) if mark],
     )  # fmt: skip
     return html
+
+
+def explore_page(sources: Mapping[str, str], data: str, **words: Any) -> str:
+    """Return a page with scripts: its sources by name, and the words of its template.
+
+    The words are escaped; the data are JSON that may stand in a page.
+    """
+    base = files("tolstat.render").joinpath("templates/page.css").read_text("utf-8")
+    parts = {name: Markup(text) for name, text in sources.items()}
+    parts |= {"style": Markup(base) + parts["style"], "data": Markup(data)}
+    return environment().from_string(sources["page"]).render(**parts, **words)
+
+
+class Regions:
+    """The parts of a page that scroll: reached by keyboard, each by its own name."""
+
+    def __init__(self) -> None:
+        self._times: Counter[str] = Counter()
+
+    def __call__(self, name: str) -> Markup:
+        """Return the attributes of a part; a name that is taken gets its number."""
+        self._times[name] += 1
+        times = self._times[name]
+        name = f"{name} ({times})" if times > 1 else name
+        attributes = 'role="region" tabindex="0" aria-label="{}"'
+        return Markup(attributes).format(visible(name))
 
 
 def mark_of(run: str) -> str:

@@ -104,6 +104,10 @@ def step_words(run: Run, step: Step, findings: Findings) -> Parts:
     raise ValueError(step.kind)  # the other kinds name several responses
 
 
+NEW_RUN = ", in a new run of the study"
+MORE_ROWS = " in all, as more rows of the file"
+
+
 def _finer_run(run: Run, step: Step) -> Parts:
     lines = [Word(f"{name} = {value}") for name, value in step.settings.items()]
     again = [Typed(command) for command in step.commands]
@@ -135,7 +139,7 @@ def _add_trials(run: Run, step: Step) -> Parts:
     time = f" in all ({predicted_time(run, step.trials)}): "
     in_all = [text(time, Typed(command)) for command in step.commands]
     return say("Add trials to {}: about {}{}.", listed(purposes), trials,
-               in_all or ", in a new run of the study")  # fmt: skip
+               in_all or (MORE_ROWS if run.listed else NEW_RUN))  # fmt: skip
 
 
 def in_words(warnings: Iterable[ReportWarning]) -> blocks.Bullets:

@@ -30,10 +30,10 @@ from tolstat.machines.dimension_chain.algebras import (
 )
 from tolstat.machines.dimension_chain.closing import Closing, Solution
 from tolstat.machines.dimension_chain.formula import (
-    ANGLES,
     CONSTANTS,
     FUNCTIONS,
     Formula,
+    typed_units,
 )
 from tolstat.units.grammar import Measure, measure
 from tolstat.units.scale import Scale, scale_of
@@ -67,8 +67,9 @@ class Loops:
     @cached_property
     def unknowns(self) -> tuple[str, ...]:
         """Names in the loops that are no links: two for each loop."""
-        taken = {*self.links, *FUNCTIONS, *CONSTANTS, *ANGLES, "if"}
-        words = dict.fromkeys(_WORD.findall(" ".join(self._loops.values())))
+        taken = {*self.links, *FUNCTIONS, *CONSTANTS, "if"}
+        plain, _ = typed_units(" ".join(self._loops.values()), self.links)
+        words = dict.fromkeys(_WORD.findall(plain))
         unknowns = tuple(word for word in words if word not in taken)
         for name, text in self.texts.items():
             if name in (*self.links, *FUNCTIONS, *CONSTANTS):
