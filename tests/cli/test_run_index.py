@@ -151,7 +151,9 @@ def test_a_bar_of_a_sketch_is_within_its_limit_or_out_of_it():
     for left, right, out in zip(edges, edges[1:], sketch.out_of_limit, strict=False):
         assert out == (left >= 1.5) and out == (right > 1.5)
     assert heights.max() == 1.0 and (heights >= 0).all()
-    assert sketch_of("x", np.full(5, 2.0), limit, Scale("m", "m")) is None
+    assert sketch_of("x", np.zeros(0), limit, Scale("m", "m")) is None
+    still = sketch_of("x", np.full(5, 2.0), limit, Scale("m", "m"))
+    assert max(still.heights) == 1.0 and any(still.out_of_limit)
 
 
 def test_a_run_without_limits_has_no_fraction(tmp_path):
