@@ -130,7 +130,7 @@ class Answer(ABC):
         from html import escape
 
         return (
-            f'<iframe srcdoc="{escape(self.html())}" title="{self.answers}" '
+            f'<iframe srcdoc="{escape(self.html())}" width="100%" height="600" '
             'onload="this.height = this.contentDocument.body.scrollHeight + 40" '
-            'style="width: 100%; border: 0" height="600"></iframe>'
+            'style="border: 0"></iframe>'
         )
