@@ -75,10 +75,14 @@ def verified_document(path: Path, verification: Verification) -> blocks.Document
             run.damage.words or "all fit"
         ),
     }
+    if check.file:
+        rows["file of the rows"] = text(check.file)
+    sampled = "read" if check.file else "sampled"
+    evaluated = "evaluated" if len(check.alone) else "read"
     findings = {
         "status and responses": check.contradicting,
-        f"deviations of {run.trials} trials, sampled again": check.drawn_otherwise,
-        f"{len(check.evaluated)} trials, evaluated again": check.different,
+        f"deviations of {run.trials} trials, {sampled} again": check.drawn_otherwise,
+        f"{len(check.evaluated)} trials, {evaluated} again": check.different,
         f"{len(check.alone)} of them, each alone": check.dependent,
     }
     for check_words, trials in findings.items():
@@ -163,7 +167,8 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
         model, settings, limits = study.model, study.settings, study.limits
         deviations = study.deviations()[:AUDITED]
     else:
-        model = catalogue.load(source) if ":" in source else catalogue.find(source)
+        custom = catalogue.load(source) if catalogue.is_source(source) else source
+        model = catalogue.find(custom)
         settings = model_settings.make(model, None)
         names = described(model, settings).contributors
         deviations = SMALL * np.arange(AUDITED)[:, None] * np.ones((1, len(names)))

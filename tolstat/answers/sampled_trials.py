@@ -19,6 +19,7 @@ from tolstat.status import Status
 from tolstat.store.run_records import Sampled
 from tolstat.store.stored_run import Run
 
+UNLESS = ', unless the study says how its rows were sampled: sampled = "random"'
 LEAST_DONE = 20  # trials of which a surface tells anything
 MOST_TERMS = 10_000_000  # of surfaces of all responses; else of limited ones alone
 
@@ -174,8 +175,9 @@ def drawn_trials(run: Run) -> Drawn | None:
 
 def no_sample(run: Run) -> QuestionError:
     """Return the error that says why the trials of a run are no sample."""
+    unless = "" if run.grid else UNLESS
     return QuestionError(
-        f"{run.path}: trials of a grid or a table are no sample: no statistics",
+        f"{run.path}: trials of a grid or a table are no sample: no statistics{unless}",
         Advice(
             Remedy.PLOT if run.grid else Remedy.EXPORT, run.path, run.machine, run=run
         ),

@@ -99,7 +99,7 @@ class Queue:
     @property
     def index(self) -> RunIndex:
         """The index of all studies."""
-        return RunIndex(TITLE, self.page.parent, tuple(self.entries.values()))
+        return RunIndex(TITLE, self.page.parent, tuple(self.entries.values()), "study")
 
     def table(self) -> Table:
         """Return the index for the live display."""

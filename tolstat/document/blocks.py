@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from tolstat.document.inline import Inline, Number, Parts, Said, text
@@ -12,6 +12,17 @@ from tolstat.units.scale import Scale
 
 if TYPE_CHECKING:
     from tolstat.document.plot import Plot  # a screen has no figures
+    from tolstat.document.scene import Scene
+
+
+class Sketch(NamedTuple):
+    """A small histogram without axes, its bars in [0, 1] along a common width."""
+
+    alt: str  # describes it for screen readers
+    edges: tuple[float, ...]  # one more than heights
+    heights: tuple[float, ...]
+    out_of_limit: tuple[bool, ...]  # by bar
+    ends: tuple[float, ...]  # of the limit
 
 
 class Cell(NamedTuple):
@@ -19,6 +30,7 @@ class Cell(NamedTuple):
 
     main: Parts
     below: Parts = ()
+    sketch: Sketch | None = None  # below that, on a page
 
 
 @dataclass(frozen=True)
@@ -52,6 +64,13 @@ class Table:
             "words" if column.words else "" if any(map(_is_number, cells)) else "left"
             for column, *cells in zip(self.columns, *self.rows, strict=True)
         )
+
+    def without(self, *heads: str) -> Table:
+        """Return it without some columns, as a plain table."""
+        rest = [i for i, column in enumerate(self.columns) if column.head not in heads]
+        rows = (tuple(row[i] for i in rest) for row in self.rows)
+        columns = tuple(self.columns[i] for i in rest)
+        return replace(self, columns=columns, rows=tuple(rows), look="")
 
 
 def _is_number(cell: Cell) -> bool:
@@ -138,10 +157,40 @@ class Figure:
 
 
 @dataclass(frozen=True)
+class Animated:
+    """A picture that moves, as data; `alt` describes it for screen readers."""
+
+    alt: str
+    scene: Scene
+
+
+@dataclass(frozen=True)
 class Gallery:
     """Figures side by side."""
 
     figures: tuple[Figure, ...]
+
+
+class Tile(NamedTuple):
+    """One large number or word under its label, with its interval below it."""
+
+    label: Parts
+    cell: Cell
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """The most important numbers, side by side."""
+
+    tiles: tuple[Tile, ...]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Blocks in two columns; on a phone one below the other."""
+
+    left: tuple[Block, ...]
+    right: tuple[Block, ...]
 
 
 class Range(NamedTuple):
@@ -165,18 +214,28 @@ class Ranges:
 
 @dataclass(frozen=True)
 class Section:
-    """Blocks under a heading."""
+    """Blocks under a heading; its level follows from the sections around it."""
 
     title: str  # empty for none
     blocks: tuple[Block, ...]
     anchor: str = ""  # where links to it lead; the contents of a page name it
-    level: int = 2  # below the title of the document; 3 below a section
     page_only: bool = False  # whether a screen leaves it out
     role: str = ""  # "first": a sheet of its own on paper
 
 
 Block = (
-    Table | Paragraph | Bullets | Facts | Verbatim | Figure | Gallery | Ranges | Section
+    Table
+    | Paragraph
+    | Bullets
+    | Facts
+    | Verbatim
+    | Figure
+    | Animated
+    | Gallery
+    | Tiles
+    | Columns
+    | Ranges
+    | Section
 )
 
 
@@ -200,19 +259,18 @@ def section(
     title: str,
     *parts: Block | None,
     anchor: str = "",
-    level: int = 2,
     page_only: bool = False,
     role: str = "",
 ) -> Section:
     """Return a section of the blocks that are not empty; other fields as its own."""
-    return Section(title, shown(*parts), anchor, level, page_only, role)
+    return Section(title, shown(*parts), anchor, page_only, role)
 
 
 def _is_empty(block: Block) -> bool:
     match block:
         case Paragraph(()) | Bullets(()) | Section(blocks=()):
             return True
-        case Table(rows=()) | Ranges(rows=()):
+        case Table(rows=()) | Ranges(rows=()) | Tiles(()) | Columns((), ()):
             return True
     return False
 

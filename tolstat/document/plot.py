@@ -29,10 +29,23 @@ class Bars(NamedTuple):
     """Horizontal bars by name, the first on top; `ends`: [2, bar], or None."""
 
     names: tuple[str, ...]
-    values: Array
+    values: Array  # where they end
     ends: Array | None = None
     colour: str = "first"
     name: str = ""
+    starts: Array | None = None  # where they begin; None: at zero
+    colours: tuple[str, ...] = ()  # of each bar; empty: that of all
+    words: tuple[str, ...] = ()  # on the right of the panel, one for each bar
+    look: str = "bars"  # or "steps", with a line from each end to the next, or "arrows"
+
+
+class Mark(NamedTuple):
+    """An upright line with its words above the panel."""
+
+    value: float
+    words: str
+    colour: str = "ink"
+    dash: str = "-"
 
 
 class Intervals(NamedTuple):
@@ -45,7 +58,7 @@ class Intervals(NamedTuple):
     name: str = ""
 
 
-Layer = Curve | Band | Region | Span | Level | Histogram | Bars | Intervals
+Layer = Curve | Band | Region | Span | Level | Histogram | Bars | Mark | Intervals
 
 
 def curve(

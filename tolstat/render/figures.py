@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import AutoLocator, MaxNLocator, NullLocator
 from scipy.special import ndtri
 
+from tolstat.arrays import Array
 from tolstat.document.blocks import Cell, Table
 from tolstat.document.inline import Number, in_cell, plain
 from tolstat.document.plot import (
@@ -24,6 +25,7 @@ from tolstat.document.plot import (
     Histogram,
     Intervals,
     Layer,
+    Mark,
     Plot,
     PlotPanel,
 )
@@ -55,6 +57,7 @@ DOTS: dict[str, Any] = {"linestyle": "none", "marker": ".", "markeredgewidth": 0
 LARGE: dict[str, Any] = {"linestyle": "none", "marker": "o"}
 LOOKS: dict[str, dict[str, Any]] = {
     "line": {},
+    "dashed": {"linestyle": "--"},
     "dotted": {"marker": ".", "markersize": 4},
     "dots": {**DOTS, "markersize": 3},
     "faint": {**DOTS, "markersize": 2.2, "alpha": 0.4},
@@ -67,6 +70,9 @@ NAME = 28  # letters of a name in a line beside an axis
 MOST_WORDS = 32  # along an axis; of more some are written
 LEGEND_COLUMNS = 4, 3, 2, 1  # as many as find room
 LETTERS, HANDLE = 12, 5  # of a legend in an inch; what stands before a word of it
+LETTER = 0.075  # inches, about: of words above a panel
+MARGINS = 0.7  # inches beside a panel
+LINE = 11  # points between lines of words above a panel
 MOST_ROWS = 60  # of a listing that is drawn
 
 
@@ -124,6 +130,7 @@ def _draw_panel(axes: Axes, panel: PlotPanel) -> list[Any]:
             logarithmic(ticks, **{"linthresh": 10} if axis.scale == "symlog" else {})
     if panel.y.scale == "normal":
         _normal_ticks(axes, panel)
+    _draw_marks(axes, panel)
     if panel.x.words:
         axes.xaxis.set_major_locator(MaxNLocator(MOST_WORDS, integer=True))
         axes.xaxis.set_major_formatter(partial(_word_at, panel.x.words))
@@ -133,6 +140,29 @@ def _draw_panel(axes: Axes, panel: PlotPanel) -> list[Any]:
         for name, axis in (("xlim", panel.x), ("ylim", panel.y)) if axis.ends
     })  # fmt: skip
     return handles
+
+
+def _draw_marks(axes: Axes, panel: PlotPanel) -> None:
+    """Write the words of marks above the panel, in as few lines as keep them apart."""
+    marks = [layer for layer in panel.layers if isinstance(layer, Mark)]
+    if not marks:
+        return
+    left, right = panel.x.ends or axes.get_xlim()
+    assert axes.figure is not None
+    width = axes.figure.get_size_inches()[0] - MARGINS
+    taken: list[float] = []  # how far each line is written, the lowest first
+    for mark in sorted(marks, key=lambda mark: mark.value):
+        place = (panel.x.factor * mark.value - left) / (right - left)
+        half = LETTER * len(mark.words) / width / 2
+        line = next(
+            (i for i, end in enumerate(taken) if place - half > end), len(taken)
+        )
+        taken[line : line + 1] = [place + half]
+        axes.annotate(
+            mark.words, (panel.x.factor * mark.value, 1.0), (0, 3 + LINE * line),
+            ("data", "axes fraction"), "offset points", ha="center",
+            color=ROLES[mark.colour],
+        )  # fmt: skip
 
 
 def _thin_out(axes: Axes) -> None:
@@ -183,6 +213,10 @@ def _wrapped(name: str) -> str:
 
 def _draw(axes: Axes, layer: Layer, panel: PlotPanel) -> list[Any]:
     """Draw a layer; return what a legend shows of it."""
+    if isinstance(layer, Mark):  # its words stand above the panel: see `_draw_marks`
+        axes.axvline(panel.x.factor * layer.value, color=ROLES[layer.colour],
+                     linestyle=layer.dash, linewidth=1.2)  # fmt: skip
+        return []
     words = layer.words if isinstance(layer, Span | Level) else layer.name
     # a legend hides what begins with _
     label = f" {words}" if words.startswith("_") else words or "_unnamed"
@@ -241,16 +275,39 @@ def _draw_bars(axes: Axes, bars: Bars, panel: PlotPanel, named: dict[str, Any]) 
     row, places, reach = kinds.index(bars), np.arange(len(bars.names)), None
     if bars.ends is not None:
         reach = np.maximum([[-1.0], [1.0]] * (bars.ends - bars.values), 0.0)
+    starts = np.zeros(len(places)) if bars.starts is None else bars.starts
+    along = panel.x.factor
+    if bars.colours:
+        named["color"] = [ROLES[colour] for colour in bars.colours]
+    thick = 0.5 if bars.look == "steps" else 0.04 if bars.look == "arrows" else 0.72
     handle = axes.barh(
-        places + 0.8 * row / len(kinds), bars.values, 0.72 / len(kinds),
-        xerr=reach, **named,
+        places + 0.8 * row / len(kinds), along * (bars.values - starts),
+        thick / len(kinds), left=along * starts,
+        xerr=None if reach is None else along * reach, **named,
         error_kw={"ecolor": INK, "elinewidth": 0.8, "capsize": 2},
     )  # fmt: skip
+    if bars.look != "bars":
+        _draw_steps(axes, bars, along * starts, along * bars.values)
+    for place, words in zip(places, bars.words, strict=False):
+        axes.text(1.02, place, words, va="center", transform=axes.get_yaxis_transform())
     if row == 0:
         axes.set_yticks(places, [*map(_wrapped, bars.names)])
         axes.grid(visible=False, axis="y")
         axes.invert_yaxis()
     return handle
+
+
+def _draw_steps(axes: Axes, bars: Bars, starts: Array, ends: Array) -> None:
+    """Draw which way bars lead, and lines from each end to where the next begins."""
+    for i, (start, end) in enumerate(zip(starts, ends, strict=True)):
+        if start == end:
+            axes.plot([end], [i], "o", color=INK, markersize=4)
+        elif bars.look == "arrows":
+            colour = ROLES[bars.colours[i] if bars.colours else bars.colour]
+            axes.plot([end], [i], ">" if end > start else "<", color=colour,
+                      markersize=5, clip_on=False)  # fmt: skip
+        if i + 1 < len(starts) and starts[i + 1] == end:
+            axes.plot([end, end], [i, i + 1], ":", color=INK, linewidth=0.8)
 
 
 def _normal_ticks(axes: Axes, panel: PlotPanel) -> None:

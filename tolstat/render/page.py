@@ -2,14 +2,24 @@
 
 import math
 import re
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from typing import Any
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from tolstat.document.blocks import Cell, Document, Figure, Ranges, Section
+from tolstat.document.blocks import (
+    Animated,
+    Cell,
+    Document,
+    Figure,
+    Ranges,
+    Section,
+    Sketch,
+)
 from tolstat.document.inline import (
     Inline,
     Link,
@@ -51,6 +61,17 @@ def page(document: Document, run: str = "") -> str:
     return html
 
 
+def explore_page(sources: Mapping[str, str], data: str, **words: Any) -> str:
+    """Return a page with scripts: its sources by name, and the words of its template.
+
+    The words are escaped; the data are JSON that may stand in a page.
+    """
+    base = files("tolstat.render").joinpath("templates/page.css").read_text("utf-8")
+    parts = {name: Markup(text) for name, text in sources.items()}
+    parts |= {"style": Markup(base) + parts["style"], "data": Markup(data)}
+    return environment().from_string(sources["page"]).render(**parts, **words)
+
+
 def mark_of(run: str) -> str:
     """Return what names a run file in the head of its page, by `identity`."""
     return f'<meta name="run" content="{run}">'
@@ -68,7 +89,7 @@ def environment() -> Environment:
         lstrip_blocks=True,
     )
     templates.filters.update(parts=_parts, cell=_cell, breaking=_breaking, svg=_svg)
-    templates.filters.update(track=Track, digits=_digits)
+    templates.filters.update(track=Track, digits=_digits, moving=_moving)
     return templates
 
 
@@ -76,6 +97,12 @@ def _svg(figure: Figure) -> Markup:
     from tolstat.render.figures import as_svg  # a page without figures needs no engine
 
     return as_svg(figure.picture, figure.alt)
+
+
+def _moving(block: Animated) -> Markup:
+    from tolstat.render.moving import as_moving  # seldom needed
+
+    return as_moving(block.scene, block.alt)
 
 
 def _parts(parts: Parts) -> Markup:
@@ -141,7 +168,26 @@ def _cell(cell: Cell) -> Markup:
         main += _parts(cell.main)
     if cell.below:
         below += Markup('<span class="range">{}</span>').format(_parts(cell.below))
-    return main + below
+    return main + below + (_sketch(cell.sketch) if cell.sketch else "")
+
+
+def _sketch(sketch: Sketch) -> Markup:
+    """Return a small histogram as SVG, its limits as upright lines."""
+    seen = *sketch.edges, *sketch.ends
+    first, last = min(seen), max(seen)
+    places = [100 * (x - first) / (last - first) for x in seen]
+    edges, ends = places[: len(sketch.edges)], places[len(sketch.edges) :]
+    bars = zip(edges, edges[1:], sketch.heights, sketch.out_of_limit, strict=False)
+    paths = ["", ""]
+    for left, right, height, out in bars:
+        if height:
+            top = 20 * (1 - height)
+            paths[out] += f"M{left:.1f} 20V{top:.1f}H{right:.1f}V20"
+    paths.append("".join(f"M{x:.1f} 0V20" for x in ends))
+    kinds = zip(paths, ("bar", "out", "end"), strict=True)
+    drawn = (Markup('<path class="{}" d="{}"/>').format(k, d) for d, k in kinds if d)
+    head = '<svg class="sketch" role="img" aria-label="{}" viewBox="0 0 100 20">'
+    return Markup(f"{head}{{}}</svg>").format(visible(sketch.alt), Markup().join(drawn))
 
 
 def _breaking(name: str) -> Markup:

@@ -58,7 +58,7 @@ class MeasuredFile:
         if isinstance(self._file, qdas.QdasFile):
             return self._file.names
         numeric = [name for name in self._file.numeric if name != lots]
-        columns = [name for name in numeric if not _counts(self._file, name)]
+        columns = [name for name in numeric if not counts_rows(self._file, name)]
         return columns or self._file.partly_numeric
 
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
@@ -74,8 +74,10 @@ class MeasuredFile:
         return torn_by_commas(self._file.rows, self._file.columns[name])
 
 
-def _counts(table: Table, name: str) -> bool:
+def counts_rows(table: Table, name: str) -> bool:
     """Return whether a column counts the rows."""
+    if name not in table.numeric:
+        return False
     numbers = table.measured(name).numbers
     return len(numbers) > 1 and bool((np.diff(numbers) == 1).all())
 

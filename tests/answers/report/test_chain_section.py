@@ -7,10 +7,13 @@ import re
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.special import ndtr
 
 import tolstat
+from tests.answers.page_checks import number_in, rows_of, words_of
 from tolstat.answers.report.chain_section import chain_blocks
 from tolstat.errors import QuestionError, UnitError
+from tolstat.render.screen import as_text
 from tolstat.statistics.intervals.shortest import shortest_interval
 
 
@@ -28,12 +31,24 @@ def texts_of(report):
 
 
 def test_links_stand_as_on_the_drawing(run):
-    page = texts_of(run.report())
-    chain = page[page.index("Slopes are those") - 400 :]
-    assert "seat 25 mm +0.1 mm -0.05 mm 25.025 mm increasing" in chain
-    assert "ring 24.8 mm 0 mm -0.033 mm 24.7835 mm decreasing" in chain
-    assert "shim" not in chain[: chain.index("Slopes are those")]
-    assert "least, 0.135 % 0.1 0." in chain and "largest, 99.865 % 0.283 0.2" in chain
+    links, _, ways, _ = chain_blocks(run.report(), "play")
+    seat, ring = (" ".join(map(words_of, row)) for row in links.rows)
+    assert seat.startswith("seat  25 mm  +0.1 mm  -0.05 mm  25.025 mm  increasing")
+    assert ring.startswith("ring  24.8 mm  0 mm  -0.033 mm  24.7835 mm  decreasing")
+    assert seat.endswith("normal, +0.1/-0.05 mm, cp 1 ")
+    worst, square, trials = rows_of(ways)
+    assert as_text(worst["least, mm"].main) == "0.1 mm"
+    assert as_text(worst["largest, mm"].main) == "0.283 mm"
+    assert not any(worst[head] for head in worst if head == "ppm" and worst[head].main)
+    assert number_in(square["ppm"]) == pytest.approx(ndtr(-mean_of(square)), rel=1e-9)
+    limited = run.report().responses["play"].limited
+    assert number_in(trials["ppm"]) == limited.yields.fraction_out_of_limit
+    assert number_in(trials["Ppk"]) == limited.moments.ppk
+
+
+def mean_of(row):
+    """Mean of a normal response, in sigmas."""
+    return number_in(row["mean, mm"]) / number_in(row["sigma, mm"])
 
 
 def test_only_a_model_with_a_worst_case_has_a_chain():

@@ -10,7 +10,14 @@ import pytest
 import tolstat
 from tests.answers.browser import asked
 from tests.answers.conftest import chain
-from tests.answers.page_checks import PAPER, rows_of, section_of, tables_of, words_in
+from tests.answers.page_checks import (
+    PAPER,
+    blocks_of,
+    rows_of,
+    section_of,
+    tables_of,
+    words_in,
+)
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report import response_section
 from tolstat.answers.report.first_page import first_page, lead
@@ -51,15 +58,10 @@ def bolts(tmp_path, limits, trials=2000):
     return tolstat.run(study, model=Bolts(), force=True)
 
 
-def drawn_in(blocks):
-    """The picture among some blocks, and how many tables stand before it."""
-    tables = 0
-    for block in blocks:
-        if isinstance(block, Table):
-            tables += 1
-        if isinstance(block, Section) and isinstance(block.blocks[0], Ranges):
-            return block.blocks[0], tables
-    return None
+def drawn_in(section):
+    """The picture of fractions out of limit in a section; None without one."""
+    ranges = (each for each in blocks_of(section) if isinstance(each, Ranges))
+    return next(ranges, None)
 
 
 @pytest.fixture(scope="module")
@@ -74,9 +76,9 @@ def test_of_thirty_limits_the_worst_stand_on_the_first_page(thirty, tmp_path):
     order = list(thirty.limits)
     assert [as_text(row["response"].main) for row in rows_of(worst)] == order[:6]
     assert as_text(worst.caption).startswith("The 6 worst of 30 limits; behind: All")
-    (every,) = section_of(document, "All limits").blocks
+    (every,) = tables_of(section_of(document, "All limits"))
     assert [as_text(row["response"].main) for row in rows_of(every)] == order
-    picture, _ = drawn_in(document.blocks[0].blocks)
+    picture = drawn_in(section_of(document, "All limits"))
     assert [each.name for each in picture.rows] == order
     path = tmp_path / "thirty.html"  # with the figures of two responses, of thirty
     path.write_text(page(report_of(thirty.stored_run, order[:2]).document()))
@@ -119,12 +121,13 @@ def test_figures_are_of_the_worst_responses(thirty, monkeypatch):
 
 def test_a_single_limit_is_drawn(tmp_path):
     found = report_of(tolstat.run(chain("<= 2416.9 mm"), output=tmp_path / "a.h5"))
-    picture, before = drawn_in(first_page(found))
-    (row,) = picture.rows
-    assert before == 1 and row.level == pytest.approx(0.0027)
+    (row,) = drawn_in(found.document()).rows
+    assert row.level == pytest.approx(0.0027)
     assert row.found == found.limits["gap"].yields.fraction_out_of_limit
     assert row.tone == found.limits["gap"].yields.verdict
-    assert drawn_in(first_page(replace(found, responses={}, all_limits=None))) is None
+    free = {name: replace(each, limited=None) for name, each in found.responses.items()}
+    free = replace(found, responses=free, all_limits=None)
+    assert drawn_in(free.document()) is None
 
 
 def test_responses_in_focus_follow_what_decides(tmp_path):

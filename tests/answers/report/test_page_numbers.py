@@ -19,6 +19,7 @@ from tests.answers.page_checks import (
     section_of,
     table_under,
     tables_of,
+    tiles_of,
     words_in,
     words_under,
 )
@@ -209,11 +210,12 @@ def test_a_histogram_shows_limit_and_mean(report):
     for name in report.answer.focus:
         each = report.answer.responses[name]
         words = next(w for w in figures if w.startswith(f"Histogram of {name}:"))
-        (legend,) = figures[words].legends
-        labels = [text.get_text() for text in legend.get_texts()]
-        assert f"limit {each.limited.limit.words}" in labels
-        mean = next(label for label in labels if label.startswith("mean"))
+        labels = [text.get_text() for text in figures[words].axes[0].texts]
         factor = 10.0 ** {"kN": -3, "kN m": -3, "%": 2}[each.scale.shown]
+        (upper,) = (label for label in labels if label.startswith("USL "))
+        assert says(upper.split()[1], factor * each.limited.limit.upper)
+        assert not any(label.startswith("LSL") for label in labels)
+        mean = next(label for label in labels if label.startswith("mean"))
         assert says(mean.split()[1], factor * each.mean.value)
 
 
@@ -340,7 +342,9 @@ def test_a_demanded_value_is_printed_exactly(demand, share, ppk, tmp_path):
     """As it is typed, or of four figures to the nearest: it is no bound."""
     study = chain({"limit": "<= 2416.9 mm", **demand}, trials=100)
     run = tolstat.run(study, output=tmp_path / "run.h5")
-    for document in (tolstat.report(run).document(), tolstat.summary(run).document()):
-        (row,) = rows_of(table_under(document, "Limits"))
-        assert as_text(row["limit"].below) == share
-        assert as_text(row["equivalent Ppk"].below) == ppk
+    (row,) = rows_of(table_under(tolstat.summary(run).document(), "Limits"))
+    assert as_text(row["limit"].below) == share
+    assert as_text(row["equivalent Ppk"].below) == ppk
+    tiles = tiles_of(tolstat.report(run).document())
+    assert next(iter(tiles)).endswith(share)
+    assert as_text(tiles["equivalent Ppk"].below) == ppk

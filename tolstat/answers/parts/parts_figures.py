@@ -7,18 +7,16 @@ import numpy as np
 from tolstat.answers.parts.judged_parts import JudgedParts
 from tolstat.answers.report.response_figures import (
     bars_of,
-    edges_of,
+    bell_of,
     figure_of,
     line_at,
 )
-from tolstat.arrays import Array
 from tolstat.document import blocks, plot
-from tolstat.model.view import Curve, Level
+from tolstat.model.view import Level
 
 MOST_BINS = 40
 FEWEST_BINS = 8
 MOST_LOTS = 20  # that have a mean of their own in the figure
-BELL = 200  # points
 
 
 def figures_of(name: str, part: JudgedParts) -> tuple[blocks.Figure, ...]:
@@ -34,7 +32,7 @@ def _histogram(name: str, part: JudgedParts) -> blocks.Figure:
     layers: list[plot.Layer] = [*bars_of(values, part.tolerance, times, bins)]
     mean, sigma = part.capability.mean.value, part.capability.sigma.value
     if sigma > 0 and part.capability.mean.sure:
-        layers.append(_bell(values, bins, times))
+        layers.append(bell_of(values, bins, times))
     for i, end in enumerate(part.tolerance.finite):
         words = "tolerance" if i == 0 else ""
         layers.append(line_at(times * end, words, "limit", "--"))
@@ -46,17 +44,6 @@ def _histogram(name: str, part: JudgedParts) -> blocks.Figure:
         plot.PlotAxis(part.scale.label(name)), plot.PlotAxis("parts per bin"), *layers,
         caption=f"{name}: {len(values)} parts. Red: outside the tolerance.",
     )  # fmt: skip
-
-
-def _bell(values: Array, bins: int, times: float) -> Curve:
-    """Return a normal density with mean and sigma of the parts, in parts per bin."""
-    mean, sigma = values.mean(), values.std(ddof=1)
-    at = np.linspace(mean - 4 * sigma, mean + 4 * sigma, BELL)
-    width = float(np.ptp(edges_of(values, bins))) / bins
-    density = np.exp(-0.5 * ((at - mean) / sigma) ** 2) / (
-        sigma * math.sqrt(2 * math.pi)
-    )
-    return plot.curve(times * at, len(values) * width * density, "second", "normal")
 
 
 def _order(name: str, part: JudgedParts) -> blocks.Figure:

@@ -3,14 +3,16 @@
 import math
 from collections.abc import Iterator
 
+from tolstat.answers.cells import ppm
 from tolstat.answers.report.report_answer import Report
 from tolstat.document import blocks
 from tolstat.document.blocks import Block, Given
 from tolstat.document.inline import Name, Number, with_unit
 from tolstat.model.description import Contributor
+from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import HIGH, LOW, MIDDLE
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import Ratio, Scale
+from tolstat.units.scale import PPM, Ratio, Scale
 
 FIGURES = 10  # of a nominal value, which is exact
 NORMAL_SCORE = 3.0  # of the quantiles LOW and HIGH
@@ -19,8 +21,8 @@ AS_DRAWN = (
 )
 THREE_WAYS = (
     "Worst case: all links within their tolerances. Root sum square: a normal response "
-    "with these slopes, 0.135 % and 99.865 % are three sigma from the mean. Monte "
-    "Carlo: the trials."
+    "with these slopes. Least and largest of it and of the trials (Monte Carlo): "
+    "0.135 % lie outside each."
 )
 
 
@@ -29,12 +31,28 @@ def chain_blocks(report: Report, name: str) -> tuple[Block | None, ...]:
 
     Nothing unless the model knows the worst case itself, as a chain does.
     """
-    run = report.stored_run
-    if not any(number.of == name and number.worst for number in run.numbers):
+    if not is_chain(report.stored_run, name):
         return ()
-    links = blocks.table_of([*_links(report, run, name)], words=["link", "direction"])
-    ways = blocks.table_of([*_three_ways(report, name)], words=["answer"])
+    links = links_table(report, name)
+    ways = three_ways(report, name)
     return links, blocks.note(AS_DRAWN), ways, blocks.note(THREE_WAYS)
+
+
+def is_chain(run: Run, name: str) -> bool:
+    """Whether the model knows the worst case of a response, as a chain does."""
+    return any(number.of == name and number.worst for number in run.numbers)
+
+
+def links_table(report: Report, name: str, *, brief: bool = False) -> blocks.Table:
+    """Return the links on which a response depends, as on the drawing.
+
+    A brief one is without means and slopes.
+    """
+    rows = [*_links(report, report.stored_run, name)]
+    for row in rows if brief else ():
+        del row["mean"], row["slope"]
+    words = ["link", "direction", "distribution"]
+    return blocks.table_of(rows, words=words, look="dense")
 
 
 def _links(report: Report, run: Run, name: str) -> Iterator[dict[str, Given]]:
@@ -54,6 +72,8 @@ def _links(report: Report, run: Run, name: str) -> Iterator[dict[str, Given]]:
             "mean": _without_zeros(size_words(run, part, assumed.mean)),
             "direction": "increasing" if slope > 0 else "decreasing",
             "slope": with_unit(Number(slope, Ratio(response.scale, scale))),
+            "sigma": with_unit(Number(assumed.sigma, scale)),
+            "distribution": assumed.words,
         }
 
 
@@ -85,31 +105,51 @@ def _deviation(run: Run, part: Contributor, deviation: float) -> str:
     return f"{sign}{scale.factor * deviation:.{FIGURES}g} {scale.mark}".strip()
 
 
-def _three_ways(report: Report, name: str) -> Iterator[dict[str, Given]]:
-    """Yield rows: what worst case, root sum square and trials say."""
+def three_ways(report: Report, name: str) -> blocks.Table:
+    """Return what worst case, root sum square and trials say, with 0.135 % outside."""
     response, run = report.responses[name], report.stored_run
     linear, scale = response.root_sum_square, response.scale
-    worst = {n.worst: n.value for n in run.numbers if n.of == name and n.worst}
-    middle = 0.5 * sum(worst.values()) if len(worst) == 2 else math.nan
-    mean, sigma = (linear.mean, linear.sigma) if linear else (math.nan, math.nan)
     quantiles = response.quantiles
-    low, high = mean - NORMAL_SCORE * sigma, mean + NORMAL_SCORE * sigma
-    rows = (
-        ("mean", middle, mean, response.mean),
-        ("sigma", math.nan, sigma, response.sigma),
-        ("least, 0.135 %", worst.get("least", math.nan), low, quantiles[LOW]),
-        ("50 %", math.nan, mean, quantiles[MIDDLE]),
-        ("largest, 99.865 %", worst.get("largest", math.nan), high, quantiles[HIGH]),
-    )
-    head = f"{{}}, {scale.mark}" if scale.mark else "{}"
-    for answer, of_worst, of_linear, of_trials in rows:
-        yield {
-            "answer": answer,
-            head.format("worst case"): _number(of_worst, scale),
-            head.format("root sum square"): _number(of_linear, scale),
-            head.format("Monte Carlo"): Number(of_trials, scale),
+    worst = {n.worst: n.value for n in run.numbers if n.of == name and n.worst}
+    least, largest = worst.get("least", math.nan), worst.get("largest", math.nan)
+    unit = f", {scale.mark}" if scale.mark else ""
+    numbers = ("mean", "sigma", "least", "50 %", "largest")
+    middle = 0.5 * (least + largest)
+    reach = NORMAL_SCORE * linear.sigma if linear else math.nan
+    ways: dict[str, list[Estimate | float]] = {
+        "worst case": [middle, math.nan, least, math.nan, largest],
+        "root sum square": [
+            linear.mean, linear.sigma, linear.mean - reach, linear.mean,
+            linear.mean + reach,
+        ] if linear else [],
+        "Monte Carlo": [
+            response.mean, response.sigma, quantiles[LOW], quantiles[MIDDLE],
+            quantiles[HIGH],
+        ],
+    }  # fmt: skip
+    rows: dict[str, dict[str, Given]] = {
+        way: {"answer": way} | {
+            f"{head}{unit}": _number(value, scale)
+            for head, value in zip(numbers, values, strict=False)
         }
+        for way, values in ways.items()
+    }  # fmt: skip
+    if limited := response.limited:
+        out, ppk = "ppm", "Ppk"
+        if linear:
+            permitted = limited.limit.permitted
+            rows["root sum square"] |= {
+                out: Number(linear.fraction_out(permitted), PPM),
+                ppk: Number(linear.ppk(permitted)),
+            }
+        rows["Monte Carlo"] |= {
+            out: ppm(limited.yields.fraction_out_of_limit, report.trials.done),
+            ppk: Number(limited.moments.ppk),
+        }
+    return blocks.table_of(rows.values(), words=["answer"], look="dense")
 
 
-def _number(value: float, scale: Scale) -> Number | None:
-    return None if math.isnan(value) else Number(value, scale)
+def _number(value: Estimate | float, scale: Scale) -> Number | None:
+    if isinstance(value, float) and math.isnan(value):
+        return None
+    return Number(value, scale)

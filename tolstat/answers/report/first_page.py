@@ -1,7 +1,8 @@
 """The first page: which limits are met, in a table, main causes, next steps."""
 
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 
 from tolstat.answers.cells import indices_words, limit_row
 from tolstat.answers.report.finding_words import (
@@ -17,7 +18,7 @@ from tolstat.answers.report.report_answer import (
 )
 from tolstat.answers.report.response_summary import Causes, ResponseSummary
 from tolstat.document import blocks
-from tolstat.document.blocks import Cell
+from tolstat.document.blocks import Cell, Sketch
 from tolstat.document.inline import (
     Name,
     Number,
@@ -36,6 +37,7 @@ from tolstat.units.scale import PART, PER_CENT, PPM
 MOST_LIMITS = 6  # in the table of a first page: on paper it is one sheet
 PICTURE = "Fraction out of limit against what is permitted"
 ALL_LIMITS = "All limits"
+IN_TILES = ("limit", "verdict", "out of limit, ppm", "equivalent Ppk")
 LEAST_LEVEL = 1e-6  # smaller ones say no more
 INTERVAL = "Each number has its 95 % interval below it"
 CENTRAL = " of the central 99 %"  # of the trials: others are clipped
@@ -48,22 +50,34 @@ RANDOM_TRIALS = "causes are named for random trials only"
 
 
 def first_page(
-    summary: RunSummary, links: Collection[str] = ()
+    summary: RunSummary,
+    links: Collection[str] = (),
+    opening: Collection[blocks.Block] = (),
+    sketches: Mapping[str, Sketch] = MappingProxyType({}),
+    drawing: Collection[blocks.Block] = (),
 ) -> tuple[blocks.Block, ...]:
     """Return the blocks of the first page, title block and header left out.
 
     Names of responses in `links`, of a report, lead to their sections. Its first page
     has the worst of many limits.
+
+    Parameters
+    ----------
+    opening, drawing : collection of Block
+        Tiles and pictures above the limits, and dimensions below them.
+    sketches : mapping of str to Sketch
+        Small histograms for the table of limits.
     """
-    steps = what_next(next_steps(summary))
-    crowded = links and len(summary.limits) > MOST_LIMITS
-    picture = ranges_section(summary)
+    table = limits_table(summary, links, MOST_LIMITS if links else None, sketches)
+    if opening and len(table.rows) == 1:
+        table = table.without(*IN_TILES)
     return blocks.shown(
         in_words(summary.early_warnings),
         lead(summary),
-        limits_table(summary, links, MOST_LIMITS if crowded else None),
-        performance(summary),
-        *((steps, picture) if crowded else (picture, steps)),
+        *opening,
+        table,
+        *drawing,
+        what_next(next_steps(summary)),
         in_words(summary.late_warnings),
         *map(blocks.note, summary.trials.notes if summary.trials.ran else ()),
     )
@@ -116,31 +130,41 @@ def ranges_section(summary: RunSummary) -> blocks.Section:
     shares = ", ".join(f"{r.name} {PPM.interval(*r.found[:3])[0]}" for r in ranges)
     words = f"Fractions out of limit in ppm: {shares}"
     picture = blocks.Ranges(words, tuple(ranges), PPM, "permitted")
-    return blocks.section(PICTURE, picture, level=3, page_only=True)
+    return blocks.section(PICTURE, picture, page_only=True)
 
 
 def limits_table(
-    summary: RunSummary, links: Collection[str] = (), most: int | None = None
+    summary: RunSummary,
+    links: Collection[str] = (),
+    most: int | None = None,
+    sketches: Mapping[str, Sketch] = MappingProxyType({}),
 ) -> blocks.Table:
     """Return verdict, fraction out of limit, main cause and what would help.
 
-    Of all limits, or of the worst ones. Names in `links` lead to their sections.
+    Of all limits, or of the worst ones. Names in `links` lead to their sections;
+    `sketches` are small histograms.
     """
-    rows, limits = [], list(summary.limits.items())
+    rows = list[dict[str, blocks.Given]]()
+    limits = list(summary.limits.items())
     weighted = bool(summary.stored_run.aim)
     trials = summary.trials.done + summary.trials.failed
     for name, limited in limits[:most]:
         response, finding = summary.responses[name], summary.findings.limits[name]
         link = Name(name, name if name in links else "")
+        cells = limit_row(
+            limited, trials, summary.trials.failed, weighted=weighted,
+            stopped=summary.stopped,
+        )  # fmt: skip
+        limit = blocks.cell_of(cells["limit"])
         rows.append({
             "response": Cell((link,), text(response.sentence)),
-            **limit_row(
-                limited, trials, summary.trials.failed,
-                weighted=weighted, stopped=summary.stopped,
-            ),
+            **cells,
+            "limit": limit._replace(sketch=sketches.get(name)),
             "main cause": _cause_cell(response, finding),
             "what would help": _help_cell(summary, name),
         })  # fmt: skip
+    if links:
+        _say_once(rows, "what would help")
     caption = rests_on(summary)
     if unseen := summary.unseen_errors:
         caption = say("{}; {}", caption, _unseen_words(unseen))
@@ -153,6 +177,14 @@ def limits_table(
         rows, "Limits", words=("main cause", "what would help"), caption=caption,
         look="verdicts", spare=["what would help", "equivalent Ppk"],
     )  # fmt: skip
+
+
+def _say_once(rows: list[dict[str, blocks.Given]], head: str) -> None:
+    """Shorten cells whose words are those of the row above."""
+    cells = [blocks.cell_of(row[head]) for row in rows]
+    for above, cell, row in zip(cells, cells[1:], rows[1:], strict=False):
+        if cell.main and cell.main == above.main:
+            row[head] = cell._replace(main=text("the same"))
 
 
 def performance(summary: RunSummary) -> blocks.Paragraph | None:

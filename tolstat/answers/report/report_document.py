@@ -1,19 +1,25 @@
 """The statistical tolerance report as a document."""
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 
 from tolstat.answers.next_steps import command
 from tolstat.answers.parts.judged_parts import judged_parts_of
 from tolstat.answers.parts.parts_section import ALL_PARTS, parts_section, parts_table
 from tolstat.answers.report.case_results import cases_section
+from tolstat.answers.report.chain_section import is_chain, links_table, three_ways
 from tolstat.answers.report.first_page import (
     ALL_LIMITS,
     INTERVAL,
     MOST_LIMITS,
     first_page,
     limits_table,
+    performance,
+    ranges_section,
     reading,
 )
+from tolstat.answers.report.opening import deciding, opening, sketches_of
 from tolstat.answers.report.report_answer import Report, RunSummary
 from tolstat.answers.report.response_section import response_section
 from tolstat.answers.report.summary_document import assumption, responses_table
@@ -24,6 +30,7 @@ from tolstat.document.inline import Number, Parts, Typed, listed, say, text
 from tolstat.model.setting_kinds import NO_ROWS
 from tolstat.units.scale import PER_CENT
 
+MOST_DIMENSIONS = 6  # on the first page
 LONGEST = 60  # letters of a title at the foot of a sheet
 MOMENTS = (
     "Mean and sigma are of the trials that do not fail. Quantiles count failed trials "
@@ -49,22 +56,43 @@ JUDGED = (
 
 def report_document(report: Report) -> blocks.Document:
     """Return first page, assumptions, summary, responses in focus, provenance."""
-    first, rest = first_page(report, report.focus), None
-    if len(report.limits) > MOST_LIMITS:  # behind the worst ones
-        table = limits_table(report, report.focus)
-        rest = blocks.section(ALL_LIMITS, table, anchor="limits")
+    sketches = sketches_of(report)
+    first = first_page(
+        report, report.focus, opening(report),
+        sketches if len(sketches) > 1 else {}, _drawing(report),
+    )  # fmt: skip
     return sheet(
         "Statistical tolerance report",
         report,
         (*first, blocks.note(*reading(report).parts)),
-        rest,
+        _limits(report, sketches),
         assumptions_section(report),
         _measured_parts(report),
         cases_section(report),
         _summary(report),
         _numbers(report),
         *(response_section(report, name) for name in report.focus),
-        role="first" if rest is None else "",  # else more than one sheet
+    )
+
+
+def _drawing(report: Report) -> tuple[blocks.Block, ...]:
+    """Return three ways to judge the chain that decides, and its links if few."""
+    name = deciding(report)
+    if not is_chain(report.stored_run, name) or not report.trials.done:
+        return ()
+    links = links_table(report, name, brief=True)
+    few = (links,) if len(links.rows) <= MOST_DIMENSIONS else ()
+    ways = three_ways(report, name)
+    medians = (column.head for column in ways.columns if column.head.startswith("50 %"))
+    return replace(ways.without(*medians), look="dense"), *few
+
+
+def _limits(report: Report, sketches: Mapping[str, blocks.Sketch]) -> blocks.Section:
+    """Return all limits where the first page has the worst, and what is permitted."""
+    crowded = len(report.limits) > MOST_LIMITS
+    table = limits_table(report, report.focus, sketches=sketches) if crowded else None
+    return blocks.section(
+        ALL_LIMITS, table, ranges_section(report), performance(report), anchor="limits"
     )
 
 
@@ -87,7 +115,7 @@ def sheet(
     source = str(provenance["source_digest"])[:12]
     seed = f"seed {provenance['seed']}, " if "seed" in provenance else ""
     made_by = f"{seed}tolstat {provenance['version_tolstat']}, {source}"
-    started = str(provenance["started_at"])
+    started = str(provenance["started_at"])[:16].replace("T", " ")
     head = kind, f"model {answer.model}", answer.run, made_by, started
     facts = {n.replace("_", " "): text(str(x)) for n, x in provenance.items()}
     del facts["study"]
@@ -97,7 +125,7 @@ def sheet(
         *sections,
         blocks.section(
             "Provenance", blocks.Facts(tuple(facts.items())),
-            blocks.section("The study", study, level=3),
+            blocks.section("The study", study),
             anchor="provenance", page_only=True,
         ),
     )  # fmt: skip
@@ -161,7 +189,7 @@ def _measured_parts(report: Report) -> blocks.Section:
         "Measured parts",
         parts_table(parts.items()),
         blocks.note(f"{AS_DEVIATIONS} {ALL_PARTS}") if parts else None,
-        *(parts_section(name, part, level=3) for name, part in parts.items()),
+        *(parts_section(name, part) for name, part in parts.items()),
         anchor="measured-parts", page_only=True,
     )  # fmt: skip
 

@@ -11,7 +11,7 @@ from tolstat.answers.report.response_summary import ReportedResponse
 from tolstat.answers.sampled_trials import Drawn, drawn_trials
 from tolstat.arrays import Array
 from tolstat.document import blocks, plot
-from tolstat.document.inline import text
+from tolstat.document.inline import Said, text
 from tolstat.model.view import Curve, Level, Span
 from tolstat.statistics.summary import Summary
 from tolstat.store.stored_run import Run
@@ -23,6 +23,8 @@ MOST_BARS = 10
 MOST_DRAWN = 600  # points of a distribution function
 SCATTERED = 3  # contributors that a response is drawn over
 OPEN = (-math.inf, math.inf)
+BELL = 200  # points
+NORMAL = " Dashed: normal fit."
 PROBABILITY = plot.PlotAxis("% of the trials below", "normal")
 STRAIGHT = "A normal distribution is a straight line."
 
@@ -32,8 +34,8 @@ def figures_of(report: Report, name: str) -> tuple[blocks.Figure, ...]:
     drawn, response = drawn_trials(report.stored_run), report.responses[name]
     assert drawn is not None  # there is no report otherwise
     figures = (
-        _histogram(drawn, name, response), _distribution(drawn, name, response),
-        _contributions(response), _scatter(drawn, name, response),
+        histogram(drawn, name, response), _distribution(drawn, name, response),
+        pareto(response), _scatter(drawn, name, response),
     )  # fmt: skip
     return tuple(figure for figure in figures if figure)
 
@@ -43,11 +45,16 @@ def histogram_of(run: Run, name: str = "") -> blocks.Figure:
     report = report_of(run, [name] if name else [])
     drawn, chosen = drawn_trials(run), report.focus[0]
     assert drawn is not None
-    return _histogram(drawn, chosen, report.responses[chosen])
+    return histogram(drawn, chosen, report.responses[chosen])
 
 
-def _histogram(drawn: Drawn, name: str, response: ReportedResponse) -> blocks.Figure:
-    """Draw how often each value occurs; out of limit in another colour."""
+def histogram(
+    drawn: Drawn, name: str, response: ReportedResponse, height: float = 2.5
+) -> blocks.Figure:
+    """Draw how often each value occurs; out of limit in another colour.
+
+    With both limits, nominal, mean, and a normal distribution.
+    """
     values, times, scale = drawn.done(name), response.scale.factor, response.scale
     if response.point_mass:
         values = response.point_mass.without(values)
@@ -55,23 +62,53 @@ def _histogram(drawn: Drawn, name: str, response: ReportedResponse) -> blocks.Fi
     if len(values):
         permitted = response.limited.limit.permitted if response.limited else OPEN
         layers += bars_of(values, permitted, times)
-    if not math.isnan(response.nominal):
-        label = f"nominal {scale.number(response.nominal)}"
-        layers.append(line_at(times * response.nominal, label, "ink", "-."))
-    if not math.isnan(response.mean.value):
-        label = f"mean {scale.interval(*response.mean[:3])[0]}"
-        layers.append(line_at(times * response.mean.value, label, "third", ":"))
-    layers += limit_rules(response, scale)
+    normal = not response.point_mass and response.sigma.value > 0
+    if normal:
+        layers.append(bell_of(values, BINS, times))
+    marks = {f"nominal {scale.number(response.nominal)}": (response.nominal, "-.")}
+    mean = f"mean {scale.interval(*response.mean[:3])[0]}"
+    marks[mean] = response.mean.value, ":"
+    layers += [
+        plot.Mark(times * value, words, "ink", dash)
+        for words, (value, dash) in marks.items()
+        if not math.isnan(value)
+    ]
+    layers += limit_marks(response, scale)
     if marked := [response.quantiles[q] for q in MARKED if response.quantiles[q].sure]:
         value, below, above = times * np.array([q[:3] for q in marked]).T
-        layers.append(plot.Intervals(below, above, value, name="50, 95, 99.865 %"))
+        layers.append(plot.Intervals(below, above, value))
     mass = ", without those that share one value" if response.point_mass else ""
     return figure_of(
         f"Histogram of {name}: {_most_important(response)}",
         plot.PlotAxis(scale.label(name)), plot.PlotAxis("trials per bin"), *layers,
-        caption=f"{name}: {len(values)} trials{mass}. Red: out of limit. Orange: "
-        "quantiles with 95 % intervals.",
+        caption=f"{name}: {len(values)} trials{mass}. Red: out of limit. Orange: 50, "
+        f"95, 99.865 % with 95 % intervals.{NORMAL * normal}",
+        height=height,
     )  # fmt: skip
+
+
+def limit_marks(summary: Summary, scale: Scale) -> list[plot.Mark]:
+    """Mark the ends of the limit, LSL and USL."""
+    if summary.limited is None:
+        return []
+    ends = zip(("LSL", "USL"), summary.limited.limit.permitted, strict=True)
+    return [
+        plot.Mark(scale.factor * end, f"{name} {scale.number(end)}", "limit")
+        for name, end in ends
+        if math.isfinite(end)
+    ]
+
+
+def bell_of(values: Array, bins: int, times: float) -> Curve:
+    """Return a normal density with mean and sigma of values, in values per bin."""
+    mean, sigma = values.mean(), values.std(ddof=1)
+    at = np.linspace(mean - 4 * sigma, mean + 4 * sigma, BELL)
+    width = float(np.ptp(edges_of(values, bins))) / bins
+    density = np.exp(-0.5 * ((at - mean) / sigma) ** 2) / (
+        sigma * math.sqrt(2 * math.pi)
+    )
+    heights = len(values) * width * density
+    return plot.curve(times * at, heights, "second", look="dashed")
 
 
 def bars_of(
@@ -93,10 +130,16 @@ def bars_of(
 
 
 def figure_of(
-    alt: str, x: plot.PlotAxis, y: plot.PlotAxis, *layers: plot.Layer, caption: str
+    alt: str,
+    x: plot.PlotAxis,
+    y: plot.PlotAxis,
+    *layers: plot.Layer,
+    caption: Said,
+    height: float = 2.5,
 ) -> blocks.Figure:
     """Return a figure of one panel."""
-    return blocks.Figure(alt, plot.Plot((plot.PlotPanel(x, y, layers),)), text(caption))
+    panel = plot.PlotPanel(x, y, layers)
+    return blocks.Figure(alt, plot.Plot((panel,), height=height), text(caption))
 
 
 def _distribution(drawn: Drawn, name: str, response: ReportedResponse) -> blocks.Figure:
@@ -113,8 +156,8 @@ def _distribution(drawn: Drawn, name: str, response: ReportedResponse) -> blocks
     )  # fmt: skip
 
 
-def _contributions(response: ReportedResponse) -> blocks.Figure | None:
-    """Draw the variance contributions, the largest first.
+def pareto(response: ReportedResponse, most: int = MOST_BARS) -> blocks.Figure | None:
+    """Draw the variance contributions, the largest first, and their sum.
 
     None where few trials dominate the variance: bars would show noise. No bar is
     negative; intervals may be.
@@ -126,20 +169,27 @@ def _contributions(response: ReportedResponse) -> blocks.Figure | None:
     shares = {n: x for n, x in first_order.items() if not math.isnan(x.value)}
     if not shares:
         return None
-    leading = sorted(shares, key=lambda name: -shares[name].value)[:MOST_BARS]
+    leading = sorted(shares, key=lambda name: -shares[name].value)[:most]
     value, *ends = 100 * np.array([shares[name][:3] for name in leading]).T
     certain = all(shares[name].sure for name in leading)
-    bars = plot.Bars(
-        tuple(leading), np.maximum(value, 0.0), np.array(ends) if certain else None
+    sums = np.cumsum(np.maximum(value, 0.0))
+    words = (
+        f"{one:.1f} %, sum {total:.1f} %"
+        for one, total in zip(value, sums, strict=True)
     )
+    bars = plot.Bars(
+        tuple(leading), np.maximum(value, 0.0), np.array(ends) if certain else None,
+        words=tuple(words),
+    )  # fmt: skip
+    line = plot.curve(sums, np.arange(len(sums)), "second", look="dotted")
     axis = plot.PlotAxis(f"% of the variance{CENTRAL * contributions.clipped}")
-    words = ", ".join(f"{n} {100 * shares[n].value:.0f} %" for n in leading[:3])
-    panel = plot.PlotPanel(axis, plot.PlotAxis(""), (bars,))
+    largest = ", ".join(f"{n} {100 * shares[n].value:.0f} %" for n in leading[:3])
+    panel = plot.PlotPanel(axis, plot.PlotAxis(""), (bars, line))
     return blocks.Figure(
-        f"Contributions, the largest first: {words}",
-        plot.Plot((panel,), height=0.26 * len(leading) + 1.1),
-        text("Variance contribution of each contributor alone, with 95 % intervals "
-             "where one can be trusted."),
+        f"Contributions, the largest first: {largest}",
+        plot.Plot((panel,), height=0.2 * len(leading) + 0.7),
+        text("Variance contributions, each alone, with 95 % intervals where they hold; "
+             "line: their sum."),
     )  # fmt: skip
 
 

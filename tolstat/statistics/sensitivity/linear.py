@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtri
+from scipy.special import ndtr, ndtri
 
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
@@ -32,6 +32,22 @@ class Linear(NamedTuple):
     def quantile(self, share: float) -> float:
         """Return the value below which a share of the units would lie."""
         return self.mean + self.sigma * float(ndtri(share))
+
+    def fraction_out(self, permitted: tuple[float, float]) -> float:
+        """Return the fraction of the units that would be out of a limit."""
+        lower, upper = self._distances(permitted)
+        return float(ndtr(-lower) + ndtr(-upper))
+
+    def ppk(self, permitted: tuple[float, float]) -> float:
+        """Return Ppk: the distance of the nearer end from the mean, over 3 sigma."""
+        return min(self._distances(permitted)) / 3
+
+    def _distances(self, permitted: tuple[float, float]) -> tuple[float, float]:
+        """Return how far the mean lies inside both ends, in sigmas; NaN without any."""
+        if not self.sigma > 0:
+            return math.nan, math.nan
+        lower, upper = permitted
+        return (self.mean - lower) / self.sigma, (upper - self.mean) / self.sigma
 
 
 class Scatter(NamedTuple):
