@@ -124,7 +124,7 @@ def sheet(
         *sections,
         blocks.section(
             "Provenance", blocks.Facts(tuple(facts.items())),
-            blocks.section("The study", study, level=3),
+            blocks.section("The study", study),
             anchor="provenance", page_only=True,
         ),
     )  # fmt: skip
@@ -188,7 +188,7 @@ def _measured_parts(report: Report) -> blocks.Section:
         "Measured parts",
         parts_table(parts.items()),
         blocks.note(f"{AS_DEVIATIONS} {ALL_PARTS}") if parts else None,
-        *(parts_section(name, part, level=3) for name, part in parts.items()),
+        *(parts_section(name, part) for name, part in parts.items()),
         anchor="measured-parts", page_only=True,
     )  # fmt: skip
 
