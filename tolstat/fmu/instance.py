@@ -232,9 +232,9 @@ class Instance:
         """Let an event of model exchange settle."""
         function = "newDiscreteStates" if self.file.fmi == 2 else "updateDiscreteStates"
         while True:
-            more, ends, _, _, known, time = self.call(function)
+            more, ends, _, _, scheduled, time = self.call(function)
             if ends or not more:
-                return Event(bool(ends), float(time) if known else float("inf"))
+                return Event(bool(ends), float(time) if scheduled else float("inf"))
 
 
 _present: list[Instance] = []  # of this process: at most one
