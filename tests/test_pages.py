@@ -115,6 +115,12 @@ def test_the_readme_is_short_and_has_the_command_that_tests():
     assert 'pip install -e ".[test]" && pytest' in lines  # .ci/run looks for it
 
 
+@pytest.mark.parametrize("page", PAGES)
+def test_each_column_of_a_table_has_a_head(page):
+    for heads in re.findall(r"^\|(.*)\|\n\|[-:| ]+\|$", prose(page), re.MULTILINE):
+        assert all(head.strip() for head in heads.split("|")), heads
+
+
 @pytest.mark.parametrize("block", of("python"))
 def test_python_compiles(block):
     compile(block.text, f"{block.page}:{block.line}", "exec")
@@ -195,7 +201,7 @@ def test_the_study_file_page_is_complete():
     assert set(KINDS) <= rows_under("Stopping rules")
     text = STUDY_FILE.read_text()
     section = re.search(r"Known units:\n(.*?)\n\n`", text, re.DOTALL)[1]
-    listed = re.findall(r"^\| [a-z, ]+ \| (.*) \|$", section, re.MULTILINE)
+    _, *listed = re.findall(r"^\| [a-z, ]+ \| (.*) \|$", section, re.MULTILINE)
     assert {*" ".join(listed).split()} == set(MEANINGS) - {"1", "count"}
     assert {"µm", "µs", "°"} <= set(SPELLINGS)
 

@@ -135,7 +135,7 @@ def in_frame(html: str) -> str:
     from html import escape
 
     return (
-        f'<iframe srcdoc="{escape(html)}" width="100%" height="600" '
+        f'<iframe srcdoc="{escape(html)}" title="tolstat" height="600" '
         'onload="this.height = this.contentDocument.body.scrollHeight + 40" '
-        'style="border: 0"></iframe>'
+        'style="width: 100%; border: 0"></iframe>'
     )

@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections import Counter
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
@@ -71,21 +70,6 @@ def explore_page(sources: Mapping[str, str], data: str, **words: Any) -> str:
     parts = {name: Markup(text) for name, text in sources.items()}
     parts |= {"style": Markup(base) + parts["style"], "data": Markup(data)}
     return environment().from_string(sources["page"]).render(**parts, **words)
-
-
-class Regions:
-    """The parts of a page that scroll: reached by keyboard, each by its own name."""
-
-    def __init__(self) -> None:
-        self._times: Counter[str] = Counter()
-
-    def __call__(self, name: str) -> Markup:
-        """Return the attributes of a part; a name that is taken gets its number."""
-        self._times[name] += 1
-        times = self._times[name]
-        name = f"{name} ({times})" if times > 1 else name
-        attributes = 'role="region" tabindex="0" aria-label="{}"'
-        return Markup(attributes).format(visible(name))
 
 
 def mark_of(run: str) -> str:
@@ -215,6 +199,20 @@ def _css_string(text: str) -> str:
     """Return a text for a style sheet, escaped."""
     plain = (c if c.isalnum() else f"\\{ord(c):x} " for c in visible(text))
     return '"' + "".join(plain) + '"'
+
+
+class Regions:
+    """The parts of a page that scroll: reached by keyboard, each by its own name."""
+
+    def __init__(self) -> None:
+        self._times: dict[str, int] = {}
+
+    def __call__(self, name: str) -> Markup:
+        """Return the attributes of a part; a name that is taken gets its number."""
+        times = self._times[name] = self._times.get(name, 0) + 1
+        name = f"{name} ({times})" if times > 1 else name
+        attributes = 'role="region" tabindex="0" aria-label="{}"'
+        return Markup(attributes).format(visible(name))
 
 
 class Track:

@@ -58,7 +58,7 @@ NAMING = {
 def what_next(steps: tuple[Parts, ...]) -> blocks.Section:
     """Return the section of next steps, the first one first."""
     bullets = blocks.Bullets(steps, numbered=len(steps) > 1)
-    return blocks.section("What to do next", bullets, level=3)
+    return blocks.section("What to do next", bullets)
 
 
 def next_steps(summary: RunSummary) -> tuple[Parts, ...]:
