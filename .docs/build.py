@@ -12,11 +12,15 @@ import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 DOCS = Path(__file__).parent.resolve()
 ROOT = DOCS.parent
-KEPT = {".md", ".ipynb", ".png", ".svg", ".toml", ".py", ".csv", ".json", ".yml", ".sh"}
+KEPT = {
+    ".md", ".ipynb", ".png", ".svg", ".toml", ".py", ".csv", ".json", ".yml", ".sh",
+    ".css", ".js",
+}  # fmt: skip
 
 
 def gather(sources: Path) -> None:
@@ -39,10 +43,29 @@ def gather(sources: Path) -> None:
         index.write((DOCS / "contents.md").read_text())
     for folder in ("runs/tutorial", "runs/how-to"):  # pages in the order of their list
         page = sources / folder / "index.md"
-        text = page.read_text()
-        pages = re.findall(r"\]\(([\w-]+)\.(?:md|ipynb)\)", text)
-        tree = "\n".join(["```{toctree}", ":hidden:", "", *pages, "```"])
-        page.write_text(f"{text}\n{tree}\n")
+        page.write_text(page.read_text() + "".join(_trees(page.read_text())))
+    gallery = sources / "runs" / "index.md"
+    head, *parts = gallery.read_text().split("\n## ")
+    cards = "\n".join(["", "", "{.cards}", *map(_card, parts), ""])
+    gallery.write_text("\n## ".join([head + cards, *parts]))
+
+
+def _trees(text: str) -> Iterator[str]:
+    """Yield what lists the pages of a folder beside the text, by group."""
+    for part in re.split(r"^## ", text, flags=re.MULTILINE):
+        head, _, links = part.partition("\n")
+        if pages := re.findall(r"\]\(([\w-]+)\.(?:md|ipynb)\)", links):
+            caption = [] if head.startswith("#") else [f":caption: {head}"]
+            tree = ["```{toctree}", ":hidden:", *caption, "", *pages, "```"]
+            yield "\n" + "\n".join(tree) + "\n"
+
+
+def _card(part: str) -> str:
+    """Return an item that leads to a part of the gallery, with its first picture."""
+    title = part.partition("\n")[0]
+    anchor = re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+    picture = re.search(r"^!\[[^\]]*\]\([^)]*\)$", part, re.MULTILINE)
+    return f"- [{picture[0] if picture else ''} {title}](#{anchor})"
 
 
 def main(output: str) -> int:

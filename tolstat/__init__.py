@@ -9,6 +9,7 @@ if TYPE_CHECKING:  # `__getattr__` loads these names
     from tolstat.answers.allocate.allocate_tolerances import allocate
     from tolstat.answers.chain_study import Chain
     from tolstat.answers.compare.compare_runs import compare
+    from tolstat.answers.explore.explore_page import explore
     from tolstat.answers.new_study import new_study
     from tolstat.answers.parts.parts_answer import parts
     from tolstat.answers.relimit import limited
@@ -28,6 +29,7 @@ if TYPE_CHECKING:  # `__getattr__` loads these names
         StudyNumber,
     )
     from tolstat.model.function_model import as_model
+    from tolstat.model.mechanism import Line, Mechanism
     from tolstat.model.settings import column, setting
     from tolstat.model.view import (
         Axis,
@@ -49,11 +51,12 @@ if TYPE_CHECKING:  # `__getattr__` loads these names
 
 __all__ = [
     "Axis", "Band", "Chain", "Chart", "Contributor", "Curve", "Description", "History",
-    "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
-    "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "as_model",
-    "column", "compare", "decide", "evaluate", "extend", "fresh_study", "limited",
-    "models", "new_study", "open", "parts", "replay", "report", "resume", "run", "save",
-    "setting", "summary", "trajectory", "verify", "view", "what_if",
+    "Level", "Line", "Listing", "Mark", "Measure", "Mechanism", "Model", "Offer",
+    "Outcome", "Panel", "Range", "Region", "Response", "Run", "Span", "StudyNumber",
+    "allocate", "as_model", "column", "compare", "decide", "evaluate", "explore",
+    "extend", "fresh_study", "limited", "models", "new_study", "open", "parts",
+    "replay", "report", "resume", "run", "save", "setting", "summary", "trajectory",
+    "verify", "view", "what_if",
 ]  # fmt: skip
 
 

@@ -10,6 +10,7 @@ import os
 import shutil
 import signal
 import stat
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
@@ -27,6 +28,9 @@ CONTAINER_LIMITS = (
     "/sys/fs/cgroup/memory.max",
     "/sys/fs/cgroup/memory/memory.limit_in_bytes",
 )
+
+PR_SET_PDEATHSIG = 1  # of prctl
+LINES = 1  # of setvbuf: _IOLBF
 
 
 def processors() -> int:
@@ -163,3 +167,98 @@ def give_second_name(path: Path, other: Path) -> None:
         os.link(path, other)
     except (AttributeError, OSError):
         shutil.copy2(path, other)
+
+
+def cannot_isolate() -> str:
+    """Return why this system has no processes that end with their parent, or ""."""
+    if sys.platform == "linux":
+        return ""
+    return f"processes that may crash need Linux; this system is {sys.platform}"
+
+
+def fork() -> int:
+    """Return the number of a new process, and 0 in it; on Linux alone."""
+    return os.fork()
+
+
+def end_with_parent(parent: int) -> None:
+    """Let the kernel end this process when its parent ends; on Linux alone."""
+    _c_library().prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it has ended already
+        os._exit(0)
+
+
+def lead_group() -> None:
+    """Give this process a group of its own, for itself and what it starts."""
+    os.setpgid(0, 0)
+
+
+def kill_group(number: int) -> None:
+    """End a process that is not waited for yet, and those of its group."""
+    for kill in (os.killpg, os.kill):
+        with suppress(ProcessLookupError):
+            kill(number, signal.SIGKILL)
+
+
+def exit_status(number: int) -> int:
+    """Wait for a child; return its exit code, or minus the signal that ended it."""
+    try:
+        return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
+    except ChildProcessError:
+        return 0
+
+
+def signal_name(number: int) -> str:
+    """Return the name of a signal, such as SIGSEGV."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
+
+
+def private_data() -> int:
+    """Return how many bytes of private memory this process has; on Linux alone."""
+    pages = int(Path("/proc/self/statm").read_text().split()[5])
+    return pages * os.sysconf("SC_PAGE_SIZE")
+
+
+def limit_data(most: int) -> None:
+    """Let this process have so many bytes of private memory at most."""
+    import resource
+
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    if hard != resource.RLIM_INFINITY:
+        most = min(most, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
+
+
+def buffer_lines() -> None:
+    """Let C write lines of its standard output at once: a crash loses what waits."""
+    from ctypes import c_void_p
+
+    library = _c_library()
+    library.setvbuf(c_void_p.in_dll(library, "stdout"), None, LINES, 0)
+
+
+def send_descriptors(channel: Any, data: bytes, numbers: list[int]) -> None:
+    """Send bytes with descriptors of open files to another process."""
+    from socket import send_fds
+
+    send_fds(channel, [data], numbers)
+
+
+def receive_descriptors(channel: Any, size: int, most: int) -> tuple[bytes, list[int]]:
+    """Return bytes with descriptors of another process; none if it has ended."""
+    from socket import recv_fds
+
+    try:
+        data, numbers, _, _ = recv_fds(channel, size, most)
+    except ConnectionError:
+        return b"", []
+    return data, numbers
+
+
+def _c_library() -> Any:
+    import ctypes
+
+    return ctypes.CDLL(None, use_errno=True)

@@ -20,6 +20,8 @@ class Status(IntEnum):
     TOO_MANY_STEPS = 2
     STEP_TOO_SMALL = 3
     NOT_FINITE = 4
+    CRASHED = 5  # its process ended
+    TOOK_TOO_LONG = 6  # its process was ended
 
     @property
     def word(self) -> str:

@@ -42,7 +42,7 @@ def toml_text(table: Mapping[str, Any]) -> str:
     others = {name: part for name, part in table.items() if name not in mixed}
     texts = [tomli_w.dumps(others)] if others else []
     for name, section in mixed.items():
-        texts.append("\n".join([f"[{_key(name)}]", *_entries(section), ""]))
+        texts.append("\n".join([f"[{toml_key(name)}]", *_entries(section), ""]))
     return "\n".join(texts)
 
 
@@ -55,10 +55,15 @@ def _is_mixed(section: Any) -> bool:
 
 
 def _entries(section: Mapping[str, Any]) -> list[str]:
-    return [f"{_key(key)} = {_literal(value)}" for key, value in section.items()]
+    return [f"{toml_key(key)} = {_literal(value)}" for key, value in section.items()]
 
 
-def _key(name: str) -> str:
+def toml_keys(section: Mapping[str, Any]) -> str:
+    """Return keys as they stand in an inline table, between its braces."""
+    return ", ".join(_entries(section))
+
+
+def toml_key(name: str) -> str:
     """Return a key, quoted if it must be."""
     return tomli_w.dumps({name: 0}).removesuffix(" = 0\n")
 

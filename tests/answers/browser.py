@@ -8,8 +8,18 @@ import shutil
 import subprocess
 from html import unescape
 from html.parser import HTMLParser
+from importlib.resources import files
 
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+
+
+AXE = """onload = async () => {
+  for (const svg of document.querySelectorAll("svg")) svg.replaceChildren();
+  const found = (await axe.run()).violations.flatMap(rule => rule.nodes.map(node =>
+    [rule.id, rule.impact, node.html.slice(0, 200), node.failureSummary]));
+  document.body.innerHTML = "<pre></pre>";
+  document.querySelector("pre").textContent = JSON.stringify(found);
+}"""
 
 
 def browser():
@@ -80,6 +90,23 @@ def _asked(page, folder, widths, question, *, paper=False):
     shown = _call(frames, [], "--virtual-time-budget=10000", "--dump-dom")
     answers = re.findall(r"<p>(.*?)</p>", shown, re.DOTALL)
     return [json.loads(unescape(answer)) for answer in answers]
+
+
+def violations(page, folder, *, dark=False):
+    """Return what axe-core finds wrong: rule, impact, element, what would help.
+
+    Of a picture it sees the name alone: thousands of lines would take minutes.
+    """
+    probe = folder / "probe.html"
+    text = page.read_text(encoding="utf-8")
+    before, _, after = text.rpartition("</body>")
+    axe = files("axe_core_python").joinpath("axe.min.js").read_text("utf-8")
+    script = f"<script>{axe}</script><script>{AXE}</script></body>"
+    probe.write_text(before + script + after, encoding="utf-8")
+    scheme = ["--blink-settings=preferredColorScheme=0"] if dark else []
+    shown = _call(probe, scheme, "--virtual-time-budget=20000", "--dump-dom")
+    (answer,) = re.findall(r"<pre>(.*?)</pre></body>", shown, re.DOTALL)
+    return json.loads(unescape(answer))
 
 
 def _call(page, more, *arguments):

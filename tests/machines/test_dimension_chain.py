@@ -21,6 +21,7 @@ from tolstat.machines.dimension_chain.formula import Formula
 from tolstat.machines.dimension_chain.machine import DimensionChain
 from tolstat.model.settings import make
 from tolstat.study.study import load
+from tolstat.units.grammar import quantity
 
 WAVE = {
     "R_out": ("60 mm", 0.030), "R_in": ("47.935 mm", 0.020),
@@ -480,6 +481,41 @@ def test_units_of_products_are_those_that_people_use(formula, links, unit):
     (gap,) = load({**study, "settings": {"gap": formula}}).description.responses
     assert gap.unit == unit
     assert gap.shown == ("N/mm" if unit == "N/m" else "")
+
+
+@pytest.mark.parametrize(
+    ("formula", "value"),
+    [
+        ("a - b - 0.5 mm", 5e-4),
+        ("a - b - 500um", 5e-4),
+        ("max(a, 11 mm) - b - 0 mm", 2e-3),
+        ("ceil((a - b)/0.3 mm)*0.3 mm", 12e-4),
+        ("if(a - b > 0.1 in, a, 2*b)", 18e-3),
+        ("m - 5*b - 5 mm", 5e-2),  # m is a link here
+    ],
+)
+def test_numbers_with_units(formula, value):
+    links = {"a": "10 mm", "b": "9 mm", "m": "100 mm"}
+    text = Formula(formula, tuple(links))
+    numbers = {name: quantity(size, "m") for name, size in links.items()}
+    assert text.worked_out(Values(numbers)) == pytest.approx(value, rel=1e-12)
+    kind = text.worked_out(Dimensions(dict.fromkeys(links, "m")))
+    assert kind.unit == "m"
+
+
+@pytest.mark.parametrize(
+    ("formula", "reason"),
+    [
+        ("a - 0.5 foo", "unknown unit 'foo'"),
+        ("a - 0.5 m", "cannot be read at character 9"),
+        ("a - 5 deg", "in rad cannot be taken from a quantity in m"),
+        ("a - 0,5*m", "0,5 is written 0.5"),
+        ("if(a > m; a; m)", "commas between the values of a function"),
+    ],
+)
+def test_wrong_numbers_with_units(formula, reason):
+    with pytest.raises(ModelError, match=reason):
+        Formula(formula, ("a", "m")).worked_out(Dimensions({"a": "m", "m": "m"}))
 
 
 def test_temperatures_of_two_scales_are_not_mixed():

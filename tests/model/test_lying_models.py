@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import sys
+from concurrent.futures import wait
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ from tests.cli.command_line import call
 from tests.conftest import Toy
 from tolstat import Outcome, catalogue
 from tolstat.errors import ModelError, TolstatError
+from tolstat.execution.workers import block_scheduler
+from tolstat.execution.workers.block_scheduler import Threads, Workers
 
 
 class Unprintable(Exception):
@@ -149,6 +152,20 @@ def test_a_model_that_changes_the_working_directory(toy_study, tmp_path, monkeyp
     assert {each.name for each in tmp_path.iterdir()} == {
         "away", "toy.toml", "out.h5", "out.html",
     }  # fmt: skip
+
+
+def test_a_thread_that_changes_it_at_once(tmp_path, monkeypatch):
+    class Hasty(Threads):
+        def call(self, function, *arguments):
+            future = super().call(function, *arguments)
+            wait([future])
+            return future
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(block_scheduler, "Threads", Hasty)
+    with Workers(1) as workers:
+        workers.call(os.chdir, "/")
+    assert Path.cwd() == tmp_path
 
 
 def test_a_file_of_a_model_that_changes_it(tmp_path, monkeypatch):

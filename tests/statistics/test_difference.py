@@ -88,6 +88,8 @@ def test_the_correlation_of_errors_is_at_most_0_9():
         np.corrcoef(*more)[0, 1]
     )
     assert correlation_of_shares(first, first) == MOST_CORRELATED
+    many, of_many = (np.repeat(units, 600) for units in (first, second))
+    assert 0 < correlation_of_shares(many, of_many) < MOST_CORRELATED  # no overflow
     assert abs(correlation_of_shares(first, np.ones(500, bool))) < 0.1
 
 

@@ -91,7 +91,7 @@ def test_files_that_are_no_runs(tmp_path, run):
     with pytest.raises(RunFileError, match="not a run of tolstat"):
         tolstat.open(tmp_path / "other.h5")
     text = run.path.read_bytes()
-    run.path.write_bytes(text.replace(b"seal, format 9\n", b"seal, format 99\n", 1))
+    run.path.write_bytes(text.replace(b"seal, format 10\n", b"seal, format 99\n", 1))
     with pytest.raises(RunFileError, match="format 99"):
         tolstat.open(run.path)
 

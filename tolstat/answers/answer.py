@@ -152,10 +152,15 @@ class Answer(ABC):
 
     def _repr_html_(self) -> str:
         """Show its page in a notebook, in a frame."""
-        from html import escape
+        return in_frame(self.html())
 
-        return (
-            f'<iframe srcdoc="{escape(self.html())}" width="100%" height="600" '
-            'onload="this.height = this.contentDocument.body.scrollHeight + 40" '
-            'style="border: 0"></iframe>'
-        )
+
+def in_frame(html: str) -> str:
+    """Return a page in a frame as high as the page, for a notebook."""
+    from html import escape
+
+    return (
+        f'<iframe srcdoc="{escape(html)}" title="tolstat" height="600" '
+        'onload="this.height = this.contentDocument.body.scrollHeight + 40" '
+        'style="width: 100%; border: 0"></iframe>'
+    )

@@ -21,7 +21,7 @@ from tolstat.model.description import Contributor, Response
 from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows
 from tolstat.study.problems import toml_of
 from tolstat.study.settings_section import NOMINAL, SETTING
-from tolstat.study.study_schema import TABLES
+from tolstat.study.study_schema import RESPONSES, RESULTS, TABLES
 
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
 BEGIN = 34
@@ -47,6 +47,31 @@ seed = 1
 """
 
 
+OF_RESULTS = """\
+# results from elsewhere: the rows of a file are the trials
+# tolstat run STUDY.toml, then tolstat report STUDY.h5
+
+title = "results"
+model = "results"
+
+[table]
+data = "results.csv"        # or XLSX, ODS, XLS, Parquet, HDF5, beside the study
+sampled = "random"          # or latin, grid, unknown: the last two have no statistics
+# failed = "state"          # the column that tells failed rows: true, yes or 1
+# done = "converged"        # or what it has in rows that did not fail
+# columns = { force = "F max" }   # columns with other names than here
+
+[links]                     # inputs, by their columns: sizes or deviations
+rod = "150 +-0.2 mm"        # a tolerance is how the rows were sampled; what-if needs it
+
+[responses]                 # by their columns, with units; "1" for a plain number
+stroke = "mm"
+
+[limits]  # 99.73 % within, unless said otherwise
+stroke = "99..101 mm"
+"""
+
+
 def new_study(model: str | Model) -> str:
     """Return a commented study of a model, as TOML.
 
@@ -66,6 +91,8 @@ def new_study(model: str | Model) -> str:
     # a dimension chain: ...
     """
     model = catalogue.find(model)
+    if model.name == RESULTS:  # what it has stands in a file
+        return OF_RESULTS
     settings = model_settings.make(model)
     contributors, responses = described(model, settings)
     links = _links(model)
@@ -73,6 +100,7 @@ def new_study(model: str | Model) -> str:
     sections = (
         ("[settings]", _settings(model, linked=links is not None)),
         ("[links]", links or ()),
+        (f"[{RESPONSES}]", _responses(model)),
         ("[deviations]  # +- is three sigma at Cp = 1", parts),
         ("[limits]  # 99.73 % within, unless said otherwise", _limits(responses)),
     )
@@ -96,6 +124,17 @@ def _settings(model: Model, *, linked: bool) -> Iterator[str]:
             words = f"{words}; allowed: {kind.allowed}"
         value = toml_of(_as_toml(kind, setting.default))
         yield _entry(f"{setting.name} = {value}", words)
+
+
+def _responses(model: Model) -> Iterator[str]:
+    """Yield the responses that a study takes of outputs, if it may choose them."""
+    if table := model_settings.settings_of(model).get(RESPONSES):
+        yield textwrap.fill(
+            table.sentence, WIDTH, initial_indent="# ", subsequent_indent="# "
+        )
+        for name, row in table.default.items():
+            (taken,) = row.values()
+            yield f"{name} = {toml_of(taken)}"
 
 
 def _links(model: Model) -> list[str] | None:
@@ -125,7 +164,8 @@ def _parts(model: Model, settings: Any, parts: Sequence[Contributor]) -> Iterato
             yield f"# {kind}"
         for name, family in families:
             unit = family[0].unit
-            example = EXAMPLES.get(unit, "1 %" if unit == "1" else f"1 {unit}")
+            relative = unit == "1" or bool(family[0].size)
+            example = EXAMPLES.get(unit, "1 %" if relative else f"1 {unit}")
             members = ", ".join(p.name for p in family) if len(family) > 1 else ""
             words = "; ".join(filter(None, [family[0].sentence, members]))
             negative = -SMALL * np.array([[part in family for part in parts]])

@@ -100,8 +100,13 @@ def to_decide(run: Run) -> str:
     return command("decide", run.path, machine=run.machine)
 
 
-def to_change(run: Run, entries: Mapping[str, str]) -> tuple[str, str]:
-    """Return the commands that write a study with changed entries, and run it."""
+def to_change(run: Run, entries: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the commands that write a study with changed entries, and run it.
+
+    None where the trials are rows of a file.
+    """
+    if run.listed:
+        return ()
     study = run.study_file or _file_of(run).with_suffix(".toml")
     changed = as_typed(free_name(study, "remedy"))
     words = (f"{name}={entry}" for name, entry in entries.items())
@@ -132,7 +137,7 @@ def typed_setting(run: Run, name: str, value: float) -> str:
 
 def typed_options(run: Run, trials: int | None = None) -> list[object]:
     """Return the options of a run whose trials or seed are not those of its study."""
-    if run.sampled is None:
+    if run.sampled is None or run.listed:
         return []
     typed: list[object] = []
     if trials or (not run.rules and run.study.trials != run.trials):

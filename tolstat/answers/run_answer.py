@@ -1,7 +1,7 @@
 """Fields of every answer about a run: notes, title block, provenance."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -20,6 +20,7 @@ from tolstat.units.scale import PER_CENT, Scale
 
 UNITS = (("hours", 3600.0), ("minutes", 60.0))  # of predicted times
 MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
+MOST_OUTPUTS = 3  # of failed trials, in notes
 MOST_NUMBERS = 12  # from tolerances alone, in a note: the page has all
 
 
@@ -112,7 +113,7 @@ def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
 
 def identity_of(run: Run) -> dict[str, Any]:
     """Return the fields of an answer that say which run it is about."""
-    seed = {"seed": run.sampled.seed} if run.sampled else {}
+    seed = {"seed": run.sampled.seed} if run.sampled and not run.listed else {}
     return {
         "title": run.title,
         "run": run.path.name,
@@ -168,6 +169,7 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
     notes = []
     if run.ended and not run.aim:  # trials of a search fail more often than production
         notes.append(_failed(run, sample))
+        notes += _outputs(run)
     if run.rerun:
         notes.append(_rerun(run, run.rerun))
     if run.ended < run.trials:
@@ -219,6 +221,15 @@ def _failed(run: Run, sample: Sample | None) -> str:
     if words := ", ".join(f"{count} {word}" for word, count in run.failures.items()):
         text += f": {words}; they count as out of every limit"
     return text
+
+
+def _outputs(run: Run) -> Iterator[str]:
+    """Yield what the first failed trials printed last, or why they failed."""
+    output = run.isolation.output if run.isolation else {}
+    for trial, text in [*output.items()][:MOST_OUTPUTS]:
+        lines = [line.strip() for line in text.splitlines() if line.strip()]
+        why = " ... ".join(dict.fromkeys([lines[0], lines[-1]])) if lines else ""
+        yield f"trial {trial}, {run.ended_as(trial)}: {why}"
 
 
 def _rerun(run: Run, rerun: Audited) -> str:

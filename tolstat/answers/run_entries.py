@@ -1,27 +1,47 @@
 """Stored runs as a table: a row for each."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 from tolstat.answers.answer import Answer
+from tolstat.answers.cells import NONE
 from tolstat.answers.report.report_warnings import turning
+from tolstat.answers.revisions import (
+    Changes,
+    Revision,
+    before_each,
+    changes_since,
+    revision_of,
+)
 from tolstat.answers.sampled_trials import drawn_trials
+from tolstat.answers.sketches import sketch_of
+from tolstat.document.blocks import Sketch
 from tolstat.document.inline import Number, Row
 from tolstat.errors import DamagedError, FormatError, RunFileError, TolstatError
+from tolstat.regular_files import opened
+from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import WORST_FIRST, Yield, yield_of
+from tolstat.status import Status
+from tolstat.store.files_beside import before_of, identity, writer_of
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
+from tolstat.units.scale import PPM
 
+GENERATOR, HEAD = b'name="generator" content="tolstat"', 10_000  # of a page, bytes
 # of files that cannot be read; else no run
 STATES: dict[type, str] = {DamagedError: "damaged", FormatError: "other format"}
 
 
-class Entry(NamedTuple):
+@dataclass(frozen=True)
+class Entry:
     """A run, or a file that is no readable run, as a row."""
 
     study: str
@@ -38,6 +58,24 @@ class Entry(NamedTuple):
     run: Path | None = None
     report: Path | None = None
     problem: str = ""  # why it is damaged or no run, or what stopped it
+    # the limit that decides: of the worst verdict, then of most trials out of limit
+    limit: str = ""
+    fraction_out_of_limit: Estimate = NONE  # of this limit
+    changes: Changes | None = None  # since the run before of the same drawing
+    sketch: Sketch | None = field(default=None, metadata={"json": False})  # of it
+    revision: Revision | None = field(default=None, metadata={"json": False})
+    # that the run file had before, if it is known
+    before: Revision | None = field(default=None, metadata={"json": False})
+
+    def but(self, **changes: Any) -> Entry:
+        """Return the same row with some other fields."""
+        return replace(self, **changes)
+
+
+COLUMNS = (
+    "study", "title", "model", "state", "trials", "ran", "failed", "verdicts",
+    "written", "seconds", "bytes", "run", "report", "problem",
+)  # fmt: skip  # of words and numbers
 
 
 @dataclass(frozen=True, repr=False)
@@ -47,6 +85,7 @@ class RunIndex(Answer):
     title: str
     folder: Path  # from where files are named
     entries: tuple[Entry, ...]
+    noun: str = field(default="run", metadata={"json": False})  # what an entry is
     answers = "runs"
     index = "study"
 
@@ -58,14 +97,27 @@ class RunIndex(Answer):
         """Return a row for each with all fields; paths are relative to the folder."""
         return [
             {
-                **entry._asdict(),
+                **{name: getattr(entry, name) for name in COLUMNS},
                 "failed": "" if entry.failed is None else entry.failed,
                 "seconds": Number(entry.seconds),
                 "run": self.relative(entry.run),
                 "report": self.relative(entry.report),
+                "limit": entry.limit,
+                "out of limit [ppm]": Number(entry.fraction_out_of_limit, PPM),
             }
             for entry in self.entries
         ]
+
+    @property
+    def dated(self) -> RunIndex:
+        """The same with the changes of each run since the one before."""
+        before = before_each(entry.revision for entry in self.entries)
+        entries = (
+            entry if entry.changes or number is None or not entry.revision
+            else entry.but(changes=_changes(self.entries[number], entry))
+            for entry, number in zip(self.entries, before, strict=True)
+        )  # fmt: skip
+        return replace(self, entries=tuple(entries))
 
     def relative(self, path: Path | None) -> str:
         """Return a path relative to the folder."""
@@ -81,13 +133,47 @@ def stored_runs(folder: Path) -> RunIndex:
         If there is no such folder.
     """
     entries = map(entry_at, _stored_in(folder))
-    named = (entry._replace(study=str(entry.run)) for entry in entries)
+    named = (entry.but(study=str(entry.run)) for entry in entries)
     return RunIndex("", folder, tuple(named))
+
+
+def _changes(before: Entry, after: Entry) -> Changes | None:
+    if not (before.run and before.revision and after.revision):
+        return None
+    return changes_since(before.run.name, before.revision, after.revision)
+
+
+def with_reports(index: RunIndex, folder: Path) -> RunIndex:
+    """Return an index for a page in a folder, with links to reports that exist."""
+    entries = (
+        entry.but(report=_report(entry.run) if entry.run else None)
+        for entry in index.entries
+    )
+    return replace(index, title="Runs", folder=folder, entries=tuple(entries))
+
+
+def _report(run: Path) -> Path | None:
+    """Return the report of a run, unless that is older than the run."""
+    page = run.with_suffix(".html")
+    with suppress(OSError), opened(page) as file:
+        newer = page.stat().st_mtime >= run.stat().st_mtime
+        if newer and GENERATOR in file.read(HEAD):
+            return page
+    return None
 
 
 def entry_of(run: Run) -> Entry:
     """Return the row of a run."""
-    verdicts = verdicts_of(run)
+    yields = judged(run)
+    verdicts = _by_verdict(run, yields)
+    worst = min(
+        yields,
+        key=lambda name: (
+            WORST_FIRST.index(yields[name].verdict),
+            -yields[name].fraction_out_of_limit.value,
+        ),
+        default="",
+    )
     words = (f"{word}: {', '.join(names)}" for word, names in verdicts.items())
     return Entry(
         run.path.stem, run.title, run.model,
@@ -96,7 +182,16 @@ def entry_of(run: Run) -> Entry:
         verdicts="; ".join(words), written=run.provenance["ended_at"],
         seconds=run.provenance["seconds"], bytes=run.path.stat().st_size,
         run=run.path,
+        limit=worst,
+        fraction_out_of_limit=yields[worst].fraction_out_of_limit if worst else NONE,
+        sketch=_sketch(run, worst) if worst and not run.aim else None,
+        revision=revision_of(run, yields),
     )  # fmt: skip
+
+
+def _sketch(run: Run, name: str) -> Sketch | None:
+    values = run.column(name)[run.status == Status.DONE]
+    return sketch_of(name, values, run.limits[name], run.scales[name])
 
 
 def judged(run: Run) -> Mapping[str, Yield]:
@@ -118,9 +213,12 @@ def verdicts_of(run: Run) -> dict[str, list[str]]:
 
     Of a grid or a table a verdict is how many trials are out of limit.
     """
-    verdicts = judged(run)
-    words = {name: verdict.words for name, verdict in verdicts.items()}
-    ranks = {x.words: WORST_FIRST.index(x.verdict) for x in verdicts.values()}
+    return _by_verdict(run, judged(run))
+
+
+def _by_verdict(run: Run, yields: Mapping[str, Yield]) -> dict[str, list[str]]:
+    words = {name: verdict.words for name, verdict in yields.items()}
+    ranks = {x.words: WORST_FIRST.index(x.verdict) for x in yields.values()}
     if run.sampled is None and run.ended:
         for name in run.limits:
             out = np.count_nonzero(run.beyond(name))
@@ -145,9 +243,24 @@ def entry_at(path: Path) -> Entry:
     """Return the row of a file, also of one that is no run."""
     try:
         run = open_run(path, damaged=True)
-        entry, problem = entry_of(run), run.damage.words
-        return entry._replace(state="damaged", problem=problem) if problem else entry
+        entry, problem = _with_kept(entry_of(run), run), run.damage.words
+        if not run.complete and writer_of(path):
+            entry = entry.but(state="running")
+        return entry.but(state="damaged", problem=problem) if problem else entry
     except (TolstatError, OSError) as error:
         state, problem = STATES.get(type(error), "no run"), str(error)
     size = path.stat().st_size if path.is_file() else 0
     return Entry(path.stem, state=state, bytes=size, run=path, problem=problem)
+
+
+def _with_kept(entry: Entry, run: Run) -> Entry:
+    """Return the row of a run that replaces one, with the changes since that one.
+
+    That one is kept until the new run is complete.
+    """
+    kept = before_of(run.path)
+    if run.replaces and identity(kept) == run.replaces:
+        with suppress(TolstatError):
+            before = open_run(kept, damaged=True)
+            return entry.but(changes=_changes(entry_of(before), entry))
+    return entry

@@ -1,10 +1,13 @@
 """Document of stored runs, or of the studies of a batch."""
 
+from collections import Counter
 from datetime import datetime
 
-from tolstat.answers.run_entries import RunIndex
+from tolstat.answers.cells import ppm
+from tolstat.answers.run_entries import Entry, RunIndex
 from tolstat.document import blocks
-from tolstat.document.inline import Link, Number, text
+from tolstat.document.inline import Link, Name, Number, Word, counted, listed, text
+from tolstat.statistics.limits.yields import WORST_FIRST
 from tolstat.units.scale import AS_IS
 
 SIZE = AS_IS._replace(most=2)
@@ -23,7 +26,63 @@ def runs_document(index: RunIndex) -> blocks.Document:
         for entry in index.entries
         if entry.problem
     )
-    return blocks.Document(index.title, blocks.shown(progress_table(index), *problems))
+    return blocks.Document(index.title, blocks.shown(
+        blocks.section("", _lead(index), page_only=True),
+        progress_table(index),
+        blocks.section("What changed since the run before", _changes(index.dated),
+                       page_only=True),
+        blocks.section("", *problems),
+    ))  # fmt: skip
+
+
+def _lead(index: RunIndex) -> blocks.Paragraph:
+    """Say how many studies meet their limits, and how many do not run."""
+    worst = Counter(_worst(entry) for entry in index.entries)
+    words = {"met": "all limits met", "not met": "a limit not met",
+             "undecided": "a limit undecided", "": "without a verdict"}  # fmt: skip
+    listed_parts = [
+        (Word(f"{worst[verdict]}", verdict) if verdict else f"{worst[verdict]}",
+         f" {words[verdict]}")
+        for verdict in ("not met", "undecided", "met", "") if worst[verdict]
+    ]  # fmt: skip
+    problems = sum(bool(entry.problem) for entry in index.entries)
+    broken = ("; ", counted(problems, "problem"), " below") if problems else ()
+    plural = "studies" if index.noun == "study" else "runs"
+    studies = counted(len(index.entries), index.noun, plural)
+    return blocks.Paragraph(
+        text(studies, ": ", listed(listed_parts, ""), broken, "."), "lead"
+    )
+
+
+def _worst(entry: Entry) -> str:
+    """Return the worst verdict of a run; nothing where there is none."""
+    verdicts = entry.revision.verdicts.values() if entry.revision else ()
+    return next((str(x) for x in WORST_FIRST if x in verdicts), "")
+
+
+def _changes(index: RunIndex) -> blocks.Table:
+    """Return a row for each thing that changed; of what stayed the same one row."""
+    rows: list[dict[str, blocks.Given]] = []
+    for entry in index.entries:
+        if not entry.changes:
+            continue
+        against, at, revisions, changes = entry.changes
+        known = f"{revisions[0]} to {revisions[1]}" if any(revisions) else ""
+        first: dict[str, blocks.Given] = {
+            "study": blocks.Cell(
+                text(entry.study),
+                text(f"since {against or 'its run'} of {at[:16].replace('T', ' ')}"),
+            ),
+            "revision": known,
+        }
+        for kind, name, before, after in changes or [("nothing", "", "", "")]:
+            rows.append({
+                **first, "changed": blocks.Cell(text(kind), text(Name(name))),
+                "before": before or "none" * bool(name),
+                "now": after or "none" * bool(name),
+            })  # fmt: skip
+            first = {"study": None}
+    return blocks.table_of(rows, words=["before", "now"], look="dense")
 
 
 def progress_table(index: RunIndex) -> blocks.Table:
@@ -38,6 +97,11 @@ def progress_table(index: RunIndex) -> blocks.Table:
             "study": Link(entry.study, page) if page else entry.study,
             "state": entry.state,
             "limits": entry.verdicts,
+            "out of limit, ppm": blocks.Cell(
+                text(ppm(entry.fraction_out_of_limit)) if entry.limit else (),
+                text(Name(entry.limit)) if entry.limit else (),
+                entry.sketch,
+            ),
             "trials": (*ran, Number(entry.trials)) if entry.trials else (),
             "failed": Number(failed) if entry.ran and failed is not None else None,
             "model": entry.model,
@@ -47,6 +111,6 @@ def progress_table(index: RunIndex) -> blocks.Table:
             "s": Number(entry.seconds),
         })  # fmt: skip
     return blocks.table_of(
-        rows, words=["limits", "title"], page_only=["title", "s"], look="dense",
-        spare=["size", "written", "model", "failed"],
+        rows, words=["limits", "title"], page_only=["out of limit, ppm", "title", "s"],
+        look="dense", spare=["size", "written", "model", "failed"],
     )  # fmt: skip

@@ -26,7 +26,8 @@ FILES = {
     "run": "run", "decide": "run", "resume": "run", "extend": "run", "check": "check",
     "verify": "verify",
     "show": "show", "trial": "trial", "view": "trial", "report": "report",
-    "parts": "parts", "what-if": "what_if", "compare": "report", "allocate": "allocate",
+    "parts": "parts", "what-if": "what_if", "explore": "explore", "compare": "report",
+    "allocate": "allocate",
     "batch": "batch", "runs": "show", "export": "report", "models": "show",
     "doctor": "verify",
 }  # fmt: skip  # of `tolstat.cli`, by command
@@ -178,12 +179,13 @@ def _load_machine(
 
 MACHINE = click.Option(
     ["--machine"],
-    metavar="FILE.py:NAME",
+    metavar="FILE.py:NAME|FILE.fmu|exec:COMMAND",
     multiple=True,
     callback=_load_machine,
     expose_value=False,
     is_eager=True,
-    help="A custom model, for the studies and runs that name it. May be repeated.",
+    help="A custom model, an FMU or a command, for the studies and runs that name it. "
+    "May be repeated.",
 )
 
 

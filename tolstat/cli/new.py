@@ -6,6 +6,7 @@ import click
 
 from tolstat.answers.new_study import new_model, new_study
 from tolstat.answers.output_file import check_folder
+from tolstat.catalogue import custom_names
 from tolstat.cli.options import say
 from tolstat.errors import RunFileError
 
@@ -22,7 +23,12 @@ from tolstat.errors import RunFileError
     type=click.Path(path_type=Path, dir_okay=False),
 )  # fmt: skip
 def new(model: str | None, output: Path | None, template: Path | None) -> None:
-    """Write a commented study of a model, for you to edit."""
+    """Write a commented study of a model, for you to edit.
+
+    Without MODEL it is of the model of --machine.
+    """
+    if model is None and template is None:
+        model = next(reversed(custom_names()), None)
     if (model is None) == (template is None) or (template and output):
         raise click.UsageError("give a MODEL for a study, or --model NAME.py alone")
     if template:

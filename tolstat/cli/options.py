@@ -129,8 +129,29 @@ _cluster = click.option(
 )
 
 
+def _isolate(ctx: click.Context, option: click.Parameter, chosen: bool) -> None:
+    if chosen:
+        from tolstat.catalogue import isolating
+
+        ctx.with_resource(isolating())
+
+
+isolate = click.option(
+    "--isolate",
+    is_flag=True,
+    expose_value=False,
+    callback=_isolate,
+    is_eager=True,
+    help="Evaluate in other processes: a crash, a hang or a leak costs its trial "
+    "alone.",
+)
+
+
 def computing(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add --workers and --cluster to a command: its argument `crew` starts workers."""
+    """Add --workers, --cluster and --isolate to a command.
+
+    Its argument `crew` starts workers.
+    """
 
     @wraps(command)
     def computed(
@@ -141,7 +162,7 @@ def computing(command: Callable[..., Any]) -> Callable[..., Any]:
         crew = partial(_crew, workers, cluster)
         return command(*arguments, crew=crew, **options)
 
-    return workers(_cluster(computed))
+    return workers(_cluster(isolate(computed)))
 
 
 def say(words: str) -> None:

@@ -12,7 +12,7 @@ from tolstat.answers.output_file import check_output
 from tolstat.answers.relimit import limited
 from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
-from tolstat.errors import QuestionError
+from tolstat.errors import QuestionError, UnitError
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import SHOWN, SI
 from tolstat.units.grammar import quantity
@@ -53,12 +53,20 @@ def report(
         except QuestionError as error:
             advice = fresh_run_advice(source, (), limits)
             raise QuestionError(f"{error}{advice}", *error.advice) from None
-    answer = reports.report(run, responses, [quantity(text, "1") for text in quantiles])
+    answer = reports.report(run, responses, [_share(text) for text in quantiles])
     if form:
         options.deliver(answer, output, form)
     else:
         path = answer.save(output or run.path.with_suffix(".html"))
         options.say(f"report in {path}")
+
+
+def _share(text: str) -> float:
+    """Return a quantile's share of trials."""
+    try:
+        return quantity(text, "1")
+    except UnitError as error:
+        raise QuestionError(f"--quantile '{text}' {error}") from None
 
 
 @click.command()

@@ -10,15 +10,23 @@ import click
 from rich.live import Live
 
 from tolstat import catalogue
+from tolstat.answers.answer import ENDINGS
+from tolstat.answers.index_memory import memory_of, page_with_memory, with_memory
 from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
+from tolstat.answers.output_file import check_ending, replace
 from tolstat.answers.reports import summary
-from tolstat.answers.run_entries import RunIndex, entry_of, stored_runs
+from tolstat.answers.run_entries import (
+    RunIndex,
+    entry_of,
+    stored_runs,
+    with_reports,
+)
 from tolstat.answers.runs_document import progress_table
 from tolstat.answers.sweep.curves import save_sweeps
 from tolstat.answers.sweep.extremes_document import comparisons
 from tolstat.cli.entry import INTERRUPTED, stop_on_interrupt
-from tolstat.cli.options import path_argument, plot_option, say
+from tolstat.cli.options import output_option, path_argument, plot_option, say
 from tolstat.document.blocks import Document
 from tolstat.render.screen import Screen, as_rich
 from tolstat.render.screen import show as print_document
@@ -69,13 +77,26 @@ def show(
 
 @click.command()
 @path_argument("folder", default=".")
-def runs(folder: Path) -> None:
+@output_option("Write one page of all runs instead: .html, .csv, .json or .xlsx.")
+def runs(folder: Path, output: Path | None) -> None:
     """List the runs stored in FOLDER and its subfolders.
 
-    Exit code 1 if a file is damaged, has another format, or is not a run.
+    The page has verdicts, fractions out of limit, histograms, and what changed since
+    the run before of the same drawing. Exit code 1 if a file is damaged, has another
+    format, or is not a run.
     """
-    index = stored_runs(folder)
-    print_document(index.document())
+    if output:
+        check_ending(output, "an answer", ENDINGS)
+        index = with_reports(stored_runs(folder), output.parent)
+        if output.suffix.lower() == ".html":
+            index = with_memory(index, memory_of(output))
+            replace(output, page_with_memory(index).encode())
+        else:
+            index.dated.save(output)
+        say(f"{len(index.entries)} runs in {output}")
+    else:
+        index = stored_runs(folder)
+        print_document(index.document())
     if any(entry.problem for entry in index.entries):
         sys.exit(1)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from tolstat.answers.output_file import check_ending
+from tolstat.answers.views.animation import ANIMATIONS
 from tolstat.answers.views.evaluate import view_of
 from tolstat.answers.views.replay import nominal_trial, replay
 from tolstat.answers.views.view_file import VIEWS, save_view, view_on_screen
@@ -19,9 +20,22 @@ from tolstat.study.study import load
 @click.command()
 @options.path_argument("source", "RUN.h5|STUDY.toml")
 @click.argument("index", type=click.IntRange(min=0), required=False)
+@options.isolate
 @click.option("--nominal", is_flag=True, help="Simulate the trial without deviations.")
 @options.plot_option("Write its histories to a .png, .svg, .pdf, .csv or .html file.")
-def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> None:
+@click.option(
+    "--animate",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE.html|.gif",
+    help="Write its parts in motion, before the nominal machine in grey.",
+)
+def trial(
+    source: Path,
+    index: int | None,
+    nominal: bool,
+    plot: Path | None,
+    animate: Path | None,
+) -> None:
     """Simulate one stored trial again, with its histories.
 
     It repeats bit for bit. Exit code 1 if it differs from the stored trial.
@@ -35,6 +49,8 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
         )
     if plot:
         check_ending(plot, "a view", VIEWS)
+    if animate:
+        check_ending(animate, "an animation", ANIMATIONS)
     if source.suffix == ".toml":
         answer = nominal_trial(load(source))
     else:
@@ -45,6 +61,9 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
             raise ModelError("this model does not move: it has no histories")
         save_view(answer.history, plot, answer.title)
         options.say(f"picture in {plot}")
+    if animate:
+        answer.animate().save(animate)
+        options.say(f"animation in {animate}")
     if answer.differences:
         sys.exit(1)
 
@@ -52,6 +71,7 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
 @click.command()
 @options.path_argument("study", "STUDY.toml")
 @click.argument("name")
+@options.isolate
 @options.output_option(
     "Write a .png, .svg, .pdf, .csv or .html file; default: a table here."
 )

@@ -12,7 +12,7 @@ from tolstat.answers.checks import (
     surroundings_document,
     verified_document,
 )
-from tolstat.cli.options import run_file, workers
+from tolstat.cli.options import isolate, run_file, workers
 from tolstat.execution import verification
 from tolstat.render.screen import show
 
@@ -23,6 +23,7 @@ EXIT_CODES = {Health.GOOD: 0, Health.NO_AUDIT: 1, Health.UNHEALTHY: 3}
 @run_file
 @click.option("--all", "all_trials", is_flag=True, help="Evaluate all trials again.")
 @workers
+@isolate
 def verify(source: Path, all_trials: bool, workers: int | None) -> None:
     """Check whether a run is as it was written, and list the damage.
 
@@ -36,7 +37,9 @@ def verify(source: Path, all_trials: bool, workers: int | None) -> None:
 
 
 @click.command()
-@click.argument("source", metavar="[MODEL|STUDY.toml|FILE.py:NAME]", required=False)
+@click.argument(
+    "source", metavar="[MODEL|STUDY.toml|FILE.py:NAME|FILE.fmu]", required=False
+)
 def doctor(source: str | None) -> None:
     """Check the installation, or the integration of a model.
 

@@ -28,6 +28,7 @@ NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 @options.output_option("Also write a file: .html, .csv, .json or .xlsx.")
 @options.form
 @options.limits
+@options.isolate
 @click.option(
     "--reweight",
     is_flag=True,

@@ -12,6 +12,7 @@ from tolstat.units.scale import Scale
 
 if TYPE_CHECKING:
     from tolstat.document.plot import Plot  # a screen has no figures
+    from tolstat.document.scene import Scene
 
 
 class Sketch(NamedTuple):
@@ -156,6 +157,14 @@ class Figure:
 
 
 @dataclass(frozen=True)
+class Animated:
+    """A picture that moves, as data; `alt` describes it for screen readers."""
+
+    alt: str
+    scene: Scene
+
+
+@dataclass(frozen=True)
 class Gallery:
     """Figures side by side."""
 
@@ -205,12 +214,11 @@ class Ranges:
 
 @dataclass(frozen=True)
 class Section:
-    """Blocks under a heading."""
+    """Blocks under a heading; its level follows from the sections around it."""
 
     title: str  # empty for none
     blocks: tuple[Block, ...]
     anchor: str = ""  # where links to it lead; the contents of a page name it
-    level: int = 2  # below the title of the document; 3 below a section
     page_only: bool = False  # whether a screen leaves it out
     role: str = ""  # "first": a sheet of its own on paper
 
@@ -222,6 +230,7 @@ Block = (
     | Facts
     | Verbatim
     | Figure
+    | Animated
     | Gallery
     | Tiles
     | Columns
@@ -264,12 +273,11 @@ def section(
     title: str,
     *parts: Block | None,
     anchor: str = "",
-    level: int = 2,
     page_only: bool = False,
     role: str = "",
 ) -> Section:
     """Return a section of the blocks that are not empty; other fields as its own."""
-    return Section(title, shown(*parts), anchor, level, page_only, role)
+    return Section(title, shown(*parts), anchor, page_only, role)
 
 
 def _is_empty(block: Block) -> bool:

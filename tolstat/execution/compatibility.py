@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from tolstat.catalogue import place_of
 from tolstat.deviations.draw import SAMPLERS
 from tolstat.errors import Advice, DataError, Remedy, RunFileError, StudyError
-from tolstat.model.contract import Model
+from tolstat.execution.run_loop import other_answers
+from tolstat.execution.stages import rows_of
+from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
 from tolstat.store.integrity import ranges_of
 from tolstat.store.provenance import decisive, provenance
@@ -33,7 +35,7 @@ def study_of(
     model: Model | None = None,
 ) -> Study:
     """Return the study of a run, read from its stored text; trials as of `load`."""
-    sampled = run.sampled
+    sampled = None if run.listed else run.sampled
     if trials is None:
         fixed = run.complete or not run.rules
         trials = run.trials if fixed else rule_stored(run.rules)
@@ -43,6 +45,7 @@ def study_of(
         trials=trials if sampled else None,
         seed=sampled.seed if sampled else None,
         folder=run.data_folder,
+        longest_trial=run.isolation.longest_trial if run.isolation else None,
     )
     if study.until and study.until.budget:
         study = replace(study, trials=max(study.trials, run.trials))
@@ -182,9 +185,51 @@ def trials_sampled_differently(run: Run, again: Run) -> NDArray[np.int64]:
     return np.flatnonzero(differ & sampled)
 
 
+def check_rows(run: Run, study: Study, trials: int | Rule | None) -> None:
+    """Refuse a run whose rows of a file differ now, or are not `trials`."""
+    if not (study.points and study.points.places):
+        return
+    note, rows = study.points.note, len(study.points.deviations)
+    if isinstance(trials, int) and trials != rows:
+        raise RunFileError(
+            f"{run.path} cannot be extended to {trials} trials: it runs all rows of "
+            f"its file, {note}"
+        )
+    known = study.answers
+    if rows < run.trials:
+        raise RunFileError(
+            f"{run.path} has {run.trials} trials, and its file fewer: {note}",
+            Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
+        )
+    ended = np.flatnonzero(run.status != Status.NOT_RUN)
+    ended = np.setdiff1d(ended, run.damage.trials)
+    if known and len(other := rows_differing(run, known, ended)):
+        raise RunFileError(
+            f"{run.path}: the responses of trials {ranges_of(other)} differ from those "
+            f"of the file now: {note}",
+            Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
+        )
+
+
+def rows_differing(
+    run: Run, known: Answers, trials: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return which trials have other answers in a file now."""
+    trials = trials[trials < len(known.status)]
+    return trials[other_answers(rows_of(known, trials), run.answers(trials))]
+
+
+def file_read_again(run: Run, study: Study) -> str:
+    """Return in words whether the file of rows is as it was; empty without one."""
+    if not (study.points and study.points.places):
+        return ""
+    same = study.points.note in run.notes
+    return "as stored" if same else f"another file: {study.points.note}"
+
+
 def check_extensible(run: Run, trials: int | Rule) -> None:
     """Refuse an extension that would not keep the stored trials; or see its rule."""
-    if run.sampled is None:
+    if run.listed and not (run.sampling == "table" and isinstance(trials, int)):
         raise RunFileError(
             f'{run.path} cannot be extended: sampling = "{run.sampling}" runs exactly '
             "the trials of the study"
@@ -201,7 +246,7 @@ def check_extensible(run: Run, trials: int | Rule) -> None:
         raise RunFileError(
             f"{run.path} has {run.trials} trials already; give a larger number"
         )
-    if not SAMPLERS[run.sampling].extensible:
+    if not run.listed and not SAMPLERS[run.sampling].extensible:
         raise StudyError(
             f'{run.path} cannot be extended: with sampling = "{run.sampling}" every '
             f"trial depends on the number of trials, and would change with {trials}",
@@ -213,14 +258,17 @@ def check_asked(run: Run, study: Study) -> None:
     """Refuse a run of another study, of another seed, or of fewer trials."""
     changes, machine = study_differs(run, study.path), place_of(study.model)
     advice = []
-    if run.sampled and run.sampled.seed != study.seed:
-        changes.append(f"seed: the run has {run.sampled.seed}, the study {study.seed}")
-    if run.sampled and study.until and not run.rules:
+    sampled = None if run.listed else run.sampled
+    if run.listed and run.trials != study.trials:
+        changes.append(f"trials: the run has {run.trials}, the study {study.trials}")
+    if sampled and sampled.seed != study.seed:
+        changes.append(f"seed: the run has {sampled.seed}, the study {study.seed}")
+    if sampled and study.until and not run.rules:
         changes.append(
             f"trials: the run has {run.trials} without a stopping rule; the study runs "
             f"until {', '.join(study.until.rules)}"
         )
-    elif run.sampled and not run.rules and run.trials < study.trials:
+    elif sampled and not run.rules and run.trials < study.trials:
         if not changes and SAMPLERS[run.sampling].extensible:
             advice.append(Advice(Remedy.EXTEND, run.path, machine, study.trials))
         changes.append(f"trials: the run has {run.trials}, the study {study.trials}")

@@ -298,6 +298,7 @@ def go_on(
         if trials is not None:
             compatibility.check_extensible(run, trials)
         study = compatibility.study_of(run, trials, model)
+        compatibility.check_rows(run, study, trials)
         if not isinstance(trials, int | None) and _is_decided(run):
             return run
         with unchanged_if_stopped(run):
@@ -340,7 +341,8 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
     """Return the plan of a stored run; refuse it if the run would change."""
     plan = planned_run(study, trials, run.path)
     compatibility.check_same(run, plan)
-    notes, longer = run.notes, study.trials != run.trials or study.until is not None
+    notes = plan.notes if run.listed else run.notes
+    longer = study.trials != run.trials or study.until is not None
     warnings = [
         *compatibility.study_differs(run),
         *compatibility.made_differently(run, study.model.source_digest),
@@ -363,7 +365,8 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
         kept += ["stopped", "audited", "rerun", "diagnostics", "complete"]
     as_stored = {name: getattr(run, name) for name in kept}
     rules = plan.rules if longer else run.rules
-    return replace(plan, notes=notes, rules=rules, **as_stored)
+    as_before = run.isolation or plan.isolation
+    return replace(plan, isolation=as_before, notes=notes, rules=rules, **as_stored)
 
 
 class Completion(NamedTuple):

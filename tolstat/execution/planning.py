@@ -26,7 +26,7 @@ from tolstat.deviations.spread import (
 from tolstat.errors import StudyError
 from tolstat.execution.stages import Trials
 from tolstat.model.checked import impossible, model_warnings, numbers_of
-from tolstat.model.contract import Answers
+from tolstat.model.contract import Answers, Model
 from tolstat.model.description import Contributor, Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import settings_of
@@ -55,10 +55,9 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
     model, points, sampler = study.model, study.points, study.sampler
     declared, axes = settings_of(model), points.swept if points else ()
     sampled, columns = None, dict[str, str]()
-    if sampler:  # else the study lists its trials
-        assert study.seed is not None  # checked when the study was loaded
+    if sampler:  # else the trials are no sample
         sampled = records.Sampled(
-            study.seed, sampler.promise, sampler.replicates,
+            study.seed or 0, sampler.promise, sampler.replicates,
             sampler.group(len(study.factors)), study.factors, sampler.sample, study.aim,
         )  # fmt: skip
         columns |= sampler.columns
@@ -119,6 +118,7 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
         else numbers_of(model, study.settings, spreads, independent=independent),
         notes=study.notes,
         assumptions=tuple(model.assumptions),
+        isolation=isolation_of(model),
         made={**provenance(), "started_at": now()},
         warnings=(
             *study.reading_warnings,
@@ -127,6 +127,12 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
             *_kinks(study),
         ),
     )
+
+
+def isolation_of(model: Model) -> records.Isolation | None:
+    """Return how trials of a model are isolated; None if they are not."""
+    part = model.isolation
+    return records.Isolation(part.longest) if part else None
 
 
 def _cases(study: Study) -> dict[str, records.Chosen]:

@@ -1,5 +1,6 @@
 """The loop: a proposer gives a stage, workers evaluate it, the record takes it."""
 
+import time
 import warnings
 from collections.abc import Callable
 from contextlib import chdir, suppress
@@ -9,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.arrays import Truths
+from tolstat.arrays import Array, Truths
 from tolstat.errors import LostError, ModelError
 from tolstat.execution.diagnostics.audit import audit, evaluated_again
 from tolstat.execution.diagnostics.audit_selection import Selection
@@ -23,19 +24,21 @@ from tolstat.execution.diagnostics.influence import (
 from tolstat.execution.diagnostics.worst_cases import worst_cases
 from tolstat.execution.planning import columns_of
 from tolstat.execution.stages import (
+    MOST_OUTPUT,
     Proposer,
     SampledStages,
     StoppingRule,
     Trials,
     UntilPrecise,
+    rows_of,
 )
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
-from tolstat.store.run_records import Audited, Diagnostics
+from tolstat.store.run_records import Audited, Diagnostics, Isolation
 from tolstat.store.run_writer import Recorder
 from tolstat.store.stored_run import ROUNDING, Run
-from tolstat.study.given_points import cases_among
+from tolstat.study.given_points import Case, cases_among
 from tolstat.study.study import Study
 
 FAILED = Status.TOO_MANY_STEPS, Status.STEP_TOO_SMALL, Status.NOT_FINITE
@@ -88,8 +91,14 @@ def evaluate_stages(
         if trials.add(stage) and file:
             file.write_drawn(slice(stage.first, stage.stop))
         stop = stage.stop
-        for blocks in workers.blocks(model, trials.missing(stage), trials.deviations):
-            check(blocks)
+        missing = trials.missing(stage)
+        if known := stage.answers:
+            finished = iter([known_blocks(known, missing)])
+        else:
+            finished = workers.blocks(model, missing, trials.deviations)
+        for blocks in finished:
+            if not known:
+                check(blocks)
             if file:
                 file.write_blocks(blocks)
             trials.take(blocks)
@@ -98,6 +107,11 @@ def evaluate_stages(
         if not trials.status[:stop].all():
             raise Interrupted
     return stop
+
+
+def known_blocks(answers: Answers, cases: list[Case]) -> Blocks:
+    """Return known answers of some trials as blocks."""
+    return [(case.first, rows_of(answers, range(*case[:2]))) for case in cases]
 
 
 def carry_out(
@@ -123,8 +137,7 @@ def carry_out(
                 if not nominal:
                     # first and alone: code that is not compiled yet is compiled once
                     alone = np.zeros((1, len(study.description.contributors)))
-                    answers = workers.simulate(study.model, alone, study.settings)
-                    file.write_nominal(answers)
+                    file.write_nominal(_nominal(study, alone, workers))
                 while True:
                     number = evaluate_stages(
                         study.model, until or stages, trials, workers, tell, file=file,
@@ -145,13 +158,41 @@ def carry_out(
             ended = run = file.run
             if not run.complete:
                 ended = _with_diagnostics(run, study, trials, workers, tell)
+                ended = _with_output(ended, study, trials)
                 ended = replace(ended, stopped=stopped)
             if rerun and trials.failed:
                 ended = replace(ended, rerun=_rerun(study, trials, workers))
             if ended is not run:
                 file.write_again(ended, workers)
+        if not file.run.complete and trials.output:  # else it would be lost
+            with suppress(Interrupted):
+                file.write_again(_with_output(file.run, study, trials), workers)
     except LostError as error:
         raise file.failed(error) from error
+
+
+def _nominal(study: Study, alone: Array, workers: Workers) -> Answers:
+    """Return the answer of the nominal trial; refuse a model that crashes in it."""
+    began = time.perf_counter()
+    answers = workers.simulate(study.model, alone, study.settings)
+    if part := study.model.isolation:
+        part.learn(time.perf_counter() - began)
+    if answers.status[0] in (Status.CRASHED, Status.TOOK_TOO_LONG):
+        word = Status(answers.status[0]).word
+        raise study.model.fault(
+            f"the nominal trial {word}: {answers.output.get(0, '')}"
+        )
+    return answers
+
+
+def _with_output(run: Run, study: Study, trials: Trials) -> Run:
+    """Return a run with what trials printed that failed, if they are isolated."""
+    part = study.model.isolation
+    if part is None:
+        return run
+    output = {**trials.output, **(run.isolation.output if run.isolation else {})}
+    first = dict(sorted(output.items())[:MOST_OUTPUT])
+    return replace(run, isolation=Isolation(part.longest, first))
 
 
 def _stopping_rule(study: Study) -> StoppingRule | None:
@@ -252,8 +293,14 @@ def _with_diagnostics(
         diagnostics = workers.call(_diagnostics, run, study, trials, workers)
     except ModelError as error:  # keep the trials although diagnostics fail
         diagnostics = Diagnostics(missing=str(error))
-    ended = run.first(number)
-    return replace(ended, audited=audited, diagnostics=diagnostics, complete=True)
+    notes = tuple(dict.fromkeys([*run.notes, *study.model.notes()]))
+    return replace(
+        run.first(number),
+        audited=audited,
+        diagnostics=diagnostics,
+        notes=notes,
+        complete=True,
+    )
 
 
 def _diagnostics(
@@ -262,6 +309,8 @@ def _diagnostics(
     """Return the diagnostics of a run; none if no deviations were sampled."""
     if study.sampler is None:
         return Diagnostics(missing="no deviations were drawn")
+    if study.answers:
+        return Diagnostics(halved=halved_shares(study, trials, run.assumed, {}))
     ends = tolerance_ends(study)
     usual = (ends[1] - ends[0]) / 6  # sigma of a normal part at Cp = 1
     table = slopes(study.model, study.settings, usual, workers)

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Array, Truths
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import Advice, Remedy, StoppedError
 from tolstat.execution.workers.block_scheduler import Interrupted
 from tolstat.model.contract import Answers
@@ -30,12 +30,21 @@ from tolstat.study.given_points import Case
 from tolstat.study.study import Study
 
 
+def rows_of(answers: Answers, trials: Integers | Sequence[int]) -> Answers:
+    """Return the answers of some trials."""
+    steps = None if answers.steps is None else answers.steps[trials]
+    return Answers(answers.responses[trials], answers.status[trials], steps)
+
+
 class Shortfall(NamedTuple):
     """A stopping rule that seems to need more trials than it may have."""
 
     wanted: float  # trials that it needs; infinite if not known yet
     rules: tuple[str, ...]  # as they are written
     at_most: int  # most trials that it may have
+
+
+MOST_OUTPUT = 20  # failed trials whose output is kept: the first ones
 
 
 class Stage(NamedTuple):
@@ -47,6 +56,7 @@ class Stage(NamedTuple):
     # of the sampler, such as the weight of a rare run: float64[trial]
     columns: Mapping[str, Array] = {}
     shortfall: Shortfall | None = None
+    answers: Answers | None = None  # where they are known and nothing is evaluated
 
     @property
     def stop(self) -> int:
@@ -65,6 +75,8 @@ class Trials:
     sampled: int  # how many have deviations
     # mapping of str to float64[trial]: columns of the sampler
     drawn: Mapping[str, Array] = field(default_factory=dict)
+    # by trial, the first ones that failed: what they printed last
+    output: dict[int, str] = field(default_factory=dict)
 
     @classmethod
     def planned(cls, description: Description, deviations: Array) -> Trials:
@@ -128,6 +140,9 @@ class Trials:
         for first, outcome in blocks:
             rows = slice(first, first + len(outcome.status))
             self.status[rows], self.responses[rows] = outcome.status, outcome.responses
+            self.output |= {first + row: text for row, text in outcome.output.items()}
+        if len(self.output) > MOST_OUTPUT:
+            self.output = dict(sorted(self.output.items())[:MOST_OUTPUT])
 
     def take_stored(self, run: Run, which: Truths) -> None:
         """Keep the stored answers of a run, for the trials in `which`, bool[trial]."""
@@ -145,6 +160,7 @@ class Trials:
             self.status[:trials],
             self.responses[:trials],
             trials,
+            output={n: text for n, text in self.output.items() if n < trials},
         )
 
     def response(self, name: str) -> Array:
@@ -184,7 +200,9 @@ class SampledStages:
     def __init__(self, study: Study) -> None:
         self._study, self._course = study, study.stages()
         stage, deviations = next(self._course)
-        self.latest = Stage(0, deviations, study.cases, stage.columns())
+        self.latest = Stage(
+            0, deviations, study.cases, stage.columns(), answers=study.answers
+        )
         self.trials = Trials.begun(study.description, self.latest, study.trials)
 
     def next(self, trials: Trials) -> Stage | None:

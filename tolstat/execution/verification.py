@@ -14,6 +14,7 @@ import numpy as np
 
 from tolstat.arrays import Array, Integers
 from tolstat.errors import TolstatError
+from tolstat.execution import compatibility
 from tolstat.execution.compatibility import (
     made_differently,
     study_of,
@@ -56,6 +57,7 @@ class Verification(NamedTuple):
     nominal_differs: bool  # whether the nominal trial does
     # causes of differences without damage: another source, processor
     reasons: tuple[str, ...]
+    file: str = ""  # whether the file of its rows is as it was; empty without one
 
     @property
     def trials(self) -> Integers:
@@ -126,8 +128,12 @@ def verify(
     chosen = chosen[~np.isnan(trials.deviations[chosen]).any(axis=1)]
     with Workers(workers, block=BLOCK) as crew, Workers(workers, block=1) as single:
         nominal = _nominal_differs(run, study, single)
-        different = _differing(run, study, chosen, trials.deviations, crew)
         alone = chosen[:: len(chosen) // ALONE + 1]
+        if known := study.answers:
+            chosen, alone = ran, ran[:0]  # nothing is evaluated: all are compared
+            different = compatibility.rows_differing(run, known, ran)
+        else:
+            different = _differing(run, study, chosen, trials.deviations, crew)
         dependent = _differing(run, study, alone, trials.deviations, single)
     return Verification(
         run,
@@ -139,6 +145,7 @@ def verify(
         dependent,
         nominal,
         tuple(made_differently(run, study.model.source_digest)),
+        compatibility.file_read_again(run, study),
     )
 
 

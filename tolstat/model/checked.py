@@ -9,7 +9,15 @@ from numpy.typing import ArrayLike
 
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import ModelError, UnitError, told
-from tolstat.model.contract import Answers, Model, Outcome, Spreads, guarded
+from tolstat.literal import visible
+from tolstat.model.contract import (
+    NO_OUTPUT,
+    Answers,
+    Model,
+    Outcome,
+    Spreads,
+    guarded,
+)
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.model.view import Offer
 from tolstat.status import Status, words_of
@@ -24,6 +32,7 @@ DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "numb
 DECLARATIONS = "name", "failures", "assumptions", "views", "moves", "integrates"
 SIDES = "least", "largest"  # of a worst case
 TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat", "worst"
+MOST_OUTPUT = 2000  # characters of the output of a failed trial
 HUGE = 1e150  # the squares of smaller numbers are finite, too
 
 
@@ -176,18 +185,21 @@ def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
     status = impossible(model, rows, settings)
     possible = status == 0
     if possible.all():
-        return _evaluated(model, rows, settings)
+        return evaluated(model, rows, settings)
     responses = np.full((len(rows), len(model.describe(settings).responses)), np.nan)
     steps = np.zeros(len(rows), np.int64) if model.integrates else None
+    output = NO_OUTPUT
     if possible.any():
-        answers = _evaluated(model, rows[possible], settings)
+        answers = evaluated(model, rows[possible], settings)
         status[possible], responses[possible] = answers.status, answers.responses
         if steps is not None and answers.steps is not None:
             steps[possible] = answers.steps
-    return Answers(responses, status, steps)
+        numbers = np.flatnonzero(possible)
+        output = {int(numbers[row]): text for row, text in answers.output.items()}
+    return Answers(responses, status, steps, output)
 
 
-def _evaluated(model: Model, rows: Array, settings: Any) -> Answers:
+def evaluated(model: Model, rows: Array, settings: Any) -> Answers:
     """Return the answers of trials that can be built."""
     with guarded(model, "evaluate"):
         outcome = model.evaluate(rows, settings)
@@ -272,7 +284,12 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
                 f"trials of a block, outside its declared range {lower:g} .. {upper:g};"
                 " if rounding causes this, clip it in evaluate"
             )
-    return Answers(np.where(done[:, None], responses, np.nan), status, steps)
+    output = {
+        int(row): visible(text)[-MOST_OUTPUT:]
+        for row, text in outcome.output.items()
+        if 0 <= row < trials and not done[row]
+    }
+    return Answers(np.where(done[:, None], responses, np.nan), status, steps, output)
 
 
 def _integers(model: Model, name: str, values: ArrayLike, trials: int) -> Integers:

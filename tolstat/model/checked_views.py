@@ -9,6 +9,7 @@ from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.model.checked import check_possible, complete, impossible, simulate
 from tolstat.model.contract import STEP, Answers, Model, guarded
+from tolstat.model.mechanism import Mechanism
 from tolstat.model.view import Chart, Listing, Offer, View
 
 
@@ -58,6 +59,23 @@ def checked_view(model: Model, offer: Offer, deviations: Array, settings: Any) -
         view = offer.function(deviations[possible], settings)
     _check_view(model, view)
     return view
+
+
+def mechanism_of(model: Model, deviations: Array, settings: Any) -> Mechanism:
+    """Return the checked mechanism of one trial of deviations[contributor], SI.
+
+    Raises ModelError if the model has none, or the trial cannot be built.
+    """
+    check_possible(model, deviations[None, :], settings, "this machine")
+    with guarded(model, "mechanism"):
+        mechanism = model.mechanism(deviations, settings)
+        if not isinstance(mechanism, Mechanism):
+            kind = type(mechanism).__name__
+            raise model.fault(f"mechanism returns a Mechanism, not {kind}")
+        fault = mechanism.fault
+    if fault:
+        raise model.fault(fault)
+    return mechanism
 
 
 def _check_view(model: Model, view: object) -> None:

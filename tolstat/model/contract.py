@@ -10,12 +10,13 @@ import os
 import sys
 import traceback
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import chdir, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from pathlib import Path
 from threading import current_thread, main_thread
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,10 +29,14 @@ from tolstat.lanes.digest import digest
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer
 
+if TYPE_CHECKING:
+    from tolstat.model.mechanism import Mechanism  # seldom needed
+
 STEP = 1e-4  # s, between two points of a history
 MOST_SAMPLES = 2_000_000  # of a history
 Spreads = Mapping[str, Spread]  # by contributor that deviates
 NOTHING_FAILED: Mapping[str, Truths] = {}
+NO_OUTPUT: Mapping[int, str] = {}
 
 
 class Outcome(NamedTuple):
@@ -43,6 +48,8 @@ class Outcome(NamedTuple):
     status: NDArray[np.int64] | None = None
     steps: NDArray[np.int64] | None = None  # [trial], of integration, if any
     failed: Mapping[str, Truths] = NOTHING_FAILED  # by a word of `Model.failures`
+    # by row, of failed trials: what they printed last, or why they failed
+    output: Mapping[int, str] = NO_OUTPUT
 
 
 class Answers(NamedTuple):
@@ -51,15 +58,22 @@ class Answers(NamedTuple):
     responses: Array  # [trial, response], SI; NaN in failed trials
     status: NDArray[np.int64]  # [trial], one of `tolstat.status.words_of`
     steps: NDArray[np.int64] | None  # [trial]; None where nothing is integrated
+    output: Mapping[int, str] = NO_OUTPUT  # by row: see `Outcome`
 
     @classmethod
     def joined(cls, answers: Sequence[Answers]) -> Answers:
         """Put answers one after the other."""
         steps = [answer.steps for answer in answers if answer.steps is not None]
+        firsts = accumulate((len(answer.status) for answer in answers), initial=0)
         return cls(
             np.concatenate([answer.responses for answer in answers]),
             np.concatenate([answer.status for answer in answers]),
             np.concatenate(steps) if steps else None,
+            {
+                first + row: text
+                for first, answer in zip(firsts, answers, strict=False)
+                for row, text in answer.output.items()
+            },
         )
 
 
@@ -70,6 +84,18 @@ class History(NamedTuple):
     # span is the time over which responses are taken
     chart: Chart
     outcome: Outcome  # of the same trial, bit for bit as `evaluate` finds it
+
+
+class OtherProcesses(Protocol):
+    """The part of a model that is evaluated in other processes."""
+
+    longest: float  # s, that a trial may last; 0 while that is not known
+
+    def learn(self, seconds: float) -> None:
+        """Note how long a trial took, if it is not known how long it may last."""
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a function returns there; ModelError if its process ends."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +121,11 @@ class Model(ABC):
     # status, and the sentence that has to hold
     failures: ClassVar[Mapping[str, str]] = {}
     views: ClassVar[tuple[Offer, ...]] = ()  # and "history", if it moves
+    # whether it is evaluated in processes of its own, so that a crash, a hang or a leak
+    # costs its trial alone; and whether they evaluate one row at a time: so the trial
+    # is known at once, else blocks are split until it is
+    isolated: ClassVar[bool] = False
+    row_by_row: ClassVar[bool] = False
 
     @abstractmethod
     def describe(self, settings: Any) -> Description:
@@ -151,6 +182,10 @@ class Model(ABC):
         """
         return ()
 
+    def notes(self) -> tuple[str, ...]:
+        """Return what its trials have shown of it, a sentence each, for the run."""
+        return ()
+
     def history(self, deviations: Array, settings: Any, step: float) -> History:
         """Return the history of deviations[contributor], SI, one point every `step` s.
 
@@ -160,6 +195,16 @@ class Model(ABC):
             If it does not move.
         """
         raise self.fault("it does not move and has no histories")
+
+    def mechanism(self, deviations: Array, settings: Any) -> Mechanism:
+        """Return points and lines of deviations[contributor], SI, for an animation.
+
+        Raises
+        ------
+        ModelError
+            If it has none.
+        """
+        raise self.fault("it has no points and lines to animate")
 
     @property
     def source_digest(self) -> str:
@@ -183,6 +228,17 @@ class Model(ABC):
         return self
 
     @property
+    def isolation(self) -> OtherProcesses | None:
+        """The part of it that is evaluated in other processes, if there is one."""
+        return None
+
+    def called(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a function of it returns, called where it is evaluated."""
+        if part := self.isolation:
+            return part.call(function, self, *arguments)
+        return function(self, *arguments)
+
+    @property
     def audits_steps(self) -> bool:
         """Whether an audit shortens its longest step, or takes another method."""
         overridden = type(self).tightened is not Model.tightened
@@ -195,8 +251,13 @@ class Model(ABC):
         return type(self).history is not Model.history
 
     @property
+    def animates(self) -> bool:
+        """Whether it has a mechanism to animate."""
+        return type(self).mechanism is not Model.mechanism
+
+    @property
     def integrates(self) -> bool:
-        """Whether it has an integration tolerance, the setting `rtol`."""
+        """Whether tolstat's integrator solves it, with the setting `rtol`."""
         return "rtol" in getattr(self.settings, "__dataclass_fields__", {})
 
 

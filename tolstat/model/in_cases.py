@@ -16,6 +16,7 @@ from tolstat.deviations.names import IN_CASE
 from tolstat.model.checked import complete, described, impossible
 from tolstat.model.contract import Answers, History, Model, Outcome, Spreads
 from tolstat.model.description import Description, StudyNumber
+from tolstat.model.mechanism import Mechanism
 from tolstat.model.view import Chart, Offer, View
 from tolstat.model.wrapped import Wrapped
 from tolstat.status import Status, words_of
@@ -87,6 +88,9 @@ class ModelInCases(Wrapped):
             responses.reshape(len(deviations), -1),
             status,
             np.sum(steps, axis=0) if steps else None,
+            output=dict(
+                item for answer in reversed(answers) for item in answer.output.items()
+            ),
         )
 
     def impossible(self, deviations: Array, settings: Any) -> Mapping[str, Truths]:
@@ -150,6 +154,13 @@ class ModelInCases(Wrapped):
             bands=(),  # they have no axis of their own
         )
         return History(chart, self.evaluate(deviations[None, :], settings))
+
+    def mechanism(self, deviations: Array, settings: Any) -> Mechanism:
+        """Return the mechanism of a trial in the first case, which it names."""
+        condition, case = next(self._cases(settings))
+        mechanism = self.base.mechanism(deviations, case)
+        words = f"Case {condition.name}: {condition.words}."
+        return replace(mechanism, sentence=f"{words} {mechanism.sentence}".rstrip())
 
     @property
     def views(self) -> tuple[Offer, ...]:  # type: ignore[override]

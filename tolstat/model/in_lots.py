@@ -7,7 +7,7 @@ lot, units are of many lots.
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from math import hypot
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.names import LOT, expand
@@ -18,6 +18,9 @@ from tolstat.model.contract import History, Model, Outcome, Spreads
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Offer, View
 from tolstat.model.wrapped import Wrapped
+
+if TYPE_CHECKING:
+    from tolstat.model.mechanism import Mechanism  # seldom needed
 
 
 class Lot(NamedTuple):
@@ -80,6 +83,11 @@ class ModelInLots(Wrapped):
         """Return the history of a trial."""
         parts = self._parts(deviations[None, :], settings)[0]
         return self.base.history(parts, settings, step)
+
+    def mechanism(self, deviations: Array, settings: Any) -> "Mechanism":
+        """Return the mechanism of a trial."""
+        parts = self._parts(deviations[None, :], settings)[0]
+        return self.base.mechanism(parts, settings)
 
     @property
     def views(self) -> tuple[Offer, ...]:  # type: ignore[override]

@@ -104,7 +104,8 @@ class AtWorstMeans(ModelInCases):
                 steps = of_trial.steps
                 if steps is not None and answers.steps is not None:
                     steps = steps + answers.steps
-                of_trial = Answers(responses, status, steps)
+                output = {**answers.output, **of_trial.output}
+                of_trial = Answers(responses, status, steps, output)
             assert of_trial is not None  # there is a response
             yield of_trial
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from tolstat.lanes.digest import digest
-from tolstat.model.contract import Model
+from tolstat.model.contract import Model, OtherProcesses
 
 COMMON = "name", "title", "settings", "assumptions", "failures"
 
@@ -19,6 +19,10 @@ class Wrapped(Model):
         """Return settings that integrate more precisely."""
         return self.base.tightened(settings)
 
+    def notes(self) -> tuple[str, ...]:
+        """Return what its trials have shown of it."""
+        return self.base.notes()
+
     @property
     def source_digest(self) -> str:
         """The digest of the code that decides the bits of its trials."""
@@ -30,11 +34,26 @@ class Wrapped(Model):
         return self.base.unwrapped
 
     @property
+    def isolation(self) -> OtherProcesses | None:
+        """The part of it that is evaluated in other processes, if there is one."""
+        return self.base.isolation
+
+    @property
     def audits_steps(self) -> bool:
         """Whether an audit shortens its longest step, or takes another method."""
         return self.base.audits_steps
 
     @property
+    def integrates(self) -> bool:
+        """Whether tolstat's integrator solves it, with the setting `rtol`."""
+        return self.base.integrates
+
+    @property
     def moves(self) -> bool:
         """Whether it has histories."""
         return self.base.moves
+
+    @property
+    def animates(self) -> bool:
+        """Whether it has a mechanism to animate."""
+        return self.base.animates

@@ -2,14 +2,17 @@
 
 import math
 import re
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from typing import Any
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from tolstat.document.blocks import (
+    Animated,
     Cell,
     Document,
     Figure,
@@ -52,9 +55,21 @@ def page(document: Document, run: str = "") -> str:
     template = environment().get_template("document.html")
     html: str = template.render(
         document=document, style=Markup(style), foot=foot, contents=contents,
+        region=Regions(),
         marks=[Markup(mark) for mark in (run and mark_of(run), GENERATOR) if mark],
     )  # fmt: skip
     return html
+
+
+def explore_page(sources: Mapping[str, str], data: str, **words: Any) -> str:
+    """Return a page with scripts: its sources by name, and the words of its template.
+
+    The words are escaped; the data are JSON that may stand in a page.
+    """
+    base = files("tolstat.render").joinpath("templates/page.css").read_text("utf-8")
+    parts = {name: Markup(text) for name, text in sources.items()}
+    parts |= {"style": Markup(base) + parts["style"], "data": Markup(data)}
+    return environment().from_string(sources["page"]).render(**parts, **words)
 
 
 def mark_of(run: str) -> str:
@@ -74,7 +89,7 @@ def environment() -> Environment:
         lstrip_blocks=True,
     )
     templates.filters.update(parts=_parts, cell=_cell, breaking=_breaking, svg=_svg)
-    templates.filters.update(track=Track, digits=_digits)
+    templates.filters.update(track=Track, digits=_digits, moving=_moving)
     return templates
 
 
@@ -82,6 +97,12 @@ def _svg(figure: Figure) -> Markup:
     from tolstat.render.figures import as_svg  # a page without figures needs no engine
 
     return as_svg(figure.picture, figure.alt)
+
+
+def _moving(block: Animated) -> Markup:
+    from tolstat.render.moving import as_moving  # seldom needed
+
+    return as_moving(block.scene, block.alt)
 
 
 def _parts(parts: Parts) -> Markup:
@@ -178,6 +199,20 @@ def _css_string(text: str) -> str:
     """Return a text for a style sheet, escaped."""
     plain = (c if c.isalnum() else f"\\{ord(c):x} " for c in visible(text))
     return '"' + "".join(plain) + '"'
+
+
+class Regions:
+    """The parts of a page that scroll: reached by keyboard, each by its own name."""
+
+    def __init__(self) -> None:
+        self._times: dict[str, int] = {}
+
+    def __call__(self, name: str) -> Markup:
+        """Return the attributes of a part; a name that is taken gets its number."""
+        times = self._times[name] = self._times.get(name, 0) + 1
+        name = f"{name} ({times})" if times > 1 else name
+        attributes = 'role="region" tabindex="0" aria-label="{}"'
+        return Markup(attributes).format(visible(name))
 
 
 class Track:

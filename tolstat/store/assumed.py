@@ -69,12 +69,22 @@ def effects_of(
     slopes: Mapping[str, Mapping[str, float]],
     contributors: Iterable[Contributor],
 ) -> dict[str, dict[str, Effect]]:
-    """Return the effect of each contributor, by limited response."""
+    """Return the effect of each contributor, by limited response.
+
+    It is not known of one without an assumption, an input of a file of results.
+    """
+    contributors = [*contributors]
+    unknown = {
+        part.name: Effect(part.name, math.nan, "")
+        for part in contributors
+        if part.name not in assumed
+    }
     kinds = kinds_of_part(list(assumed), contributors)
     kind_of = {name: kind for kind, members in kinds.items() for name in members}
     distributions = {name: part.distribution for name, part in assumed.items()}
     return {
-        response: {
+        response: unknown
+        | {
             name: Effect(
                 distributions[name],
                 slopes.get(response, {}).get(name, math.nan)

@@ -22,6 +22,7 @@ from tolstat.store.assumed import Assumed
 from tolstat.store.stored_fields import ELSEWHERE, Stored
 from tolstat.toml import toml_table
 
+LISTED = ("grid", "table")  # samplings of studies that list their trials
 STATUS, STEPS = "status", "steps"  # columns that trials fill, beside the responses
 Members = tuple[str, ...]  # contributors, taken together
 
@@ -77,7 +78,7 @@ class DrawDetail(NamedTuple):
 class Sampled(NamedTuple):
     """How the trials were sampled."""
 
-    seed: int  # from which all random numbers come
+    seed: int  # from which all random numbers come; 0 of the rows of a file
     promise: str  # what may be said about intervals
     replicates: int  # independent randomisations; 0 where every trial is independent
     group: int  # trials that belong together
@@ -93,6 +94,14 @@ class Reference(NamedTuple):
     label: str  # where they come from
     # float64[point]: the swept contributor or setting first, then responses, SI
     columns: Mapping[str, Array]
+
+
+class Isolation(NamedTuple):
+    """How trials were evaluated in processes of their own."""
+
+    longest_trial: float  # s, that a trial may last; 0 while that is not known
+    # by trial, the first ones that failed: what they printed last, or why they failed
+    output: Mapping[int, str] = {}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,6 +154,8 @@ class Plan:
         Numbers of the study, shown beside those of its trials.
     notes, assumptions : tuple of str
         Notes on the run and its deviations; assumptions of the model.
+    isolation : Isolation or None
+        How trials were evaluated in processes of their own; None if they were not.
     warnings : tuple of str
         What readers have to know before its verdicts, from its study.
     made : dict of str to str
@@ -192,12 +203,18 @@ class Plan:
     notes: tuple[str, ...]
     assumptions: tuple[str, ...]
     made: Annotated[dict[str, str], Stored("provenance")]
+    isolation: Isolation | None = None
     warnings: tuple[str, ...] = ()
 
     @property
     def aim(self) -> str:
         """The response whose limit is searched; empty without a search."""
         return self.sampled.aim if self.sampled else ""
+
+    @property
+    def listed(self) -> bool:
+        """Whether the study lists its trials; they have no seed, then."""
+        return self.sampling in LISTED
 
     @property
     def described(self) -> Sequence[Swept | Contributor | Response]:

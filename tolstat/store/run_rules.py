@@ -22,11 +22,12 @@ from tolstat.units.scale import Scale
 
 MOST = 1e150  # of a number, so that its square is one
 RARE = (STAGE, SPREAD, DISTANCE, WEIGHT)  # columns of the sampler
-LISTED = ("grid", "table")  # samplings of studies that list their trials
+TABLE = "table"  # the sampling whose trials may be a sample
 LONGEST = 1e10  # s of a run
+LONGEST_OUTPUT = 4000  # characters of a trial
 SECTIONS = (
-    "settings", "deviations", "limits", "links", "gaps", "loops", "cases", "grid",
-    "correlation",
+    "settings", "deviations", "limits", "links", "gaps", "loops", "responses", "cases",
+    "grid", "correlation",
 )  # fmt: skip
 SIDES = {"least", "largest"}
 
@@ -157,10 +158,10 @@ def _ordered_lots(lot: Integers | None, parts: int, lots: int) -> bool:
 
 def _sampled(run: Run) -> bool:
     if run.sampled is None:
-        return run.sampling in LISTED
+        return run.listed
     sampled: Sampled = run.sampled
     return (
-        run.sampling in SAMPLERS
+        run.sampling in (*SAMPLERS, TABLE)
         and sampled.seed >= 0
         and 0 <= sampled.replicates <= run.trials
         and 1 <= sampled.group <= run.trials
@@ -269,6 +270,14 @@ def _study(run: Run) -> bool:
     )
 
 
+def _isolation(run: Run) -> bool:
+    longest, output = run.isolation or (0.0, {})
+    return 0 <= longest < LONGEST and all(
+        0 <= trial < run.trials and len(text) <= LONGEST_OUTPUT
+        for trial, text in output.items()
+    )
+
+
 def _times(run: Run) -> bool:
     seconds = run.times["seconds"]
     return math.isnan(seconds) or 0 <= seconds < LONGEST
@@ -292,6 +301,7 @@ RULES: Mapping[str, Callable[[Run], bool]] = {
     "its known points are wrong": _reference,
     "a correlation is wrong": _correlation,
     "its study is wrong": _study,
+    "its longest trial or the output of a trial is wrong": _isolation,
     "its duration is wrong": _times,
 }
 

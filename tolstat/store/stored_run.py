@@ -290,7 +290,7 @@ class Run(Plan):
     @cached_property
     def nominal_values(self) -> dict[str, Any]:
         """Responses (SI), status (a word) and steps of the nominal trial."""
-        (responses,), (status,), steps = self.nominal_answers
+        (responses,), (status,), steps, _ = self.nominal_answers
         names = [response.name for response in self.responses]
         values: dict[str, Any] = dict(zip(names, responses.tolist(), strict=True))
         values[STATUS] = self.words.get(int(status), "unknown")

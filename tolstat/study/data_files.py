@@ -58,12 +58,17 @@ class MeasuredFile:
         if isinstance(self._file, qdas.QdasFile):
             return self._file.names
         numeric = [name for name in self._file.numeric if name != lots]
-        columns = [name for name in numeric if not _counts(self._file, name)]
+        columns = [name for name in numeric if not counts_rows(self._file, name)]
         return columns or self._file.partly_numeric
 
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
         """Return a column; `lots` names that of the lots, which Q-DAS tells itself."""
         if isinstance(self._file, qdas.QdasFile):
+            if lots:
+                raise DataError(
+                    f"{self._file.path}: a Q-DAS file has the batch of each value "
+                    f"(K0006), and no columns; leave lots = '{lots}' out"
+                )
             return self._file.measured(name)
         return self._file.measured(name, lots)
 
@@ -74,8 +79,10 @@ class MeasuredFile:
         return torn_by_commas(self._file.rows, self._file.columns[name])
 
 
-def _counts(table: Table, name: str) -> bool:
+def counts_rows(table: Table, name: str) -> bool:
     """Return whether a column counts the rows."""
+    if name not in table.numeric:
+        return False
     numbers = table.measured(name).numbers
     return len(numbers) > 1 and bool((np.diff(numbers) == 1).all())
 

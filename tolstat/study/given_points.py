@@ -13,21 +13,20 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.deviations.names import expand
+from tolstat.deviations.rows import Rows
 from tolstat.errors import (
     DataError,
-    DistributionError,
     ModelError,
-    UnitError,
     allowed_names,
 )
 from tolstat.model.checked import described
-from tolstat.model.contract import Model
+from tolstat.model.contract import Answers, Model
 from tolstat.model.description import Description
 from tolstat.model.setting_kinds import Number, as_typed
 from tolstat.model.settings import setting_of, settings_of
 from tolstat.study import study_schema as schema
 from tolstat.study.memory_needed import too_large
-from tolstat.study.nominal_size import HOLDS, DeviationReader, Holds
+from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
 from tolstat.units.grammar import quantity, unit_of
 
@@ -81,6 +80,11 @@ class Points:
     settings: Mapping[str, NDArray[Any]] | None = None
     note: str = ""  # for the summary of the run
     warnings: tuple[str, ...] = ()  # about how the values were read
+    # how the rows of a file were sampled; None if they are no sample
+    sampler: Rows | None = None
+    places: Sequence[str] = ()  # file and row of each row of a file
+    # of results from elsewhere; None where a model evaluates the trials
+    answers: Answers | None = None
 
 
 def read_grid(
@@ -247,61 +251,6 @@ def _steps(values: list[float], points: int) -> list[float]:
         raise ModelError("from and to are the same")
     steps: list[float] = np.linspace(first, last, points).tolist()
     return steps
-
-
-def read_table(
-    folder: Path | None,
-    file: str | Mapping[str, Any],
-    settings: Any,
-    description: Description,
-) -> Points:
-    """Return the trials of a file.
-
-    Heads are contributors with their unit, `rod_length_1 [mm]`; a row is a trial, with
-    its deviations, or sizes. `rod_length_1 sizes [mm]` says which.
-    """
-    from tolstat.study.data_files import read_data, source_words  # few studies do
-
-    keys = {"data": file} if isinstance(file, str) else file
-    table = read_data(folder, schema.read_entry(schema.FileEntry, keys, "a table has"))
-    path = table.path
-    parts = {part.name: part for part in description.contributors}
-    deviations = np.zeros((len(table.rows), len(parts)))
-    names, units, warnings = [*parts], dict[str, str](), dict[str, None]()
-    for head, written in table.units.items():
-        part, holds = _part_of_head(head)
-        try:
-            members = expand(part, names)
-        except ModelError as error:
-            raise DataError(f"{path}, column {head}: {error}") from None
-        for member in members:
-            if member in units:
-                raise DataError(f"{path}: {member} is given twice")
-            reader = DeviationReader(parts[member])
-            try:
-                column, sizes = reader.column(
-                    table.column(head), written, holds, table.places
-                )
-            except (UnitError, DistributionError) as error:
-                raise DataError(f"{path}, column {head}: {error}") from None
-            warnings |= dict.fromkeys(reader.warnings)
-            units[member] = reader.shown_unit(written)
-            deviations[:, names.index(member)] = column
-            if sizes and not holds:
-                warnings[f"{path.name}: column {head} is taken as sizes"] = None
-    return Points(
-        deviations,
-        (Case(0, len(deviations), settings),),
-        units,
-        note=f"{len(deviations)} trials of {path.name} ({source_words(table)})",
-        warnings=tuple(warnings),
-    )
-
-
-def _part_of_head(head: str) -> tuple[str, Holds]:
-    """Return the contributor of a column's head, and what it says that it holds."""
-    name, _, last = head.rpartition(" ")
-    return (name.strip(), last) if last in HOLDS else (head, "")
 
 
 def read_reference(

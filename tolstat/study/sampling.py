@@ -16,6 +16,7 @@ from tolstat.study.given_points import Points
 from tolstat.study.problems import Problems
 from tolstat.study.study_schema import (
     MISSING,
+    RESULTS,
     DecideEntry,
     Document,
     RareEntry,
@@ -33,9 +34,16 @@ AT_MOST = ", at most "  # before the budget of a rule
 FIRST_ROWS, MOST_ROWS = 8192, 4_000_000  # trials of such a run: first, at most
 
 
-def read_sampling(value: str | dict[str, Any], problems: Problems) -> tuple[str, str]:
+def read_sampling(document: Document, problems: Problems) -> tuple[str, str]:
     """Return a sampling, and the response whose limit it aims at; empty for none."""
-    samplings = [*SAMPLERS, *GIVEN]
+    value, samplings = document.sampling, [*SAMPLERS, *GIVEN]
+    if document.model == RESULTS:
+        if "sampling" in document.model_fields_set and value != "table":
+            said = (
+                'the trials are rows of a file; say how in [table]: sampled = "random"'
+            )
+            problems.add("sampling", value, said)
+        return "table", ""
     if isinstance(value, str) and value in samplings:
         return value, ""
     with problems.noting("sampling", value):
@@ -135,10 +143,14 @@ def _note_faults_of_given(
     for key in ("trials", "seed"):
         if (value := getattr(document, key)) is not None:
             problems.add(key, value, f"{none}; leave it out")
-    if document.correlation:
+    # a sample, or results, may state what it came from
+    stated = document.model == RESULTS or (points and points.sampler)
+    if document.correlation and not stated:
         problems.add("[correlation]", None, none)
     taken = {m for axis in points.swept for m in axis.members} if points else set()
     for name, distribution in deviating.distributions.items():
+        if stated and sampling == "table":
+            continue
         if not isinstance(distribution, Constant):
             only = f'{none}; only distribution = "constant" is allowed'
             problems.add(f"[deviations] {name}", None, only)

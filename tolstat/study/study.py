@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,12 +16,13 @@ import numpy as np
 
 from tolstat import catalogue
 from tolstat.arrays import Array
+from tolstat.deviations.distributions import Constant
 from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
 from tolstat.deviations.names import LOT
 from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import StudyError, UnitError
 from tolstat.model.checked import check_possible
-from tolstat.model.contract import Model
+from tolstat.model.contract import Answers, Model
 from tolstat.model.description import Description
 from tolstat.model.setting_kinds import as_typed
 from tolstat.statistics.limits.limit import Limit
@@ -32,7 +34,6 @@ from tolstat.study.given_points import (
     Points,
     read_grid,
     read_reference,
-    read_table,
 )
 from tolstat.study.limits_section import read_limits
 from tolstat.study.memory_needed import large, too_large
@@ -54,9 +55,10 @@ from tolstat.study.settings_section import (
     read_settings,
 )
 from tolstat.study.slips import note_readable, section_of, with_link_tables
+from tolstat.study.stated_rows import read_rows
 from tolstat.study.study_schema import Document, checked
 from tolstat.units.conversion import dimension
-from tolstat.units.grammar import unit_of
+from tolstat.units.grammar import quantity, unit_of
 from tolstat.units.scale import KNOWN, SIZES, figures
 
 SECTIONS = ("settings", "links", "deviations", "cases", "grid", "limits")
@@ -115,9 +117,14 @@ class Study:
         return (Case(0, self.trials, self.settings),)
 
     @property
+    def answers(self) -> Answers | None:
+        """The answers of all trials; None where its model evaluates them."""
+        return self.points.answers if self.points else None
+
+    @property
     def sampler(self) -> Sampler | None:
-        """How the unit samples are chosen; None if nothing is sampled."""
-        return None if self.points else SAMPLERS[self.sampling]
+        """How the trials are sampled; None if they are no sample."""
+        return self.points.sampler if self.points else SAMPLERS[self.sampling]
 
     @property
     def unfit(self) -> str:
@@ -161,7 +168,8 @@ class Study:
         notes = [*self._warnings]
         if self.points and self.points.note:
             notes.append(self.points.note)
-        if self.model.moves and not self.model.integrates:
+        model = self.model
+        if model.moves and not (model.integrates or model.audits_steps):
             notes.append(UNAUDITED)
         if self.deviating.means:
             notes.append(AT_WORST_MEANS)
@@ -209,8 +217,9 @@ class Study:
         names = self._contributors
         if self.points:
             table = self.points.deviations.copy()
-            for name, constant in self.deviating.distributions.items():
-                table[:, names.index(name)] = constant.deviations(np.full(1, 0.5))
+            for name, part in self.deviating.distributions.items():
+                if isinstance(part, Constant):
+                    table[:, names.index(name)] = part.value
             yield Stage(table, np.zeros(len(table))), table
             return
         assert self.seed is not None  # checked when the study was loaded
@@ -235,11 +244,13 @@ def load(
     trials: int | Rule | None = None,
     seed: int | None = None,
     folder: Path | None = None,
+    longest_trial: float | None = None,
 ) -> Study:
     """Return a study, read and checked.
 
     Trials (or their rule), seed and a custom model replace those of the study. Its data
-    files lie in the folder, by default that of the study. A StudyError lists every
+    files lie in the folder, by default that of the study. With a longest trial, s, or
+    that of the study, trials are evaluated in other processes. A StudyError lists every
     problem: key, value, what is allowed.
     """
     model = model.unwrapped if isinstance(model, Model) else model
@@ -252,11 +263,12 @@ def load(
     document = checked(table, problems, partial(section_of, model=model))
     document = with_link_tables(document, problems)
     shown = typed_units(document.model_dump())
-    sampling, response = read_sampling(document.sampling, problems)
+    sampling, response = read_sampling(document, problems)
 
     chosen = None
     try:
         chosen = _model(document, model, problems)
+        chosen = _isolated(document, chosen, longest_trial, problems)
         settings, document = read_settings(document, chosen, problems)
         if any(name.endswith(LOT) for name in document.deviations):
             from tolstat.model.in_lots import in_lots  # seldom needed
@@ -288,7 +300,9 @@ def load(
         points = read_grid(document, chosen, settings, description, problems)
     if sampling == "table" and document.table:
         with problems.noting("table", document.table):
-            points = read_table(folder, document.table, settings, description)
+            points = read_rows(
+                document, folder, evaluated, settings, description, deviating
+            )
     note_faults(document, sampling, deviating, points, problems)
     reference = None
     if document.reference:
@@ -379,6 +393,19 @@ def _at_worst_means(model: Model, settings: Any, deviating: Deviations) -> Model
         name: float(d.deviations(np.full(1, 0.5))[0]) for name, d in distributions
     }
     return at_worst_means(model, settings, deviating.means, middle)
+
+
+def _isolated(
+    document: Document, model: Model, longest: float | None, problems: Problems
+) -> Model:
+    """Return a model in other processes, if the study or its run limits its trials."""
+    with problems.noting("longest_trial", document.longest_trial):
+        if (typed := document.longest_trial) is not None:
+            longest = quantity(typed, "s")
+            if not 0 < longest < math.inf:
+                raise UnitError("a time above 0 s is expected")
+        return model if longest is None else catalogue.isolated(model, longest)
+    return model
 
 
 def _model(document: Document, model: Model | None, problems: Problems) -> Model:

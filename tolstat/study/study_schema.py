@@ -15,7 +15,8 @@ LEAST_PRICE, MOST_PRICE = 1e-30, 1e30
 TitleKey = Literal["project", "drawing", "revision", "author", "approval"]
 TITLE_KEYS = get_args(TitleKey)
 DATA_FILE = (
-    "the name of a file in quotes: a table of text such as CSV, XLSX, XLSM, ODS or XLS"
+    "the name of a file in quotes: a table of text such as CSV, XLSX, XLSM, ODS, XLS, "
+    "Parquet or HDF5"
 )
 MISSING = {
     "model": 'missing; name a model, such as model = "stand"',
@@ -23,7 +24,13 @@ MISSING = {
     "seed": "missing; give a whole number, such as seed = 75; it makes runs repeatable",
 }
 CASES = "cases"  # a section
-TABLES = ("gaps", "loops")  # sections that are settings of the model, tables by name
+RESPONSES = "responses"
+RESULTS = "results"  # the model whose answers are those of a file, with its rows
+TABLES = (
+    "gaps",
+    "loops",
+    RESPONSES,
+)  # sections that are settings of the model, tables by name
 # for the names of all other sections
 DECISIVE = ("model", "settings", "links", *TABLES, CASES)
 UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
@@ -62,6 +69,9 @@ class Document(Entry):
         'the name of a sampling, in quotes, or a response, { rare = "extra_loss" }',
         "random",
     )
+    longest_trial: str | None = key(
+        'the time that a trial may last, such as longest_trial = "60 s"', None
+    )
     audit: Literal["sure"] | None = key('only audit = "sure"', None)
     table: str | dict[str, Any] | None = key(
         'the name of a file, such as table = "machines.csv"', None
@@ -79,6 +89,11 @@ class Document(Entry):
         'a vector loop, in quotes, such as main = "crank @ phi + rod @ theta - slide @ '
         '0 deg", or near which value an unknown is looked for, such as theta = '
         '"-17 deg"',
+        {},
+    )
+    responses: dict[str, str] = key(
+        'what is taken of an output, such as peak = "max force", or the unit of a '
+        'column of results, such as stroke = "mm"',
         {},
     )
     deviations: dict[str, str | dict[str, Any]] = key(
@@ -150,7 +165,24 @@ class FileEntry(Entry):
     decimal: Literal[".", ","] | None = key('one of ".", ","', None)
     delimiter: str | None = key('a character such as ";", or "tab" or "space"', None)
     encoding: str | None = key('a text such as "utf-8" or "cp1252"', None)
-    sheet: str | None = key("the name of a sheet, in quotes", None)
+    sheet: str | None = key("the name of a sheet or of an HDF5 group, in quotes", None)
+
+
+class TableEntry(FileEntry):
+    """The rows of a file as trials."""
+
+    sampled: Literal["random", "latin", "grid", "unknown"] = key(
+        "one of random, latin, grid, unknown", "unknown"
+    )
+    # of results from elsewhere alone
+    failed: str | None = key("the name of the column that tells failed rows", None)
+    done: str | None = key("what that column has in rows that are done", None)
+    columns: dict[str, str] = key(
+        'heads by the name of an input or a response, such as { stroke = "Hub" }', {}
+    )
+
+
+OF_RESULTS = ("failed", "done", "columns")  # keys of results from elsewhere
 
 
 class PartsEntry(FileEntry):

@@ -47,20 +47,19 @@ class Grid(NamedTuple):
     plain: bool = False  # whether these words go without saying
     # whether an empty cell may be an error that the format does not tell
     doubtful: bool = False
+    counted: str = "line"  # what the numbers of its rows count
 
     def row_place(self, line: int) -> str:
         """Return file and line."""
-        return (
-            f"{self.path}, {self.sheet}, row {line}"
-            if self.sheet
-            else (f"{self.path}, line {line}")
-        )
+        if self.sheet:
+            return f"{self.path}, {self.sheet}, row {line}"
+        return f"{self.path}, {self.counted} {line}"
 
     def address(self, line: int, column: int, name: str) -> str:
         """Return file and address of a cell; of a text line and column."""
         if self.sheet:
             return f"{self.path}, {self.sheet}!{letters(column)}{line}"
-        return f"{self.path}, line {line}, column {name}"
+        return f"{self.row_place(line)}, column {name}"
 
 
 def letters(column: int) -> str:

@@ -1,4 +1,4 @@
-"""Tables of files by their kind: text, workbook or Q-DAS."""
+"""Tables of files by their kind: text, workbook, Parquet, HDF5 or Q-DAS."""
 
 import hashlib
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tolstat.errors import DataError
-from tolstat.tables import qdas, workbook_reader
+from tolstat.tables import named_arrays, qdas, workbook_reader
 from tolstat.tables.delimited import read_delimited
 from tolstat.tables.encodings import text_of_data
 from tolstat.tables.table import Table
@@ -21,7 +21,7 @@ class Form:
     decimal: str = ""  # sign, "." or ","
     delimiter: str = ""  # between columns of a text
     encoding: str = ""  # of a text, as Python names it
-    sheet: str = ""  # of a workbook
+    sheet: str = ""  # of a workbook, or the group of an HDF5 file
     part: str = ""  # of a Q-DAS file
 
 
@@ -31,7 +31,7 @@ AS_IS = Form()
 def read_table(
     path: Path, raw: bytes, form: Form = AS_IS, requested: Sequence[str] = ()
 ) -> Table:
-    """Return the table of a text or a workbook.
+    """Return the table of a text, a workbook, a Parquet or an HDF5 file.
 
     Parameters
     ----------
@@ -54,6 +54,12 @@ def read_table(
     if ending in workbook_reader.ENDINGS or raw.startswith(workbook_reader.ZIP):
         grid = workbook_reader.read_workbook(
             path, raw, digest, sheet=form.sheet, requested=requested
+        )
+    elif ending in named_arrays.PARQUET:
+        grid = named_arrays.read_parquet(path, raw, digest)
+    elif ending in named_arrays.HDF5:
+        grid = named_arrays.read_hdf5(
+            path, raw, digest, group=form.sheet, requested=requested
         )
     else:
         grid = read_delimited(

@@ -1,5 +1,7 @@
 """A table of a file: columns by name, their numbers, and how they were read."""
 
+import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -141,15 +143,18 @@ class Table:
         """Whether it goes without saying how it was read."""
         return self.grid.plain and self.decimal in ("", POINT)
 
-    def column(self, name: str) -> list[float]:
-        """Return the numbers of a column, as written; refuse empty cells."""
-        numbers = self._numbers(name)
-        for row, value in zip(self.rows, numbers, strict=True):
-            if value is None:
+    def column(self, name: str, without: Collection[int] = ()) -> list[float]:
+        """Return the numbers of a column, as written; refuse empty cells.
+
+        Rows `without` one, by their index, are NaN.
+        """
+        numbers = self._numbers(name, without)
+        for i, (row, value) in enumerate(zip(self.rows, numbers, strict=True)):
+            if value is None and i not in without:
                 cell = row.cells[self._index(name)]
                 address = self.grid.address(row.line, self._index(name), name)
                 raise DataError(f"{address}: '{cell}' is not a number")
-        return [value for value in numbers if value is not None]
+        return [math.nan if value is None else value for value in numbers]
 
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
         """Return the measured values of a column; empty cells are left out."""
@@ -165,7 +170,7 @@ class Table:
                 f"{address} is empty, or an error that an XLS file hides; save the "
                 "file as XLSX"
             )
-        words = self._texts(lots) if lots else []
+        words = self.texts(lots) if lots else []
         return MeasuredColumn(
             self.path,
             self.head.names[self._index(name)],
@@ -179,7 +184,7 @@ class Table:
             lots=tuple(words[i] for i in filled) if words else (),
         )
 
-    def _texts(self, name: str) -> list[str]:
+    def texts(self, name: str) -> list[str]:
         """Return the cells of a column as texts."""
         index = self._index(name)
         cells = (row.cells[index] for row in self.rows)
@@ -192,17 +197,20 @@ class Table:
         allowed = allowed_names(name, self.columns)
         raise DataError(f"{self.path} has no column '{name}'; {allowed}")
 
-    def _numbers(self, name: str) -> list[float | None]:
-        """Return the numbers of a column; None for empty cells."""
+    def _numbers(self, name: str, without: Collection[int] = ()) -> list[float | None]:
+        """Return the numbers of a column; None for empty cells, and rows `without`."""
         index = self._index(name)
-        for row in self.rows:
-            if is_number(cell := row.cells[index]) or is_empty(cell):
+        for i, row in enumerate(self.rows):
+            if is_number(cell := row.cells[index]) or is_empty(cell) or i in without:
                 continue
             address, wrong = self.grid.address(row.line, index, name), f"'{cell}' is"
             if isinstance(cell, Unusable):
                 wrong = f"{cell.text} is {cell.why}, and"
             raise DataError(f"{address}: {wrong} not a number")
-        return [self._number(row, index, name) for row in self.rows]
+        return [
+            None if i in without else self._number(row, index, name)
+            for i, row in enumerate(self.rows)
+        ]
 
     def _number(self, row: Row, index: int, name: str) -> float | None:
         cell = row.cells[index]

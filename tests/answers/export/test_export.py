@@ -1,5 +1,6 @@
 """Trials and answers in files of other programs: CSV, Parquet, XLSX."""
 
+import csv
 import io
 import json
 
@@ -108,10 +109,10 @@ def test_more_trials_than_rows_name_parquet(run, tmp_path, monkeypatch):
 
 def test_units_in_csv_and_in_the_metadata_of_parquet(run, tmp_path):
     export(run, tmp_path / "si.csv")
-    table = pd.read_csv(
-        tmp_path / "si.csv", index_col="trial", float_precision="round_trip"
-    )
-    np.testing.assert_array_equal(table["gap [m]"], run.column("gap"))
+    # by csv: the pandas of the lowest versions reads the last bit wrongly
+    with (tmp_path / "si.csv").open(newline="") as file:
+        gaps = [float(row["gap [m]"]) for row in csv.DictReader(file)]
+    np.testing.assert_array_equal(gaps, run.column("gap"))
     export(run, tmp_path / "study.csv", units="shown")
     table = pd.read_csv(tmp_path / "study.csv", index_col="trial")
     np.testing.assert_allclose(table["gap [mm]"], 1e3 * run.column("gap"))

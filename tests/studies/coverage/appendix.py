@@ -186,7 +186,7 @@ def rare(table):
 
 def numbers(table):
     """Yield the lines of the table of problems."""
-    yield "| | problem |"
+    yield "| number | problem |"
     yield "|---|---|"
     yield from (f"| {i} | {name} |" for i, name in enumerate(named(table), 1))
 

@@ -137,7 +137,7 @@ def _lengths(study: Study, trials: int | None) -> _Lengths:
 def _check(study: Study) -> None:
     """Refuse a study that has no limit or cost, or cannot be weighted."""
     source = study.path or "the study"
-    if study.sampler is None:
+    if study.points:
         raise StudyError(
             f'{source}: sampling = "{study.sampling}" samples nothing; allocation '
             'needs sampled trials, such as sampling = "random"'

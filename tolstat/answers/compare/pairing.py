@@ -137,6 +137,8 @@ def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
         for name in dict.fromkeys(parts[0] + parts[1])
     }
     other = [n for n, (a, b) in columns.items() if np.any(a != b)]
+    if not columns:
+        return UNPAIRED, "no part is known"
     if not other:
         return TRIALS, "every deviation is the same in both, to the last bit"
     varying = [n for n, both in columns.items() if all(np.ptp(x) > 0 for x in both)]
@@ -144,7 +146,8 @@ def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
         return UNPAIRED, "no part deviates in both"
     reordered = [n for n in varying if not _same_order(*columns[n])]
     if not any(n not in reordered or _correlated(*columns[n]) for n in varying):
-        return UNPAIRED, "one seed, but no part has the same order of deviations"
+        seed = "" if A.run.listed else "one seed, but "
+        return UNPAIRED, f"{seed}no part has the same order of deviations"
     words = f"the order of all {common} deviations of a part is the same in both; "
     words += f"widths differ: {_listed(other)}"
     if reordered:

@@ -70,9 +70,7 @@ def _index(number: Number) -> Number | None:
     return None if empty else number
 
 
-def parts_section(
-    name: str, part: JudgedParts, anchor: str = "", level: int = 2
-) -> Section:
+def parts_section(name: str, part: JudgedParts, anchor: str = "") -> Section:
     """Return how the parts were read, warnings, lots and figures."""
     sentences = tuple(warning_words(warning, part) for warning in part.warnings)
     content: tuple[Block | None, ...] = (
@@ -81,7 +79,7 @@ def parts_section(
         _lots(part),
         Section("", (blocks.Gallery(figures_of(name, part)),), page_only=True),
     )
-    return blocks.section(name, *content, anchor=anchor, level=level)
+    return blocks.section(name, *content, anchor=anchor)
 
 
 def _lots(part: JudgedParts) -> blocks.Table:

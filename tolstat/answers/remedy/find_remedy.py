@@ -199,6 +199,8 @@ class _Search:
     def _quick_study(self) -> Study | None:
         """Return the study if its fresh trials are quick, else None."""
         run = self.run
+        if run.listed:
+            return None  # nothing is evaluated here
         if run.machine:
             return None  # the model of a caller may be another one by now
         try:

@@ -33,14 +33,16 @@ def remedy_words(run: Run, remedy: RemedyFinding) -> tuple[Parts, ...]:
     evidence = "predicted from these trials"
     if remedy.evidence is Evidence.PROVED:
         evidence = f"proved by {remedy.trials} new trials"
-    write, again = map(Typed, remedy.commands)
+    study = None
+    if remedy.commands:  # none where nothing is evaluated here
+        study = say(" Write its study: {} Run it: {}", *map(Typed, remedy.commands))
     sentences.append(
         text(
             _step(run, last),
             f"; {met}, {evidence}.",
             *_worse(remedy),
             note,
-            say(" Write its study: {} Run it: {}", write, again),
+            study,
         )
     )
     return tuple(sentences)

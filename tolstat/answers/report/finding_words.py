@@ -58,7 +58,7 @@ NAMING = {
 def what_next(steps: tuple[Parts, ...]) -> blocks.Section:
     """Return the section of next steps, the first one first."""
     bullets = blocks.Bullets(steps, numbered=len(steps) > 1)
-    return blocks.section("What to do next", bullets, level=3)
+    return blocks.section("What to do next", bullets)
 
 
 def next_steps(summary: RunSummary) -> tuple[Parts, ...]:
@@ -104,6 +104,10 @@ def step_words(run: Run, step: Step, findings: Findings) -> Parts:
     raise ValueError(step.kind)  # the other kinds name several responses
 
 
+NEW_RUN = ", in a new run of the study"
+MORE_ROWS = " in all, as more rows of the file"
+
+
 def _finer_run(run: Run, step: Step) -> Parts:
     lines = [Word(f"{name} = {value}") for name, value in step.settings.items()]
     again = [Typed(command) for command in step.commands]
@@ -135,7 +139,7 @@ def _add_trials(run: Run, step: Step) -> Parts:
     time = f" in all ({predicted_time(run, step.trials)}): "
     in_all = [text(time, Typed(command)) for command in step.commands]
     return say("Add trials to {}: about {}{}.", listed(purposes), trials,
-               in_all or ", in a new run of the study")  # fmt: skip
+               in_all or (MORE_ROWS if run.listed else NEW_RUN))  # fmt: skip
 
 
 def in_words(warnings: Iterable[ReportWarning]) -> blocks.Bullets:

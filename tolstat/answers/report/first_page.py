@@ -130,7 +130,7 @@ def ranges_section(summary: RunSummary) -> blocks.Section:
     shares = ", ".join(f"{r.name} {PPM.interval(*r.found[:3])[0]}" for r in ranges)
     words = f"Fractions out of limit in ppm: {shares}"
     picture = blocks.Ranges(words, tuple(ranges), PPM, "permitted")
-    return blocks.section(PICTURE, picture, level=3, page_only=True)
+    return blocks.section(PICTURE, picture, page_only=True)
 
 
 def limits_table(

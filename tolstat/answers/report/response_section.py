@@ -137,7 +137,7 @@ class _ResponseSection:
             blocks.note(self._declared()),
             blocks.paragraph(self._point_mass()),
             values,
-            *(section(title, *part, level=3) for title, part in parts),
+            *(section(title, *part) for title, part in parts),
             anchor=self.name,
         )
 

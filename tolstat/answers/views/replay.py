@@ -10,13 +10,15 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
+from tolstat.answers.views.animation import Animation, animation_of
 from tolstat.document.inline import Number, Parts, Row
 from tolstat.errors import ModelError, RunFileError
 from tolstat.execution.compatibility import made_differently, study_of
+from tolstat.execution.stages import rows_of
 from tolstat.integrator.integrate import observed
 from tolstat.model.checked import described, simulate
 from tolstat.model.checked_views import history_of
-from tolstat.model.contract import STEP, Model
+from tolstat.model.contract import STEP, Answers, Model
 from tolstat.model.description import Description, Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import read, setting_of
@@ -29,6 +31,7 @@ from tolstat.store.stored_run import Run
 from tolstat.study.given_points import columns_of, setting_name
 from tolstat.study.settings_section import settings_with_links
 from tolstat.study.study import Study, typed_units
+from tolstat.study.study_schema import RESULTS
 from tolstat.units.scale import Scale, scale_of
 
 
@@ -70,6 +73,8 @@ class Replay(Answer):
     stored: bool = False  # whether there is a stored row to compare with
     # not bit for bit as stored: responses, "status", "steps"
     differences: tuple[str, ...] = ()
+    # what it printed last, or why it failed, if its process did not answer
+    output: str = ""
     reason: str = ""  # why they may differ, if there is a reason
     damage: str = ""  # the damage of the run
     repair: str = field(default="", metadata={"json": False})
@@ -78,6 +83,8 @@ class Replay(Answer):
     )
     # how it moved; None for a model that does not move
     history: Chart | None = field(default=None, metadata={"json": False})
+    # the model and its settings, with which it is simulated
+    built: tuple[Model, Any] | None = field(default=None, metadata={"json": False})
     answers = "trial"
     index = "name"
 
@@ -97,6 +104,21 @@ class Replay(Answer):
             for kind, quantities in (*kinds, ("response", self.responses))
             for name, quantity in quantities.items()
         ]  # fmt: skip
+
+    def animate(self) -> Animation:
+        """Return the mechanism of the trial in motion, before the nominal one.
+
+        It is shown in a notebook; `save` writes it as .html or .gif.
+
+        Raises
+        ------
+        ModelError
+            If the model has no mechanism, or the trial cannot be built.
+        """
+        assert self.built
+        model, settings = self.built
+        row, nominal = np.array([*self.deviations.values()]), self.trial is None
+        return animation_of(model, settings, row, self.title, nominal=nominal)
 
 
 def replay(run: RunSource, index: int | None, model: Model | None = None) -> Replay:
@@ -136,6 +158,8 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
     if index is not None and run.status[index] == Status.NOT_RUN:
         raise RunFileError(f"{run.path}: trial {index} has not run")
     loaded, scales = catalogue.find(model or run.model), run.scales
+    if run.isolation:
+        loaded = catalogue.isolated(loaded, run.isolation.longest_trial)
     settings = read(loaded, settings_with_links(run.study.table, loaded))
     stored = Description(run.contributors, run.responses)
     if columns_of(described(loaded, settings)) != columns_of(stored):
@@ -152,7 +176,13 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         row = {name: float(run.column(name)[index]) for name in row}
     typed = {response.name: response.shown for response in run.responses}
     typed |= typed_units(run.study.table)
-    trial = _simulated(loaded, settings, row, run.responses, run.limits, typed, scales)
+    known = None
+    if run.model == RESULTS and index is not None:
+        answers = study_of(run).answers
+        known = answers and rows_of(answers, [index])
+    trial = _simulated(
+        loaded, settings, row, run.responses, run.limits, typed, scales, known
+    )
     which = "nominal trial" if index is None else f"trial {index}"
     return replace(
         trial,
@@ -188,18 +218,21 @@ def _simulated(
     limits: Mapping[str, Limit],
     typed: Mapping[str, str],
     scales: Mapping[str, Scale],
+    known: Answers | None = None,
 ) -> Replay:
-    """Return the simulated trial of a row of deviations, SI.
+    """Return the simulated trial of a row of deviations, SI, or its `known` answers.
 
     A response without a scale is shown in its typed unit, by its size and limit.
     """
     deviations, chart = np.array(list(row.values())), None
     with observed() as seen:
-        if model.moves:
+        output = ""
+        if not model.moves or model.isolation:  # its process may end
+            outcome = known or simulate(model, deviations[None, :], settings)
+            output = outcome.output.get(0, "")
+        if model.moves and not output:
             history, outcome = history_of(model, deviations, settings, STEP)
             chart = in_units(history, typed)
-        else:
-            outcome = simulate(model, deviations[None, :], settings)
     ended = next((response.failure for response in seen if response.failure), "")
     quantities = {}
     for response, value in zip(responses, outcome.responses[0].tolist(), strict=True):
@@ -213,7 +246,10 @@ def _simulated(
         quantities[name] = quantity
     status = words_of(model.failures)[int(outcome.status[0])]
     steps = None if outcome.steps is None else int(outcome.steps[0])
-    return Replay("", None, status, steps, ended, {}, row, quantities, history=chart)
+    return Replay(
+        "", None, status, steps, ended, {}, row, quantities,
+        history=chart, built=(model, settings), output=output,
+    )  # fmt: skip
 
 
 def _changed_settings(

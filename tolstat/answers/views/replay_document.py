@@ -34,7 +34,9 @@ def replay_document(trial: Replay) -> blocks.Document:
 
 
 def _remarks(trial: Replay) -> Iterator[blocks.Block]:
-    """Say whether the trial is as stored, and show how it moved."""
+    """Say whether the trial is as stored, and show how it moved or what it printed."""
+    if trial.output:
+        yield blocks.Verbatim(trial.output)
     if trial.differences:
         why = f": {trial.reason}" if trial.reason else ""
         words = f"not bit for bit as stored{why}; different: "

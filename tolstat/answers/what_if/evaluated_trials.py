@@ -23,7 +23,7 @@ def is_cheap(run: Run, study: Study) -> bool:
 
     A model that moves is as fast as in its run; of any other some trials are timed.
     """
-    if run.aim or not run.ended:
+    if run.aim or run.listed or not run.ended:
         return False
     seconds = float(run.provenance["seconds"])
     limit, per_trial = max(PATIENCE, seconds), seconds / run.ended

@@ -14,7 +14,7 @@ from tolstat.answers.what_if.reweighted_trials import (
     read_scenario,
     reweighted,
 )
-from tolstat.errors import StudyError, TolstatError
+from tolstat.errors import QuestionError, StudyError, TolstatError
 from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import Limit, within
@@ -80,6 +80,11 @@ def fresh_study(
     run = open_run(run)
     if run.sampled is None:
         raise no_sample(run)
+    if run.listed:
+        raise QuestionError(
+            f"{run.path}: its trials are rows of a file, and no study samples others; "
+            "run the changed study in the program that wrote them"
+        )
     study = study_of(run, model=model)
     editor, sizes, scenario, limited = edited(run, study, deviations, limits)
     keys = {"seed": run.sampled.seed + 1}  # the fresh run has no trial of this one

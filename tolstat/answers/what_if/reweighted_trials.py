@@ -165,7 +165,11 @@ def reweighted(
     for name, new in scenario.distributions.items():
         with problems.noting(f"[deviations] {name}", scenario.words[name]):
             if name not in baseline.distributions:
-                raise DistributionError("it does not deviate in this run")
+                raise DistributionError(
+                    "its distribution is not known; the study of the run gives none"
+                    if trials.run.listed
+                    else "it does not deviate in this run"
+                )
             try:
                 overlaps[name] = check_overlap(baseline.distributions[name], new)
             except DistributionError as error:

@@ -22,11 +22,16 @@ FEWEST, MOST = 16, 256  # trials that are surveyed
 
 def kinks_of(model: Model, settings: Any) -> tuple[str, ...]:
     """Return a sentence for each kink of the nominal trial that its steps may miss."""
-    nominal = np.zeros((1, len(described(model, settings).contributors)))
     try:
-        return kink_words(surveyed(model, nominal, settings))
+        kinks: tuple[str, ...] = model.called(_kinks_here, settings)
     except ModelError:  # the nominal trial will say it
         return ()
+    return kinks
+
+
+def _kinks_here(model: Model, settings: Any) -> tuple[str, ...]:
+    nominal = np.zeros((1, len(described(model, settings).contributors)))
+    return kink_words(surveyed(model, nominal, settings))
 
 
 def surveyed(model: Model, deviations: Array, settings: Any) -> list[Integration]:
@@ -38,6 +43,11 @@ def surveyed(model: Model, deviations: Array, settings: Any) -> list[Integration
 
 def why_failed(model: Model, deviations: Array, settings: Any) -> str:
     """Return where a trial that fails ends, by which state, and whether it is stiff."""
+    words: str = model.called(_failure_here, deviations, settings)
+    return words
+
+
+def _failure_here(model: Model, deviations: Array, settings: Any) -> str:
     for integration in surveyed(model, deviations, settings):
         if not integration.failure:
             continue
@@ -58,8 +68,18 @@ def residual_of(study: Study, deviations: Array, chosen: Integers) -> Residual |
     trials = len(deviations)
     more = np.linspace(0, trials - 1, min(FEWEST, trials)).astype(np.int64)
     trials_of_survey = np.union1d(chosen[:MOST], more)
-    integrations = list[Integration]()
-    for case in cases_among(study.cases, trials_of_survey):
-        rows = deviations[trials_of_survey[case.first : case.stop]]
-        integrations += surveyed(study.model, rows, case.settings)
+    parts = [
+        (deviations[trials_of_survey[case.first : case.stop]], case.settings)
+        for case in cases_among(study.cases, trials_of_survey)
+    ]
+    residual: Residual | None = study.model.called(_residual_here, parts)
+    return residual
+
+
+def _residual_here(model: Model, parts: list[tuple[Array, Any]]) -> Residual | None:
+    integrations = [
+        integration
+        for deviations, settings in parts
+        for integration in surveyed(model, deviations, settings)
+    ]
     return largest_residual(integrations)

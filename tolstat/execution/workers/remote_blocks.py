@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from tolstat import catalogue
-from tolstat.errors import Advice, LostError, ModelError, Remedy, TolstatError, told
+from tolstat.errors import LostError, ModelError, TolstatError, told
 from tolstat.execution.workers.local_blocks import Block, Evaluated, Mismatch, evaluate
 from tolstat.model.contract import Answers, Model
+from tolstat.model.wrapped import Wrapped
 from tolstat.operating_system import processors
 from tolstat.store.provenance import decisive, provenance
 
@@ -71,7 +71,7 @@ class Processes:
                     raise _lost(f"{who}: {'; '.join(reasons)}")
                 self._executor.refuse(outcome)
                 return outcome
-            case (Answers(responses, status, _) as answers, float() as seconds):
+            case (Answers(responses, status) as answers, float() as seconds):
                 shape = block.shape
                 shapes = getattr(responses, "shape", 0), getattr(status, "shape", 0)
                 if shapes == (shape, shape[:1]):
@@ -105,7 +105,7 @@ class _Packer(pickle.Pickler):
     """Models go by name, file and digest of their source; cases by value."""
 
     def reducer_override(self, obj: Any) -> Any:
-        if isinstance(obj, Model) and obj.unwrapped is obj:
+        if isinstance(obj, Model) and not isinstance(obj, Wrapped):
             source = _source_of(obj)
             _loaded[source] = obj  # threads of this process have it already
             return _model_of, (obj.name, source, obj.source_digest)
@@ -137,16 +137,11 @@ def carried_out(parcel: Parcel) -> Any:
 
 
 def _source_of(model: Model) -> str:
-    """Return where others find a model: FILE.py:NAME, empty for an installed one."""
+    """Return where others find a model; empty for an installed one."""
     source = catalogue.place_of(model)
     if source == catalogue.ANY:
-        raise ModelError(
-            f"model '{model.name}' is an object of this process, so other processes "
-            "cannot find it; load it from its file (tolstat.catalogue.load)",
-            Advice(Remedy.CUSTOM_MODEL),
-        )
-    file, _, name = source.rpartition(":")
-    return f"{Path(file).resolve()}:{name}" if source else ""
+        raise catalogue.lost(model)
+    return catalogue.resolved(source) if source else ""
 
 
 def _model_of(name: str, source: str, digest: str) -> Model:

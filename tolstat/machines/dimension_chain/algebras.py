@@ -46,16 +46,18 @@ OUTSIDE = {
 }
 
 
-class Radians(float):
-    """An angle typed in a formula: "30 deg"."""
+class Quantity(float):
+    """A number with its unit, typed in a formula: "30 deg", "0.5 mm"."""
+
+    unit: str  # SI
+    text: str
 
     def __new__(cls, number: float, unit: str) -> Self:
-        """Return it from the number in that unit."""
-        angle = super().__new__(cls, to_si(number, unit, "rad"))
-        angle.text = f"{number:g} {unit}"
-        return angle
-
-    text: str
+        """Return it from the number in that unit; `UnitError` if there is none."""
+        si = si_unit(dimension(unit))
+        quantity = super().__new__(cls, to_si(number, unit, si))
+        quantity.unit, quantity.text = si, f"{number:g} {unit}"
+        return quantity
 
     def __repr__(self) -> str:
         """Return it as typed."""
@@ -317,7 +319,9 @@ class Dimensions:
     units: Mapping[str, str]  # SI, of each link
 
     def constant(self, value: float) -> Kind:
-        if isinstance(value, Radians) or value == math.pi:
+        if isinstance(value, Quantity):
+            return Kind(dimension(value.unit))
+        if value == math.pi:
             return Kind(ANGLE)  # half a turn
         return Kind(PLAIN) if value else NOTHING  # 0 is nothing in any unit
 
@@ -385,7 +389,7 @@ class Dimensions:
                 hint, both = "", [first.dimension, other.dimension]
                 if PLAIN in both:
                     unit = "30 deg" if ANGLE in both else "2 mm"
-                    hint = f'; make the number a link with its unit, such as "{unit}"'
+                    hint = f'; write the number with its unit, such as "{unit}"'
                 raise ValueError(f"{_words(first)} {verb} {_words(other)}{hint}")
         return first._replace(ratio=all(kind.ratio for kind in kinds or [first]))
 

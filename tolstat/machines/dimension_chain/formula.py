@@ -6,7 +6,7 @@ import math
 import re
 import sys
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol, cast
 
@@ -15,7 +15,7 @@ from tolstat.machines.dimension_chain.algebras import (
     CHOICE,
     OF_ONE,
     Dimensions,
-    Radians,
+    Quantity,
     Values,
 )
 
@@ -23,7 +23,6 @@ LONGEST, SHOWN = 1000, 80  # characters
 DEEPEST = 500  # nodes below each other
 LARGEST = 10.0  # exponent
 CONSTANTS = {"pi": math.pi}
-ANGLES = "deg", "rad"  # units of an angle typed in a formula
 FIT = "{0}_hole {0}_shaft"  # the links of a fit
 Algebra = Values | Dimensions  # evaluates a formula
 # each with the number of its arguments, at least and at most
@@ -34,7 +33,11 @@ FUNCTIONS = {
 }  # fmt: skip
 COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
 _IF = re.compile(r"\bif(?=\s*\()")  # a keyword of Python
-_ANGLE = re.compile(r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(\s*(deg|rad))\b")
+# a number and the word behind it, which is its unit, unless it is a link or a function
+_QUANTITY = re.compile(
+    r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+    r"(\s*([A-Za-zµμ°Ω]+))(?![\w.])(?!\s*\()"
+)
 SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
 
 
@@ -91,10 +94,8 @@ class Formula:
         # lines may be broken for the eye
         object.__setattr__(self, "text", " ".join(self.text.split()))
         object.__setattr__(self, "tree", self._parsed())
-        names = (*self.names, *(self.loops.unknowns if self.loops else ()))
-        self._value(
-            self.tree, Values(dict.fromkeys(names, math.nan))
-        )  # as it is walked
+        values = Values(dict.fromkeys(self._all_names, math.nan))
+        self._value(self.tree, values)  # as it is walked
         if self.along:
             self._check_directions(self.tree)
         if not self.used:
@@ -107,6 +108,11 @@ class Formula:
         if self.loops and named & {*self.loops.unknowns}:
             named |= {*self.loops.used}
         return tuple(name for name in self.names if name in named)
+
+    @property
+    def _all_names(self) -> tuple[str, ...]:
+        """The links and the unknowns."""
+        return *self.names, *(self.loops.unknowns if self.loops else ())
 
     @property
     def _quoted(self) -> str:
@@ -146,7 +152,7 @@ class Formula:
             case ast.Constant(value=int() | float() as value):
                 if not abs(value) <= sys.float_info.max:
                     raise self._refused(node, "the number is too large")
-                typed = isinstance(value, Radians)
+                typed = isinstance(value, Quantity)
                 return algebra.constant(value if typed else float(value))
             case ast.Name(id=name) if self._names(name):
                 return algebra.link(name)
@@ -195,6 +201,8 @@ class Formula:
                     return self._chosen(node, args, algebra, below)
                 arguments = [self._value(argument, algebra, below) for argument in args]
                 return self._step(node, algebra.function, name, arguments)
+        if isinstance(node, ast.Tuple):
+            raise self._refused(node, "a comma outside a function; 0,5 is written 0.5")
         allowed = "links, numbers, + - * / ** and functions are allowed"
         raise self._refused(node, f"{allowed} ({', '.join(FUNCTIONS)})")
 
@@ -219,7 +227,7 @@ class Formula:
 
     def _names(self, name: str) -> bool:
         """Tell whether a name is a link or an unknown."""
-        return name in self.names or bool(self.loops and name in self.loops.unknowns)
+        return name in self._all_names
 
     def _chosen(
         self, node: ast.Call, args: Sequence[ast.expr], algebra: Algebra, depth: int
@@ -269,25 +277,30 @@ class Formula:
                 f"{self.gap} = {self._quoted}, character {character}: a formula has "
                 "no comments"
             )
+        text, units = typed_units(_IF.sub(CHOICE, self.text), self._all_names)
         try:
-            tree = _with_angles(_IF.sub(CHOICE, self.text))
-            return _Gaps(self.gaps).visit(tree).body  # type: ignore[no-any-return]
+            tree = ast.parse(text, mode="eval")
         except SyntaxError as error:
             character = error.offset or len(self.text)
             raise ModelError(
                 f"{self.gap} = {self._quoted} cannot be read at character {character}; "
-                "a formula such as 'A - 2*B' is expected"
+                "a formula such as 'A - 2*B' is expected, with a sign between all "
+                "parts and commas between the values of a function"
             ) from None
         except (RecursionError, MemoryError, ValueError):
             raise ModelError("the formula is too deeply nested to be read") from None
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and node.col_offset in units:
+                number, unit = cast(float, node.value), units[node.col_offset]
+                node.value = self._step(node, Quantity, number, unit)
+        return _Gaps(self.gaps).visit(tree).body  # type: ignore[no-any-return]
 
     def _unknown(self, node: ast.expr, name: str) -> ModelError:
         if name in FUNCTIONS:
             return self._refused(node, f"{name} is a function; write {name}(...)")
         if fit := [link for link in self.names if link in FIT.format(name).split()]:
             return self._refused(node, f"{name} is a fit; write {' or '.join(fit)}")
-        unknowns = self.loops.unknowns if self.loops else ()
-        allowed = allowed_names(name, [*self.names, *unknowns, *self.gaps, *CONSTANTS])
+        allowed = allowed_names(name, [*self._all_names, *self.gaps, *CONSTANTS])
         return self._refused(node, f"[links] has no {name}; {allowed}")
 
     def _function(self, node: ast.Call) -> str:
@@ -326,16 +339,20 @@ class _Gaps(ast.NodeTransformer):
         return self._gaps.get(node.id, node)
 
 
-def _with_angles(text: str) -> ast.Expression:
-    """Return a formula's tree, in which an angle as typed, "30 deg", is in radians."""
-    units = {len(text[: m.start()].encode()): m[3] for m in _ANGLE.finditer(text)}
-    spaced = _ANGLE.sub(lambda match: match[1] + " " * len(match[2]), text)
-    tree = ast.parse(spaced, mode="eval")
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and node.col_offset in units:
-            number = cast(float, node.value)
-            node.value = Radians(number, units[node.col_offset])
-    return tree
+def typed_units(text: str, names: Collection[str]) -> tuple[str, dict[int, str]]:
+    """Return a formula without the units of its numbers, and these by their place.
+
+    A word that is among the names is no unit.
+    """
+    units: dict[int, str] = {}
+
+    def without_unit(match: re.Match[str]) -> str:
+        if match[3] in names:
+            return match[0]
+        units[len(text[: match.start()].encode())] = match[3]
+        return match[1] + " " * len(match[2].encode())
+
+    return _QUANTITY.sub(without_unit, text), units
 
 
 def _is_number(node: ast.expr) -> bool:
@@ -349,5 +366,5 @@ def _exponent(node: ast.expr) -> float | None:
         value = ast.literal_eval(node)
     except ValueError:
         return None
-    plain = isinstance(value, int | float) and not isinstance(value, bool | Radians)
+    plain = isinstance(value, int | float) and not isinstance(value, bool | Quantity)
     return float(value) if plain and abs(value) <= LARGEST else None

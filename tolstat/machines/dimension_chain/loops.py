@@ -30,10 +30,10 @@ from tolstat.machines.dimension_chain.algebras import (
 )
 from tolstat.machines.dimension_chain.closing import Closing, Solution
 from tolstat.machines.dimension_chain.formula import (
-    ANGLES,
     CONSTANTS,
     FUNCTIONS,
     Formula,
+    typed_units,
 )
 from tolstat.units.grammar import Measure, measure
 from tolstat.units.scale import Scale, scale_of
@@ -67,8 +67,9 @@ class Loops:
     @cached_property
     def unknowns(self) -> tuple[str, ...]:
         """Names in the loops that are no links: two for each loop."""
-        taken = {*self.links, *FUNCTIONS, *CONSTANTS, *ANGLES, "if"}
-        words = dict.fromkeys(_WORD.findall(" ".join(self._loops.values())))
+        taken = {*self.links, *FUNCTIONS, *CONSTANTS, "if"}
+        plain, _ = typed_units(" ".join(self._loops.values()), self.links)
+        words = dict.fromkeys(_WORD.findall(plain))
         unknowns = tuple(word for word in words if word not in taken)
         for name, text in self.texts.items():
             if name in (*self.links, *FUNCTIONS, *CONSTANTS):
@@ -249,6 +250,32 @@ class Loops:
         closed: Truths = ~np.isnan(algebra.solved[self.unknowns[0]].value)
         return closed
 
+    @property
+    def turning(self) -> tuple[str, ...]:
+        """The links that are angles of directions: what may turn."""
+        names = {
+            n for equation in self._equations for n in _in_directions(equation.tree)
+        }
+        return tuple(n for n, x in self.links.items() if n in names and x.unit == "rad")
+
+    def vectors(self, algebra: Any) -> dict[str, list[tuple[str, Array]]]:
+        """Return the vectors of each loop, in their order, of a solved algebra.
+
+        Each with the text of its length: float64[2, trial], SI.
+        """
+        by_loop = dict[str, list[tuple[str, Array]]]()
+        equations = iter(self._equations)
+        for name, along, across in zip(self._loops, equations, equations, strict=True):
+            both = zip(_terms(along.tree), _terms(across.tree), strict=True)
+            by_loop[name] = [
+                (ast.unparse(node), sign * np.array([
+                    along.worked_out(algebra, first).value,
+                    across.worked_out(algebra, second).value,
+                ]))
+                for (sign, first, node), (_, second, _) in both
+            ]  # fmt: skip
+        return by_loop
+
     def solved(self, algebra: Any) -> Any:
         """Return an algebra that has the unknowns, too; NaN where loops stay open."""
         if isinstance(algebra, Dimensions):
@@ -282,6 +309,20 @@ def _names(tree: ast.AST) -> set[str]:
 def _in_directions(tree: ast.AST) -> set[str]:
     """Return the names after an @ of a loop."""
     return {name for node in _turned(tree) for name in _names(node.right)}
+
+
+def _terms(
+    tree: ast.expr, sign: float = 1.0
+) -> Iterator[tuple[float, ast.expr, ast.expr]]:
+    """Yield the sign, the vector and the length of each term of a loop."""
+    match tree:
+        case ast.BinOp(left=left, op=ast.Add() | ast.Sub() as op, right=right):
+            yield from _terms(left, sign)
+            yield from _terms(right, -sign if isinstance(op, ast.Sub) else sign)
+        case ast.UnaryOp(op=op, operand=operand):
+            yield from _terms(operand, -sign if isinstance(op, ast.USub) else sign)
+        case ast.BinOp(left=length):
+            yield sign, tree, length
 
 
 def _turned(tree: ast.AST) -> Iterator[ast.BinOp]:

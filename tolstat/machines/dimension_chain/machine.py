@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from tolstat.machines.dimension_chain.formula_warnings import jumps, slips
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.units.scale import scale_of
+
+if TYPE_CHECKING:
+    from tolstat.model.mechanism import Mechanism
 
 SHOWN = {"1": "1", "N/m": "N/mm"}  # by SI unit of the gap, unless its limit has another
 NO_VALUE = "the formula has no value"
@@ -55,6 +59,16 @@ class DimensionChain(Model):
                 shown = settings.closed.scales[name].shown
             gaps.append(Response(name, unit, sentence=formula.text, shown=shown))
         return Description(tuple(links), tuple(gaps))
+
+    def mechanism(self, deviations: Array, settings: Settings) -> "Mechanism":
+        if settings.closed is None:
+            raise self.fault("only vector loops can be animated; it has no [loops]")
+        # seldom needed
+        from tolstat.machines.dimension_chain.mechanism import mechanism_of
+
+        algebra = _algebra(deviations[None, :], settings)
+        links = {name: value[0] for name, value in algebra.links.items()}
+        return mechanism_of(settings.closed, links)
 
     def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
         algebra, loops = _algebra(deviations, settings), settings.closed

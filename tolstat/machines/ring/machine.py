@@ -12,10 +12,12 @@ from tolstat.machines.ring import declarations, parameters, views
 from tolstat.machines.ring.declarations import Asked
 from tolstat.machines.ring.flutter import flutter_speed
 from tolstat.machines.ring.linear import growth_rate, ring_eigenvalues, static_depth
+from tolstat.machines.ring.mechanism import mechanism_of
 from tolstat.machines.ring.motion import cutting_forces
 from tolstat.machines.ring.parameters import Rings
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
+from tolstat.model.mechanism import Mechanism
 from tolstat.model.settings import make
 from tolstat.moving import Accuracy, Solution, System, integrate
 from tolstat.status import Status
@@ -24,6 +26,7 @@ FASTEST = 1e6  # rad/s, of a spectrum
 DEPTH, TRAVEL, *ROLLERS = range(4)  # rows with extremes
 OUT = 4  # the row timed above zero, where forces have a kink: -t_R
 G = 9.81  # m/s2
+FRAMES = 240  # of an animation
 
 
 class Ring(Model):
@@ -52,6 +55,13 @@ class Ring(Model):
         solution = simulated(rings, settings, time)
         chart = views.chart_of(time, rings, solution.history[0], settings)
         return History(chart, outcome_of(rings, solution, settings))
+
+    def mechanism(self, deviations: Array, settings: Asked) -> Mechanism:
+        time = np.linspace(0.0, settings.duration, FRAMES)
+        rings = parameters.build(deviations[None, :], settings)
+        states = simulated(rings, settings, time).history[0]
+        chart = views.chart_of(time, rings, states, settings)
+        return mechanism_of(chart, states, rings, settings)
 
 
 class Spectrum(NamedTuple):

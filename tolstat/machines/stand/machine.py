@@ -6,6 +6,7 @@ from tolstat.arrays import Array, Truths
 from tolstat.machines.stand import clearance, declarations, parameters
 from tolstat.machines.stand.clearance import Contacts
 from tolstat.machines.stand.declarations import END, RESPONSES, WINDOW, Settings
+from tolstat.machines.stand.mechanism import mechanism_of
 from tolstat.machines.stand.motion import Loads, Motion, Powers, State, motion
 from tolstat.machines.stand.parameters import Parameters
 from tolstat.machines.stand.views import (
@@ -17,8 +18,11 @@ from tolstat.machines.stand.views import (
 )
 from tolstat.model.contract import History, Model, Outcome, Spreads, sample_times
 from tolstat.model.description import SHARE, Description, StudyNumber
+from tolstat.model.mechanism import Mechanism
 from tolstat.moving import Accuracy, Moment, Solution, System, integrate
 from tolstat.status import Status
+
+FRAMES = 240  # of an animation
 
 
 class Stand(Model):
@@ -65,11 +69,23 @@ class Stand(Model):
         marks = marks_of(settings)
         time = sample_times(float(marks[END]), step)
         solution = simulated(p, settings, time)
-        phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
-        moving = moved(time, phase, solution.history[0], p)
+        moving = moved_over(time, solution.history[0], p, settings)
         window = (float(marks[WINDOW]), float(marks[END]))
         chart = chart_of(time, solution.history[0], moving, window, float(p.delta[0]))
         return History(chart, outcome_of(solution, p, settings))
+
+    def mechanism(self, deviations: Array, settings: Settings) -> Mechanism:
+        p = parameters.build(deviations[None, :], settings)
+        time = np.linspace(0.0, float(marks_of(settings)[END]), FRAMES)
+        states = simulated(p, settings, time).history[0]
+        straight = states.copy()
+        straight[:, State._fields.index("alpha")] = 0.0
+        n = len(State._fields)
+        moving, unyawed = (
+            (State(*y.T[:n]), moved_over(time, y, p, settings))
+            for y in (states, straight)
+        )
+        return mechanism_of(time, moving, unyawed, p, settings)
 
 
 def simulated(
@@ -117,6 +133,13 @@ def moved(t: Array, phase: Array, states: Array, p: Parameters) -> Motion:
     n = len(State._fields)
     y, contacts = State(*states.T[:n]), Contacts(*states.T[n:])
     return motion(Moment(t, phase), y, p, clearance.joints_of(contacts, p))
+
+
+def moved_over(time: Array, states: Array, p: Parameters, settings: Settings) -> Motion:
+    """Return the motion of one trial at float64[moment], s, of its states there."""
+    marks = marks_of(settings)
+    phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
+    return moved(time, phase, states, p)
 
 
 def contacts_at_start(start: Array, p: Parameters) -> Contacts:

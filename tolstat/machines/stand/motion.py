@@ -53,6 +53,8 @@ CLOSED = Joints(1.0, 1.0, 0.0, 0.0)  # without play
 
 # elongations of the rods, their rates, and 1/cos phi4i, without the equalizing link
 Rods = namedtuple("Rods", "d1 d2 d1_ d2_ per_cos41 per_cos42")
+# m: crank pins, from the axis of the wheels, and hinges of the carriage
+Places = namedtuple("Places", "pin1_x pin1_y pin2_x pin2_y hinge1_x hinge2_x")
 
 
 class Motion(NamedTuple):
@@ -65,6 +67,7 @@ class Motion(NamedTuple):
     relaxation: tuple[Array]  # 1/s, at which friction and guides hold the yaw rate
     rods: Rods
     stored: Array  # J, kinetic and elastic energy without the guide contact
+    places: Places
 
 
 def motion(moment: Moment, y: State, p: Parameters, joints: Joints = CLOSED) -> Motion:
@@ -134,6 +137,10 @@ def motion(moment: Moment, y: State, p: Parameters, joints: Joints = CLOSED) -> 
     p1 = p.r_1 * (sin_f1 * cos41 + cos_f1 * sin41)
     p2 = p.r_2 * (sin_f2 * cos42 + cos_f2 * sin42)
     d1, d2 = L1 - p.l1, L2 - p.l2
+    places = Places(
+        -p.r_1 * cos_f1, p.r_1 * sin_f1, -p.r_2 * cos_f2, p.r_2 * sin_f2,
+        middle + arm, middle - arm,
+    )  # fmt: skip
     middle_, arm_ = x_ + p.off * cos_alpha * alpha_, 0.5 * p.dl_s * cos_alpha * alpha_
     d1_ = (middle_ + arm_) * cos41 - p1 * phi31_
     d2_ = (middle_ - arm_) * cos42 - p2 * phi32_
@@ -213,4 +220,5 @@ def motion(moment: Moment, y: State, p: Parameters, joints: Joints = CLOSED) -> 
         relaxation=(relaxation,),
         rods=rods,
         stored=stored,
+        places=places,
     )  # fmt: skip

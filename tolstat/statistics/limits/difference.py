@@ -105,7 +105,8 @@ def correlation_of_shares(first: Truths, second: Truths) -> float:
     """
     n = len(first) + 2
     both = np.count_nonzero(first & second)
-    a, b = np.count_nonzero(first) + 1, np.count_nonzero(second) + 1
+    # not NumPy's integers: the product of four may pass 2^63
+    a, b = (int(np.count_nonzero(units)) + 1 for units in (first, second))
     spread = a * (n - a) * b * (n - b)
     return min((n * both - a * b) / math.sqrt(spread), MOST_CORRELATED)
 

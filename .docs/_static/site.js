@@ -1,0 +1,4 @@
+// the buttons of sphinx-copybutton have no name for screen readers
+addEventListener("load", () => {
+  for (const button of document.querySelectorAll(".copybtn")) button.ariaLabel = "Copy";
+});

@@ -1,0 +1,35 @@
+/* Read scenarios of a page's data: node scenarios.js DATA.json CHANGES.json, to JSON. */
+const {readFileSync} = require('fs');
+const {Explorer} = require('../../../tolstat/answers/explore/model.js');
+
+const [data, changes] = process.argv.slice(2).map(path => JSON.parse(readFileSync(path)));
+const explorer = new Explorer(data);
+
+function scenarioOf({entries = {}, limits = {}}) {
+  const scenario = explorer.scenario();
+  for (const [name, {half, grade, ...state}] of Object.entries(entries)) {
+    const i = explorer.entries.findIndex(entry => entry.name === name);
+    Object.assign(scenario.entries[i], state);
+    if (half) scenario.entries[i] = explorer.resized(i, scenario.entries[i], half);
+    if (grade) scenario.entries[i] = explorer.graded(i, scenario.entries[i], grade);
+  }
+  for (const [name, limit] of Object.entries(limits)) {
+    Object.assign(scenario.limits[explorer.responses.findIndex(r => r.name === name)], limit);
+  }
+  return scenario;
+}
+const readings = changes.map(change => {
+  const scenario = scenarioOf(change), start = process.cpuUsage(), reading = explorer.read(scenario);
+  const milliseconds = process.cpuUsage(start).user / 1000, {covered, reasons, effective, anyOut} = reading;
+  const responses = Object.fromEntries(reading.responses.map(({values, ...numbers}, r) => [explorer.responses[r].name, numbers]));
+  const again = explorer.restored(explorer.stored([scenario], 1, 0)).scenarios[0];
+  const profiles = Object.fromEntries((change.profiles ?? []).map(([name, field, xs]) => [
+    `${name} ${field}`, explorer.profile(scenario, explorer.entries.findIndex(e => e.name === name), field, xs, 0)]));
+  return {
+    covered, reasons, effective, anyOut, responses, profiles, milliseconds, words: explorer.words(scenario),
+    command: explorer.command(scenario, covered), toml: explorer.toml(scenario),
+    same: JSON.stringify(again) === JSON.stringify(scenario),
+    stack: explorer.evaluated ? explorer.stack(scenario, 0) : null,
+  };
+});
+console.log(JSON.stringify(readings, (_, x) => Number.isNaN(x) ? null : x === Infinity ? 'infinite' : x));

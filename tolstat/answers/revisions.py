@@ -1,0 +1,110 @@
+"""What changed between two runs of one drawing: tolerances, limits, verdicts."""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from tolstat.document.inline import Number, in_line, plain
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.yields import Yield
+from tolstat.store.stored_run import Run
+from tolstat.units.scale import PPM
+
+LINKS = "links", "gaps", "loops"  # settings whose rows are compared one by one
+
+
+class Revision(NamedTuple):
+    """What a run was made of, and how its limits came out; all in words."""
+
+    drawing: str  # number of the drawing in its title block; else its title
+    revision: str
+    started_at: str
+    # by name: sizes of parts, tolerances, settings, limits
+    sizes: Mapping[str, str]
+    tolerances: Mapping[str, str]
+    settings: Mapping[str, str]
+    limits: Mapping[str, str]
+    verdicts: Mapping[str, str]
+    fractions_out_of_limit: Mapping[str, Estimate]
+
+
+class Change(NamedTuple):
+    """One thing that differs; a word is empty where one of both has none."""
+
+    kind: str  # "size", "tolerance", "setting", "limit", "verdict", "out of limit"
+    name: str
+    before: str
+    after: str
+
+
+class Changes(NamedTuple):
+    """What changed since the run before of the same drawing."""
+
+    against: str  # the file of that run; empty: the same, which was replaced
+    started_at: str  # that run
+    revisions: tuple[str, str]  # as their title blocks name them
+    changes: tuple[Change, ...]
+
+
+def revision_of(run: Run, yields: Mapping[str, Yield]) -> Revision:
+    """Return the revision of a run, with the yields of its limits."""
+    return Revision(
+        run.document.get("drawing", "") or f"{run.model}: {run.title}",
+        run.document.get("revision", ""),
+        run.provenance["started_at"],
+        {c.name: run.scales[c.name].words(c.size) for c in run.contributors if c.size},
+        {name: part.words for name, part in run.assumed.items()},
+        {n: chosen.words for n, chosen in run.settings.items() if n not in LINKS},
+        {name: limit.words for name, limit in run.limits.items()},
+        {name: str(x.verdict) for name, x in yields.items()},
+        {name: x.fraction_out_of_limit for name, x in yields.items()},
+    )
+
+
+def before_each(revisions: Iterable[Revision | None]) -> list[int | None]:
+    """Return for each revision which one of the same drawing was run last before it."""
+    numbered = [*enumerate(revisions)]
+    dated = [(x.started_at, number, x.drawing) for number, x in numbered if x]
+    latest, before = dict[str, int](), dict[int, int]()
+    for _, number, drawing in sorted(dated):
+        if drawing in latest:
+            before[number] = latest[drawing]
+        latest[drawing] = number
+    return [before.get(number) for number, _ in numbered]
+
+
+def changes_since(against: str, before: Revision, after: Revision) -> Changes:
+    """Return what changed since a revision, whose file may be named."""
+    names = before.revision, after.revision
+    differences = changes_between(before, after)
+    return Changes(against, before.started_at, names, differences)
+
+
+def changes_between(before: Revision, after: Revision) -> tuple[Change, ...]:
+    """Return what differs, in the order of the study, then of its results.
+
+    Fractions out of limit differ where their intervals do not overlap.
+    """
+    kinds = (
+        ("size", before.sizes, after.sizes),
+        ("tolerance", before.tolerances, after.tolerances),
+        ("setting", before.settings, after.settings),
+        ("limit", before.limits, after.limits),
+        ("verdict", before.verdicts, after.verdicts),
+    )
+    changes = [
+        Change(kind, name, was.get(name, ""), now.get(name, ""))
+        for kind, was, now in kinds
+        for name in {**was, **now}
+        if was.get(name) != now.get(name)
+    ]
+    shares = after.fractions_out_of_limit
+    for name, was in before.fractions_out_of_limit.items():
+        now = shares.get(name, was)
+        if was.upper < now.lower or now.upper < was.lower:
+            changes.append(Change("out of limit", name, _ppm(was), _ppm(now)))
+    return tuple(changes)
+
+
+def _ppm(share: Estimate) -> str:
+    """Return a fraction in ppm, with its interval."""
+    return plain(in_line(Number(share, PPM)))

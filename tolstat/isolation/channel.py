@@ -1,0 +1,39 @@
+"""Messages between processes: bytes with their length before them, over a socket."""
+
+import pickle
+import socket
+import struct
+from typing import Any
+
+LENGTH = struct.Struct("q")
+PART = 1 << 20  # bytes that are read at once
+
+
+def send(channel: socket.socket, message: bytes) -> None:
+    """Send a message."""
+    channel.sendall(LENGTH.pack(len(message)))
+    channel.sendall(message)
+
+
+def send_object(channel: socket.socket, value: Any) -> None:
+    """Send an object."""
+    send(channel, pickle.dumps(value, pickle.HIGHEST_PROTOCOL))
+
+
+def receive(channel: socket.socket) -> bytes | None:
+    """Return a message; None if the other process has closed its end."""
+    try:
+        head = _exactly(channel, LENGTH.size)
+        return _exactly(channel, LENGTH.unpack(head)[0])
+    except (EOFError, ConnectionError):
+        return None
+
+
+def _exactly(channel: socket.socket, size: int) -> bytes:
+    data = bytearray()
+    while len(data) < size:
+        part = channel.recv(min(size - len(data), PART))
+        if not part:
+            raise EOFError
+        data += part
+    return bytes(data)

@@ -1,0 +1,224 @@
+"""A model that is evaluated in other processes: a crash costs its trial alone."""
+
+import io
+import os
+import pickle
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from threading import Lock
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.isolation import worker
+from tolstat.isolation.processes import Ended, Processes
+from tolstat.model.contract import Answers, History, Model, Outcome
+from tolstat.model.description import Description
+from tolstat.model.view import Offer, View
+from tolstat.model.wrapped import Wrapped
+from tolstat.status import Status
+
+Load = Callable[[], Model]
+LEAST, TIMES = 60.0, 50  # longest trial: so many seconds, so many nominal trials
+UNKNOWN = 3600.0  # s, for the first trial, where no limit is known
+SLACK = 10  # times as long as the fastest block may a block take, beside the limit
+FEW = 32  # rows that may take as long as one, while none has been evaluated
+AGAIN = 3  # times a trial is repeated whose process was killed by another
+MOST_MODELS = 4  # that have processes at once
+
+_processes: OrderedDict[tuple[int, bytes], Processes] = OrderedDict()
+_lock = Lock()
+
+
+class Isolated(Wrapped):
+    """A model whose trials, histories and views are evaluated in other processes.
+
+    Parameters
+    ----------
+    base : Model
+        The model.
+    load : callable
+        Returns the model in another process; it can be pickled.
+    longest : float
+        Longest time of a trial, s; 0 for 50 times the first one, and 60 s at least.
+    """
+
+    def __init__(self, base: Model, load: Load, longest: float = 0.0) -> None:
+        super().__init__(base)
+        self.load, self.longest = load, longest
+        self._identity = b""  # of the code that its processes have loaded
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how it is made again in another process."""
+        return Isolated, (self.base, self.load, self.longest)
+
+    @property
+    def unwrapped(self) -> Model:
+        """The model itself: processes belong to it."""
+        return self
+
+    @property
+    def source_digest(self) -> str:
+        """The digest of the model: processes change no bit."""
+        return self.base.source_digest
+
+    def describe(self, settings: Any) -> Description:
+        """Return the contributors and responses of the model."""
+        return self.base.describe(settings)
+
+    def evaluate(self, deviations: Array, settings: Any) -> Outcome:
+        """Return the outcome of trials; one whose process ends has failed."""
+        return Outcome(**self._evaluated(deviations, settings)._asdict())
+
+    def impossible(self, deviations: Array, settings: Any) -> Any:
+        """Return which trials cannot be built."""
+        return self.base.impossible(deviations, settings)
+
+    def numbers(self, *arguments: Any, **options: Any) -> Any:
+        """Return numbers of the study."""
+        return self.base.numbers(*arguments, **options)
+
+    def warnings(self, *arguments: Any) -> Any:
+        """Return warnings of the study."""
+        return self.base.warnings(*arguments)
+
+    def history(self, deviations: Array, settings: Any, step: float) -> History:
+        """Return the history of a trial."""
+        history: History = self.call(worker.history, self, deviations, settings, step)
+        return history
+
+    @property
+    def views(self) -> tuple[Offer, ...]:  # type: ignore[override]
+        """The views of the model."""
+
+        def isolated(offer: Offer) -> Offer:
+            def view(deviations: Array, settings: Any) -> View:
+                arguments = self, offer.name, deviations, settings
+                shown: View = self.call(worker.viewed, *arguments)
+                return shown
+
+            return offer._replace(function=view)
+
+        return tuple(map(isolated, self.base.views))
+
+    @property
+    def isolation(self) -> "Isolated":
+        """The model itself."""
+        return self
+
+    def learn(self, seconds: float) -> None:
+        """Note how long a trial took, if it is not known how long it may last."""
+        self.longest = self.longest or max(LEAST, TIMES * seconds)
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a function returns in another process; ModelError if it ends."""
+        request = packed(function, *arguments)
+        try:
+            with self._processes().worker() as process:
+                reply = process.call(request, self.longest or UNKNOWN)
+        except Ended as ended:
+            raise self.fault(
+                f"{function.__name__}: its process {ended.words}"
+            ) from None
+        return reply.result()
+
+    def _evaluated(self, deviations: Array, settings: Any) -> Answers:
+        """Return the answers of trials.
+
+        A trial has failed only if it fails alone in a fresh process: else it would
+        depend on the trials before it. All others of its block are evaluated again.
+        """
+        processes, parts = self._processes(), dict[int, Answers]()
+        todo = [Part(0, len(deviations))]
+        while todo:
+            part = todo.pop()
+            rows = deviations[part.first : part.stop]
+            request = packed(worker.rows_evaluated, self, rows, settings)
+            try:
+                with processes.worker(fresh=part.repeated > 0) as process:
+                    fresh, began = process.fresh, time.perf_counter()
+                    reply = process.call(request, self._longest_block(len(rows)))
+            except Ended as ended:
+                if part.is_guilty(ended, fresh=fresh):
+                    parts[part.first] = self._failed(ended, settings)
+                else:
+                    todo += part.repeated_after(ended, by_row=self.base.row_by_row)
+                continue
+            seconds = (time.perf_counter() - began) / len(rows)
+            self.learn(seconds)
+            processes.pace = min(processes.pace, seconds)
+            parts[part.first] = reply.result()
+        return Answers.joined([parts[first] for first in sorted(parts)])
+
+    def _longest_block(self, rows: int) -> float:
+        """Return how long a row may be under way, s, or the rows that are one call."""
+        longest = self.longest or UNKNOWN
+        if self.base.row_by_row or rows == 1:
+            return longest
+        pace = self._processes().pace
+        return longest + rows * (SLACK * pace if pace < np.inf else longest / FEW)
+
+    def _failed(self, ended: Ended, settings: Any) -> Answers:
+        """Return the answers of a trial whose process has ended."""
+        return Answers(
+            np.full((1, len(self.describe(settings).responses)), np.nan),
+            np.array([Status.TOOK_TOO_LONG if ended.late else Status.CRASHED]),
+            np.zeros(1, np.int64) if self.integrates else None,
+            {0: ended.words},
+        )
+
+    def _processes(self) -> Processes:
+        """Return the processes of this model; of a few models they are kept."""
+        self._identity = self._identity or packed(self.load, self.source_digest)
+        key = os.getpid(), self._identity
+        with _lock:
+            if key not in _processes:
+                _processes[key] = Processes(self.load)
+            _processes.move_to_end(key)
+            if len(_processes) > MOST_MODELS:
+                _processes.popitem(last=False)[1].close()
+            return _processes[key]
+
+
+class Part(NamedTuple):
+    """Rows of a block that are evaluated together."""
+
+    first: int
+    stop: int
+    repeated: int = 0  # how often, in a fresh process each time
+
+    def is_guilty(self, ended: Ended, *, fresh: bool) -> bool:
+        """Return whether it is a trial that fails by itself."""
+        alone = self.stop - self.first == 1
+        return alone and fresh and not (ended.killed and self.repeated < AGAIN)
+
+    def repeated_after(self, ended: Ended, *, by_row: bool) -> list["Part"]:
+        """Return the parts that are evaluated instead, after its process has ended."""
+        first, stop, repeated = self
+        if stop - first == 1:
+            return [Part(first, stop, repeated + 1)]
+        if by_row:
+            row = first + ended.row
+            parts = [Part(row + 1, stop), Part(row, row + 1, 1), Part(first, row)]
+            return [part for part in parts if part.first < part.stop]
+        if ended.late:  # halves would wait again and again
+            return [Part(row, row + 1) for row in range(first, stop)]
+        middle = (first + stop) // 2
+        return [Part(middle, stop), Part(first, middle)]
+
+
+class _Packer(pickle.Pickler):
+    """The model of a worker process is there already."""
+
+    def reducer_override(self, obj: Any) -> Any:
+        return (worker.the_model, ()) if isinstance(obj, Isolated) else NotImplemented
+
+
+def packed(*values: Any) -> bytes:
+    """Return a request for a worker process: a function and its arguments."""
+    function, *arguments = values
+    buffer = io.BytesIO()
+    _Packer(buffer, pickle.HIGHEST_PROTOCOL).dump((function, arguments))
+    return buffer.getvalue()

@@ -1,0 +1,125 @@
+"""A worker process: it evaluates what it is sent, until its sender is gone."""
+
+import mmap
+import os
+import pickle
+import socket
+import struct
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from tolstat.arrays import Array
+from tolstat.errors import TolstatError
+from tolstat.isolation import channel
+from tolstat.model.checked import evaluated
+from tolstat.model.contract import Answers, Model
+from tolstat.operating_system import buffer_lines, limit_data, private_data
+
+OUT_OF_MEMORY = 71  # exit code
+LONGEST_LOG = 1 << 20  # bytes of output, which start again at the next row then
+MARK = struct.Struct("qd")  # of a row: its number, and when it began
+
+
+class Clock:
+    """Memory shared with the parent: the row under way, and when it began."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._memory = mmap.mmap(descriptor, MARK.size)
+
+    def begin(self, row: int) -> None:
+        """Note that a row begins now."""
+        MARK.pack_into(self._memory, 0, row, time.monotonic())
+
+    def read(self) -> tuple[int, float]:
+        """Return the row under way, and when it began."""
+        row, began = MARK.unpack_from(self._memory, 0)
+        return row, began
+
+    def close(self) -> None:
+        """Give the memory back."""
+        self._memory.close()
+
+
+class Reply(NamedTuple):
+    """What a request has returned or raised, and how much memory is in use."""
+
+    value: Any
+    error: BaseException | None
+    data: int  # bytes of private memory
+
+    def result(self) -> Any:
+        """Return the value, or raise the error."""
+        if self.error:
+            raise self.error
+        return self.value
+
+
+_model: Model | None = None  # of this process
+_clock: Clock | None = None
+
+
+def the_model() -> Model | None:
+    """Return the model of this process: in requests it stands for the model."""
+    return _model
+
+
+def serve(model: Model, requests: socket.socket, clock: Clock, growth: int) -> None:
+    """Carry out requests; memory may grow by so many bytes."""
+    global _model, _clock
+    _model, _clock = model, clock
+    buffer_lines()
+    limit_data(private_data() + growth)
+    while (request := channel.receive(requests)) is not None:
+        _start_log()
+        clock.begin(0)
+        value, failure = None, None
+        try:
+            function, arguments = pickle.loads(request)
+            value = function(*arguments)
+        except TolstatError as error:
+            failure = error
+            if _lacks_memory(error):
+                os._exit(OUT_OF_MEMORY)
+        except MemoryError:
+            os._exit(OUT_OF_MEMORY)
+        channel.send_object(requests, Reply(value, failure, private_data()))
+
+
+def rows_evaluated(model: Model, deviations: Array, settings: Any) -> Answers:
+    """Return the answers of trials, one row after another if the model wants that."""
+    deviations.flags.writeable = False  # as where nothing is isolated
+    if not model.row_by_row:
+        return evaluated(model, deviations, settings)
+    answers = []
+    for number in range(len(deviations)):
+        if number:
+            _start_log(LONGEST_LOG)
+            assert _clock
+            _clock.begin(number)
+        answers.append(evaluated(model, deviations[number : number + 1], settings))
+    return Answers.joined(answers)
+
+
+def viewed(model: Model, name: str, deviations: Array, settings: Any) -> Any:
+    """Return a view of a model."""
+    views: dict[str, Callable[..., Any]] = {v.name: v.function for v in model.views}
+    return views[name](deviations, settings)
+
+
+def history(model: Model, deviations: Array, settings: Any, step: float) -> Any:
+    """Return the history of a trial."""
+    return model.history(deviations, settings, step)
+
+
+def _start_log(longest: int = 0) -> None:
+    """Begin the output of this process again, if it is longer."""
+    if os.fstat(1).st_size > longest:
+        os.ftruncate(1, 0)
+        os.lseek(1, 0, os.SEEK_SET)
+
+
+def _lacks_memory(error: BaseException | None) -> bool:
+    while error and not isinstance(error, MemoryError):
+        error = error.__cause__
+    return error is not None

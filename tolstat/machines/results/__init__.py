@@ -1,0 +1,1 @@
+"""Results from elsewhere: the rows of a file are the trials."""

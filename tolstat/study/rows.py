@@ -1,0 +1,84 @@
+"""Rows of a file as trials, which a model evaluates."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tolstat.deviations.names import expand
+from tolstat.deviations.rows import ROWS
+from tolstat.errors import DataError, DistributionError, ModelError, UnitError
+from tolstat.model.contract import Model
+from tolstat.model.description import Description
+from tolstat.study import study_schema as schema
+from tolstat.study.given_points import Case, Points
+from tolstat.study.nominal_size import HOLDS, DeviationReader, Holds
+
+
+def read_table(
+    document: schema.Document,
+    folder: Path | None,
+    model: Model,
+    settings: Any,
+    description: Description,
+) -> Points:
+    """Return the trials of a file, which the model evaluates.
+
+    Heads are contributors with their unit, `rod_length_1 [mm]`; a row is a trial, with
+    its deviations, or sizes. `rod_length_1 sizes [mm]` says which.
+    """
+    from tolstat.study.data_files import read_data, source_words  # few studies do
+
+    entry = table_entry(document)
+    for key in schema.OF_RESULTS:
+        if getattr(entry, key):
+            raise DataError(f'{key}: only model = "{schema.RESULTS}" has this key')
+    table = read_data(folder, entry)
+    path = table.path
+    parts = {part.name: part for part in description.contributors}
+    deviations = np.zeros((len(table.rows), len(parts)))
+    names, units, warnings = [*parts], dict[str, str](), dict[str, None]()
+    for head, written in table.units.items():
+        part, holds = part_of_head(head)
+        try:
+            members = expand(part, names)
+        except ModelError as error:
+            raise DataError(f"{path}, column {head}: {error}") from None
+        for member in members:
+            if member in units:
+                raise DataError(f"{path}: {member} is given twice")
+            reader = DeviationReader(parts[member])
+            try:
+                column, sizes = reader.column(
+                    table.column(head), written, holds, table.places
+                )
+            except (UnitError, DistributionError) as error:
+                raise DataError(f"{path}, column {head}: {error}") from None
+            warnings |= dict.fromkeys(reader.warnings)
+            units[member] = reader.shown_unit(written)
+            deviations[:, names.index(member)] = column
+            if sizes and not holds:
+                warnings[f"{path.name}: column {head} is taken as sizes"] = None
+    return Points(
+        deviations,
+        (Case(0, len(deviations), settings),),
+        units,
+        note=f"{len(deviations)} trials of {path.name} ({source_words(table)})",
+        warnings=tuple(warnings),
+        sampler=ROWS[entry.sampled],
+        places=table.places,
+    )
+
+
+def table_entry(document: schema.Document) -> schema.TableEntry:
+    """Return the key `table` of a study, which may be the name of a file."""
+    file = document.table
+    keys: Mapping[str, Any] = file if isinstance(file, dict) else {"data": file}
+    return schema.read_entry(schema.TableEntry, keys, "a table has")
+
+
+def part_of_head(head: str) -> tuple[str, Holds]:
+    """Return the contributor of a column's head, and what it says that it holds."""
+    name, _, last = head.rpartition(" ")
+    return (name.strip(), last) if last in HOLDS else (head, "")

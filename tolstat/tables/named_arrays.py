@@ -1,0 +1,194 @@
+"""Tables whose columns are named arrays: Parquet, and HDF5 of other programs."""
+
+import io
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import DataError, allowed_names
+from tolstat.tables.grid import Cell, Grid, Head, Row, Unusable
+from tolstat.tables.heads import split_head
+
+PARQUET = (".parquet", ".pq")
+HDF5 = (".h5", ".hdf5", ".hdf", ".he5")
+UNIT_NAMES = "units", "unit"  # attributes of a dataset
+MOST_CELLS = 20_000_000
+KINDS = "biufSUO"  # of numbers and texts
+DEEPEST = 8  # groups inside each other
+
+
+class Column(NamedTuple):
+    """A named array, and its unit; empty where it has none."""
+
+    values: NDArray[Any]
+    unit: str
+
+
+def read_parquet(path: Path, raw: bytes, digest: str) -> Grid:
+    """Return the rows of a Parquet file.
+
+    Units stand in the head, `t [mm]`, or in the metadata of the field, as `unit`.
+    """
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise DataError(
+            f"{path}: Parquet needs pyarrow, pip install 'tolstat[parquet]'; or save "
+            "the table as CSV"
+        ) from error
+    try:
+        table = parquet.read_table(io.BytesIO(raw))
+        columns = {
+            field.name: Column(
+                np.asarray(table[field.name].to_pandas()),
+                (field.metadata or {}).get(b"unit", b"").decode(),
+            )
+            for field in table.schema
+        }
+    except (pyarrow.ArrowException, OSError, ValueError) as error:
+        raise DataError(f"{path} cannot be read as Parquet: {error}") from None
+    return _grid(path, digest, columns, "Parquet")
+
+
+def read_hdf5(
+    path: Path,
+    raw: bytes,
+    digest: str,
+    *,
+    group: str = "",
+    requested: Sequence[str] = (),
+) -> Grid:
+    """Return the rows of an HDF5 file: datasets of one length, or one of fields.
+
+    Parameters
+    ----------
+    group : str
+        The group, or the dataset of fields; by default the only one with columns.
+    requested : sequence of str
+        Columns that will be read: others in a group may have another length.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read, or there are several tables and none is named.
+    """
+    import h5py
+
+    try:
+        with h5py.File(io.BytesIO(raw)) as file:
+            tables = dict[str, dict[str, Column]]()
+            _add_tables(file, tables, requested)
+    except (OSError, RuntimeError, ValueError, KeyError) as error:
+        raise DataError(f"{path} cannot be read as HDF5: {error}") from None
+    if not tables:
+        raise DataError(
+            f"{path} has no table: a group whose datasets have one dimension, each a "
+            "column, or a dataset with fields is expected"
+        )
+    wanted = "/" + group.strip("/")
+    if group and wanted not in tables:
+        raise DataError(
+            f"{path} has no table '{group}'; {allowed_names(wanted, tables)}"
+        )
+    having = [n for n, columns in tables.items() if {*requested} & {*_names(columns)}]
+    chosen = [wanted] if group else having or [*tables]
+    if len(chosen) > 1:
+        raise DataError(
+            f"{path} has several tables: {', '.join(chosen)}; give sheet = "
+            f'"{chosen[0]}"'
+        )
+    return _grid(path, digest, tables[chosen[0]], f"HDF5, {chosen[0]}")
+
+
+def _add_tables(
+    group: Any,
+    tables: dict[str, dict[str, Column]],
+    requested: Collection[str],
+    depth: int = 0,
+) -> None:
+    """Add the tables of a group, and of the groups in it, by their paths.
+
+    Links are not followed: they may lead into other files.
+    """
+    import h5py
+
+    columns = dict[str, Column]()
+    for name in group:
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            continue
+        item = group[name]
+        if isinstance(item, h5py.Group):
+            if depth < DEEPEST:
+                _add_tables(item, tables, requested, depth + 1)
+        elif not isinstance(item, h5py.Dataset) or item.external or item.is_virtual:
+            continue
+        elif item.size and item.size > MOST_CELLS:
+            raise ValueError(f"{item.name} has more than {MOST_CELLS} values")
+        elif item.ndim == 1 and item.dtype.names:
+            fields = item[()]
+            tables[item.name] = {n: Column(fields[n], "") for n in item.dtype.names}
+        elif item.ndim == 1 and item.dtype.kind in KINDS:
+            units = (item.attrs[key] for key in UNIT_NAMES if key in item.attrs)
+            columns[name] = Column(item[()], _text(next(units, "")))
+    named = [c for n, c in columns.items() if split_head(n)[0] in requested]
+    lengths = {len(column.values) for column in named or columns.values()}
+    if len(lengths) > 1:
+        raise ValueError(
+            f"{group.name}: datasets have different lengths, "
+            + ", ".join(f"{n} {len(c.values)}" for n, c in [*columns.items()][:8])
+        )
+    if lengths:
+        (length,) = lengths
+        tables[group.name] = {
+            n: column for n, column in columns.items() if len(column.values) == length
+        }
+
+
+def _names(columns: Mapping[str, Column]) -> list[str]:
+    return [split_head(name)[0] for name in columns]
+
+
+def _grid(path: Path, digest: str, columns: Mapping[str, Column], words: str) -> Grid:
+    """Return named arrays of one length as rows, numbered from 1."""
+    rows = len(next(iter(columns.values())).values) if columns else 0
+    if not rows:
+        raise DataError(f"{path} has no rows")
+    if rows * len(columns) > MOST_CELLS:
+        raise DataError(
+            f"{path} has {rows} rows of {len(columns)} columns; at most {MOST_CELLS} "
+            "cells are read"
+        )
+    heads = [split_head(name) for name in columns]
+    units = tuple(
+        unit or column.unit
+        for (_, unit), column in zip(heads, columns.values(), strict=True)
+    )
+    cells = zip(
+        *([*map(_cell, c.values.tolist())] for c in columns.values()), strict=True
+    )
+    return Grid(
+        path, digest,
+        [Row(0, [*columns]), *(Row(i, [*row]) for i, row in enumerate(cells, 1))],
+        Head(0, 1, tuple(name for name, _ in heads), units),
+        words=(words,), counted="row",
+    )  # fmt: skip
+
+
+def _cell(value: Any) -> Cell:
+    """Return a value of an array as a cell; NaN is an empty one."""
+    if isinstance(value, bool) or value is None:
+        return str(value).lower()
+    if isinstance(value, int | float):
+        number = float(value)
+        if np.isnan(number):
+            return ""
+        return number if np.isfinite(number) else Unusable(str(value), "infinite")
+    return _text(value)
+
+
+def _text(value: Any) -> str:
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
