@@ -32,7 +32,7 @@ def narrowing(report: Report) -> blocks.Section:
         if len(sure) >= FEWEST:
             figures.append(_figure(name, sure, 1 - limited.limit.demanded))
     columns = blocks.Columns(tuple(figures[::2]), tuple(figures[1::2]))
-    return blocks.section(TITLE, columns, level=3, page_only=True)
+    return blocks.section(TITLE, columns, page_only=True)
 
 
 def _looks(run: Run) -> set[int]:
