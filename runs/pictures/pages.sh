@@ -17,9 +17,9 @@ shoot() { # page, picture, height
         --window-size="1180,$3" --screenshot="pictures/$2" "file://$PWD/$1" 2>/dev/null
 }
 
-shoot stack-up.html stack-up.png 765
+shoot stack-up.html stack-up.png 1460
 shoot gaps.html gaps.png 900
-shoot khpt75.html report.png 1230
+shoot khpt75.html report.png 1480
 shoot khpt75-equalized.html report-equalized.png 1080
 shoot comparison.html comparison.png 945
 shoot trial-962.html animation.png 1030

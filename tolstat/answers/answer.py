@@ -7,10 +7,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Row
+from tolstat.errors import QuestionError, allowed_names
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -97,6 +98,30 @@ class Answer(ABC):
         from tolstat.render.page import page
 
         return page(self.document(), run)
+
+    def plot(self, words: str = "") -> Any:
+        """Return a figure of its page: a figure of Matplotlib.
+
+        Parameters
+        ----------
+        words : str
+            What its description begins with, such as "Waterfall" or "Histogram of gap";
+            without any it is the first one.
+
+        Raises
+        ------
+        QuestionError
+            If the page has no such figure.
+        """
+        from tolstat.document.blocks import figures_in
+        from tolstat.render.figures import draw  # slow to import
+
+        figures = {x.alt: x.picture for x in figures_in(*self.document().blocks)}
+        for description, picture in figures.items():
+            if description.startswith(words):
+                return draw(picture, description.partition(":")[0])
+        names = sorted({description.partition(":")[0] for description in figures})
+        raise QuestionError(f"figure {words!r}: {allowed_names(words, names)}")
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write it to a file: .html, .csv, .json or .xlsx, by its ending.

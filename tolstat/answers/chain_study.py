@@ -40,11 +40,14 @@ class ChainRun(Run):
         """Return its results with other tolerances; see `tolstat.what_if`."""
         return what_if(self, deviations, limits=limits, model=self.custom)
 
-    def plot(self, response: str = "") -> Any:
+    def plot(self, response: str = "", picture: str = "") -> Any:
         """Return the histogram of a response: a figure of Matplotlib.
 
-        Without a name it is that of the response which decides.
+        Without a name it is that of the response which decides. A `picture` is another
+        figure of its report, such as "Waterfall" or "Chain".
         """
+        if picture:
+            return report(self, [response] if response else []).plot(picture)
         from tolstat.answers.report.response_figures import histogram_of
         from tolstat.render.figures import draw  # slow to import
 

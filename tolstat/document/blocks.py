@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -246,6 +246,20 @@ class Document:
     title: str
     blocks: tuple[Block, ...]
     foot: tuple[str, ...] = ()  # of each printed sheet
+
+
+def figures_in(*blocks: Block) -> Iterator[Figure]:
+    """Yield the figures of some blocks, and of the blocks in these."""
+    for block in blocks:
+        match block:
+            case Figure():
+                yield block
+            case Gallery(figures):
+                yield from figures
+            case Section(blocks=inner):
+                yield from figures_in(*inner)
+            case Columns(left, right):
+                yield from figures_in(*left, *right)
 
 
 def shown(*blocks: Block | None) -> tuple[Block, ...]:

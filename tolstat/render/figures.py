@@ -148,8 +148,9 @@ def _draw_marks(axes: Axes, panel: PlotPanel) -> None:
     if not marks:
         return
     left, right = panel.x.ends or axes.get_xlim()
-    assert axes.figure is not None
-    width = axes.figure.get_size_inches()[0] - MARGINS
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    width = figure.get_figwidth() - MARGINS
     taken: list[float] = []  # how far each line is written, the lowest first
     for mark in sorted(marks, key=lambda mark: mark.value):
         place = (panel.x.factor * mark.value - left) / (right - left)
@@ -161,7 +162,6 @@ def _draw_marks(axes: Axes, panel: PlotPanel) -> None:
         axes.annotate(
             mark.words, (panel.x.factor * mark.value, 1.0), (0, 3 + LINE * line),
             ("data", "axes fraction"), "offset points", ha="center",
-            color=ROLES[mark.colour],
         )  # fmt: skip
 
 
@@ -288,7 +288,7 @@ def _draw_bars(axes: Axes, bars: Bars, panel: PlotPanel, named: dict[str, Any]) 
     )  # fmt: skip
     if bars.look != "bars":
         _draw_steps(axes, bars, along * starts, along * bars.values)
-    for place, words in zip(places, bars.words, strict=False):
+    for place, words in enumerate(bars.words):
         axes.text(1.02, place, words, va="center", transform=axes.get_yaxis_transform())
     if row == 0:
         axes.set_yticks(places, [*map(_wrapped, bars.names)])

@@ -12,20 +12,34 @@ from tests.answers.browser import asked
 from tests.answers.conftest import chain
 from tests.answers.page_checks import (
     PAPER,
+    TALL,
     blocks_of,
     rows_of,
     section_of,
     tables_of,
+    tiles_of,
     words_in,
+    words_of,
 )
+from tests.conftest import ROOT
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report import response_section
+from tolstat.answers.report.chain_figures import chain_of
 from tolstat.answers.report.first_page import first_page, lead
 from tolstat.answers.report.full_report import report_of
-from tolstat.document.blocks import Gallery, Paragraph, Ranges, Section, Table
+from tolstat.document.blocks import (
+    Gallery,
+    Paragraph,
+    Ranges,
+    Section,
+    Table,
+    figures_in,
+)
 from tolstat.document.inline import Typed
+from tolstat.errors import QuestionError
 from tolstat.render.page import page
 from tolstat.render.screen import as_text
+from tolstat.store.run_records import Stopped
 
 MANY = 30
 
@@ -203,3 +217,72 @@ def test_that_every_limit_is_missed_is_said_so(tmp_path):
 
 def first_words(run):
     return as_text(lead(report_of(run)).parts)
+
+
+def test_a_chain_is_drawn_and_fits_one_sheet(stack, tmp_path):
+    """Tiles, histogram, links, waterfall, Pareto and three ways stand on page 1."""
+    found = report_of(stack)
+    document = found.document()
+    descriptions = [each.alt.split(":")[0] for each in figures_in(document.blocks[0])]
+    assert [words.split(" of ")[0] for words in descriptions] == [
+        "Histogram", "Chain", "Waterfall", "Contributions, the largest first",
+    ]  # fmt: skip
+    tiles = tiles_of(document)
+    assert words_of(tiles["yield, this limit, %"]).split()[0] == "99.50"
+    bars = found.plot("Waterfall").axes[0].containers[-1]
+    ends = [bar.get_x() + bar.get_width() for bar in bars]
+    gap = found.responses["gap"]
+    assert ends[0] == pytest.approx(1e3 * gap.nominal)
+    assert ends[4] == pytest.approx(1e3 * gap.root_sum_square.mean)
+    upper = 0.4430 + 3 * 0.06371, 1e3 * gap.quantiles[0.99865].value
+    assert ends[5:] == pytest.approx([0.706, *upper], abs=2e-4)
+    path = tmp_path / "stack.html"
+    path.write_text(page(document))
+    bottom = "document.querySelector('.first').getBoundingClientRect().bottom"
+    assert asked(path, tmp_path, int(PAPER) + 1, bottom, paper=True) < TALL
+    with pytest.raises(QuestionError, match="figure 'Waterfal of x'"):
+        found.plot("Waterfal of x")
+
+
+def test_links_of_a_long_chain_are_summed(tmp_path):
+    """Of more than eight links the narrowest are one row; ends stay."""
+    chain = tolstat.Chain(trials=200)
+    for i in range(1, 13):
+        chain = chain.link(f"p{i}", f"{10 * i} +{i}/-0 mm")
+    gap = " + ".join(f"p{i}" for i in range(1, 13))
+    run = chain.link("pin", "3 mm").gap("gap", f"{gap} - pin").limit("gap", ">= 780 mm")
+    found = run.run().report()
+    drawn = chain_of(found, "gap")
+    assert [link.name for link in drawn.links][-1] == "5 others"
+    ends = found.responses["gap"].nominal + sum(link.mean for link in drawn.links)
+    assert ends == pytest.approx(found.responses["gap"].root_sum_square.mean)
+    assert drawn.fixed == pytest.approx(-0.003, abs=1e-9)
+    assert sum(link.upper for link in drawn.links) == pytest.approx(0.078)
+
+
+def test_where_units_fail_is_drawn(report):
+    """The trials out of limit, in red, over the two rods that cause them."""
+    figure = report.answer.plot("Trials of jam_share out of limit")
+    within, out, box = figure.axes[0].lines
+    causes = report.answer.responses["jam_share"].causes
+    assert len(out.get_xdata()) == causes.trials_out_of_limit
+    assert len(within.get_xdata()) == 1500
+    assert sorted({*box.get_xdata()}) == pytest.approx([-1.2, 1.2])
+
+
+def test_an_interval_narrows_with_trials(stack):
+    stopped = Stopped(("decide",), True, (6000, 10000), 20000)
+    found = report_of(replace(stack, stopped=stopped))
+    (curve,) = found.plot("Fraction of gap out of limit").axes[0].lines[:1]
+    trials, shares = curve.get_data()
+    assert trials.tolist() == [156, 312, 625, 1250, 2500, 5000, 6000, 10000]
+    values, limit = stack.column("gap"), stack.limits["gap"]
+    for n, ppm in zip(trials.astype(int), shares, strict=True):
+        good = (values[:n] >= limit.lower) & (values[:n] <= limit.upper)
+        assert ppm == pytest.approx(1e6 * (1 - good.mean()))
+
+
+@pytest.fixture(scope="module")
+def stack(tmp_path_factory):
+    path = tmp_path_factory.mktemp("stack") / "stack-up.h5"
+    return tolstat.run(ROOT / "runs" / "stack-up.toml", output=path)

@@ -16,6 +16,7 @@ from tolstat.answers.report.response_figures import (
     figure_of,
     limit_rules,
     line_at,
+    paired_figure,
     points_of,
 )
 from tolstat.document import blocks
@@ -29,7 +30,7 @@ from tolstat.document.inline import (
     say,
     text,
 )
-from tolstat.document.plot import Histogram, PlotAxis, curve
+from tolstat.document.plot import Histogram, PlotAxis
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import PER_CENT, Scale, share_words
 
@@ -311,13 +312,7 @@ def _figures_of(
         line_at(0.0, "no difference", "ink", "-"),
         caption="Differences trial by trial, of those that are done in both.",
     )
-    x, y = times * first, times * second
-    ends = np.array([min(x.min(), y.min()), max(x.max(), y.max())])
-    yield figure_of(
-        f"{name} of each trial in {label} over the same trial in A",
-        PlotAxis(scale.label(f"A: {name}")),
-        PlotAxis(scale.label(f"{label}: {name}")),
-        curve(x, y, look="faint"),
-        curve(ends, ends, "ink", "no difference"),
-        caption=f"Each trial that is done in both: in {label} over A.",
-    )
+    yield paired_figure(
+        name, scale, ("A", label), (first, second),
+        tuple(response.limited for response in (a, b)),
+    )  # fmt: skip

@@ -110,7 +110,7 @@ def waterfall(chain: Chain) -> blocks.Figure:
         words=tuple(words), colours=tuple(colours[: len(names)]), look="steps",
     )  # fmt: skip
     axis = plot.PlotAxis(scale.label(chain.name))
-    layers = bars, *limit_marks(chain.response, scale)
+    layers: tuple[plot.Layer, ...] = bars, *limit_marks(chain.response, scale)
     panel = plot.PlotPanel(axis, plot.PlotAxis(""), layers)
     return blocks.Figure(
         f"Waterfall of {chain.name}: from the nominal value to the mean, and "

@@ -26,7 +26,7 @@ from tolstat.units.scale import PER_CENT, PPM
 
 MOST_PARETO = 5  # bars on the first page
 MOST_WITHIN = 1500  # trials within the limit that are drawn as points
-LOW = 1.9  # inches: height of a picture on the first page
+LOW = 1.8  # inches: height of a picture on the first page
 
 
 def deciding(report: Report) -> str:
@@ -92,13 +92,12 @@ def _pictures(report: Report, drawn: Drawn, name: str) -> Columns:
     response = report.responses[name]
     if response.still or not len(drawn.done(name)):
         return Columns((), ())
-    values = histogram(drawn, name, response, LOW)
+    values = histogram(drawn, name, response, LOW, marked=())
     if chain := chain_of(report, name):
-        left, right = (values, vectors(chain)), (waterfall(chain), _shares(response))
-    else:
-        where = _where_units_fail(drawn, name, response)
-        left, right = (values,), (where or _shares(response),)
-    return Columns(blocks.shown(*left), blocks.shown(*right))
+        left = blocks.shown(values, vectors(chain))
+        return Columns(left, blocks.shown(waterfall(chain), _shares(response)))
+    where = _where_units_fail(drawn, name, response) or _shares(response)
+    return Columns((values,), blocks.shown(where))
 
 
 def _shares(response: ReportedResponse) -> blocks.Figure | None:
@@ -130,11 +129,11 @@ def _where_units_fail(
         (left, right), (low, high) = zone
         box = np.array([left, right, right, left, left])
         layers.append(plot.curve(box, np.array([low, low, high, high, low]), "ink"))
-    labels = (plot.PlotAxis(scales[n].label(n)) for n in (across, up))
+    x, y = (plot.PlotAxis(scales[n].label(n)) for n in (across, up))
     drawn_within = f"{len(within)} of {np.count_nonzero(~out)} within are drawn"
     return figure_of(
         f"Trials of {name} out of limit, over {across} and {up}",
-        *labels, *layers, height=LOW, caption=say(
+        x, y, *layers, height=LOW, caption=say(
             f"Main cause of {{}}: {causes.main.words}. Red: {np.count_nonzero(out)} "
             f"trials out of limit; {drawn_within}.", Name(name),
         ),

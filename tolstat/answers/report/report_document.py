@@ -16,9 +16,9 @@ from tolstat.answers.report.first_page import (
     limits_table,
     performance,
     ranges_section,
-    reading,
 )
 from tolstat.answers.report.full_report import Report
+from tolstat.answers.report.looks_figure import narrowing
 from tolstat.answers.report.opening import deciding, opening, sketches_of
 from tolstat.answers.report.report_answer import RunSummary
 from tolstat.answers.report.response_section import response_section
@@ -64,7 +64,7 @@ def report_document(report: Report) -> blocks.Document:
     return sheet(
         "Statistical tolerance report",
         report,
-        (*first, blocks.note(*reading(report).parts)),
+        (*first, blocks.note(f"{INTERVAL}.")),
         _limits(report, sketches),
         assumptions_section(report),
         _measured_parts(report),
@@ -92,7 +92,12 @@ def _limits(report: Report, sketches: Mapping[str, blocks.Sketch]) -> blocks.Sec
     crowded = len(report.limits) > MOST_LIMITS
     table = limits_table(report, report.focus, sketches=sketches) if crowded else None
     return blocks.section(
-        ALL_LIMITS, table, ranges_section(report), performance(report), anchor="limits"
+        ALL_LIMITS,
+        table,
+        ranges_section(report),
+        performance(report),
+        narrowing(report),
+        anchor="limits",
     )
 
 

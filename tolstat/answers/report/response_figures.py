@@ -1,6 +1,7 @@
 """Figures of a response: histogram, distribution, contributions, scatter."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,7 +13,8 @@ from tolstat.arrays import Array
 from tolstat.document import blocks, plot
 from tolstat.document.inline import Said, text
 from tolstat.model.view import Curve, Level, Span
-from tolstat.statistics.summary import Summary
+from tolstat.statistics.limits.limit import within
+from tolstat.statistics.summary import Limited, Summary
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -23,6 +25,7 @@ MOST_DRAWN = 600  # points of a distribution function
 SCATTERED = 3  # contributors that a response is drawn over
 OPEN = (-math.inf, math.inf)
 BELL = 200  # points
+QUANTILES_MARKED = " Orange: 50, 95, 99.865 % with 95 % intervals."
 NORMAL = " Dashed: normal fit."
 PROBABILITY = plot.PlotAxis("% of the trials below", "normal")
 STRAIGHT = "A normal distribution is a straight line."
@@ -48,11 +51,15 @@ def histogram_of(run: Run, name: str = "") -> blocks.Figure:
 
 
 def histogram(
-    drawn: Drawn, name: str, response: ReportedResponse, height: float = 2.5
+    drawn: Drawn,
+    name: str,
+    response: ReportedResponse,
+    height: float = 2.5,
+    marked: Sequence[float] = MARKED,
 ) -> blocks.Figure:
     """Draw how often each value occurs; out of limit in another colour.
 
-    With both limits, nominal, mean, and a normal distribution.
+    With both limits, nominal, mean, a normal distribution, and marked quantiles.
     """
     values, times, scale = drawn.done(name), response.scale.factor, response.scale
     if response.point_mass:
@@ -73,15 +80,15 @@ def histogram(
         if not math.isnan(value)
     ]
     layers += limit_marks(response, scale)
-    if marked := [response.quantiles[q] for q in MARKED if response.quantiles[q].sure]:
-        value, below, above = times * np.array([q[:3] for q in marked]).T
+    if sure := [response.quantiles[q] for q in marked if response.quantiles[q].sure]:
+        value, below, above = times * np.array([q[:3] for q in sure]).T
         layers.append(plot.Intervals(below, above, value))
     mass = ", without those that share one value" if response.point_mass else ""
     return figure_of(
         f"Histogram of {name}: {_most_important(response)}",
         plot.PlotAxis(scale.label(name)), plot.PlotAxis("trials per bin"), *layers,
-        caption=f"{name}: {len(values)} trials{mass}. Red: out of limit. Orange: 50, "
-        f"95, 99.865 % with 95 % intervals.{NORMAL * normal}",
+        caption=f"{name}: {len(values)} trials{mass}. Red: out of limit."
+        f"{NORMAL * normal}{QUANTILES_MARKED * bool(sure)}",
         height=height,
     )  # fmt: skip
 
@@ -180,15 +187,14 @@ def pareto(response: ReportedResponse, most: int = MOST_BARS) -> blocks.Figure |
         tuple(leading), np.maximum(value, 0.0), np.array(ends) if certain else None,
         words=tuple(words),
     )  # fmt: skip
-    line = plot.curve(sums, np.arange(len(sums)), "second", look="dotted")
+    line = plot.curve(sums, np.arange(len(sums), dtype=float), "second", look="dotted")
     axis = plot.PlotAxis(f"% of the variance{CENTRAL * contributions.clipped}")
     largest = ", ".join(f"{n} {100 * shares[n].value:.0f} %" for n in leading[:3])
     panel = plot.PlotPanel(axis, plot.PlotAxis(""), (bars, line))
     return blocks.Figure(
         f"Contributions, the largest first: {largest}",
-        plot.Plot((panel,), height=0.2 * len(leading) + 0.7),
-        text("Variance contributions, each alone, with 95 % intervals where they hold; "
-             "line: their sum."),
+        plot.Plot((panel,), height=0.19 * len(leading) + 0.65),
+        text("Variance contributions, each alone; line: their sum."),
     )  # fmt: skip
 
 
@@ -221,6 +227,44 @@ def _scatter(
         text(f"Each of the {len(values)} trials done over the contributors that "
              f"{which}."),
         wide=True,
+    )  # fmt: skip
+
+
+def paired_figure(
+    name: str,
+    scale: Scale,
+    labels: tuple[str, str],
+    values: tuple[Array, Array],
+    limits: Sequence[Limited | None],
+) -> blocks.Figure:
+    """Draw a response of each trial in one design over the same trial in another.
+
+    Trials that are out of limit in one of the two alone have another colour.
+    """
+    x, y = (scale.factor * side for side in values)
+    ends = np.array([min(x.min(), y.min()), max(x.max(), y.max())])
+    changed = np.zeros(len(x), dtype=np.bool_)
+    words = ""
+    if (before := limits[0]) and (after := limits[1]):
+        good = within(values[0], before.limit.permitted)
+        better = ~good & within(values[1], after.limit.permitted)
+        worse = good & ~within(values[1], after.limit.permitted)
+        changed = better | worse
+        words = (
+            f" Red: {np.count_nonzero(better)} out of limit in {labels[0]} alone, "
+            f"{np.count_nonzero(worse)} in {labels[1]} alone."
+        )
+    layers = [
+        plot.curve(x[~changed], y[~changed], look="faint"),
+        plot.curve(x[changed], y[changed], "limit", look="dots"),
+        plot.curve(ends, ends, "ink", "no difference"),
+    ]
+    return figure_of(
+        f"{name} of each trial in {labels[1]} over the same trial in {labels[0]}",
+        plot.PlotAxis(scale.label(f"{labels[0]}: {name}")),
+        plot.PlotAxis(scale.label(f"{labels[1]}: {name}")), *layers,
+        caption=f"Each trial that is done in both: in {labels[1]} over "
+        f"{labels[0]}.{words}",
     )  # fmt: skip
 
 

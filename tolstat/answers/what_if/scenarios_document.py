@@ -6,7 +6,12 @@ from itertools import cycle
 import numpy as np
 
 from tolstat.answers.cells import ppk_cell, ppm
-from tolstat.answers.report.response_figures import edges_of, figure_of, limit_rules
+from tolstat.answers.report.response_figures import (
+    edges_of,
+    figure_of,
+    limit_rules,
+    paired_figure,
+)
 from tolstat.answers.what_if.what_if_answer import Method, Scenarios, WhatIf
 from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, Word
@@ -104,9 +109,30 @@ def figures_of(scenarios: Sequence[WhatIf]) -> blocks.Section | None:
     names = [name for name, x in first.responses.items() if x.scenario.limited]
     names = (names or [*first.responses])[:MOST_DRAWN]
     figures = tuple(
-        figure for name in names if (figure := _histograms(scenarios, name))
+        figure
+        for name in names
+        for figure in (_histograms(scenarios, name), *_pairs(scenarios, name))
+        if figure
     )
     return blocks.section("Distributions", blocks.Gallery(figures), page_only=True)
+
+
+def _pairs(scenarios: Sequence[WhatIf], name: str) -> Iterator[blocks.Figure]:
+    """Draw the trials of a scenario over the same ones of the baseline.
+
+    They have the same seed: a trial is the same unit in both.
+    """
+    for scenario in scenarios:
+        response = scenario.responses[name]
+        sides = scenario.baseline, scenario.scenario
+        if response.scenario.limited is None or len({len(s.trials) for s in sides}) > 1:
+            continue
+        done = sides[0].sample.done & sides[1].sample.done
+        if done.any():
+            first, second = (side.values(name)[done] for side in sides)
+            limits = response.baseline.limited, response.scenario.limited
+            labels = "baseline", "scenario" if len(scenarios) == 1 else scenario.words
+            yield paired_figure(name, response.scale, labels, (first, second), limits)
 
 
 def _histograms(scenarios: Sequence[WhatIf], name: str) -> blocks.Figure | None:
