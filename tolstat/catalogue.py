@@ -29,6 +29,7 @@ MACHINES = {
 GROUP = "tolstat.machines"  # entry points of installed packages
 ANY = "FILE.py:NAME"
 FMU = ".fmu"
+COMMAND = "exec:"
 _custom: dict[str, Model] = {}  # on the command line, for this process
 _places: dict[str, str] = {}  # where these came from
 _loaded: dict[int, tuple[Model, str]] = {}  # and where others of their names did, by id
@@ -47,7 +48,7 @@ def custom_names() -> list[str]:
 
 def is_source(text: str) -> bool:
     """Return whether a text says where a custom model is, as --machine takes it."""
-    return ":" in text or text.endswith(FMU)
+    return ":" in text or text.endswith(FMU)  # also of a command
 
 
 def _installed() -> list[str]:
@@ -158,14 +159,18 @@ def load(source: str) -> Model:
     ----------
     source : str
         "FILE.py:NAME": a Python file, and the class or object in it; "FILE.fmu": an
-        FMU.
+        FMU; "exec:COMMAND": a command with {input} and {output}.
 
     Raises
     ------
     ModelError
         If the file cannot be run, or has no such model.
     """
-    model = check_model(_fmu(source) if source.endswith(FMU) else _object(source))
+    if source.startswith(COMMAND):
+        loaded = _command(source.removeprefix(COMMAND))
+    else:
+        loaded = _fmu(source) if source.endswith(FMU) else _object(source)
+    model = check_model(loaded)
     if model.name in _installed():
         raise ModelError(
             f"{source}: '{model.name}' is the name of an installed model; choose "
@@ -178,6 +183,8 @@ def load(source: str) -> Model:
 
 def resolved(source: str) -> str:
     """Return the value of --machine that finds a model from any working directory."""
+    if source.startswith(COMMAND):
+        return source
     file, colon, name = ("", "", "") if source.endswith(FMU) else source.rpartition(":")
     return f"{Path(file or source).resolve()}{colon}{name}"
 
@@ -187,6 +194,13 @@ def _fmu(source: str) -> object:
     from tolstat.fmu.fmu_model import FmuModel  # seldom needed
 
     return FmuModel(Path(source))
+
+
+def _command(words: str) -> object:
+    """Return the model of a command."""
+    from tolstat.command.command_model import CommandModel  # seldom needed
+
+    return CommandModel(words)
 
 
 def _object(source: str) -> object:

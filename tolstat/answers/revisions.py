@@ -1,7 +1,6 @@
 """What changed between two runs of one drawing: tolerances, limits, verdicts."""
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import NamedTuple
 
 from tolstat.document.inline import Number, in_line, plain
@@ -40,7 +39,8 @@ class Change(NamedTuple):
 class Changes(NamedTuple):
     """What changed since the run before of the same drawing."""
 
-    against: Path  # that run
+    against: str  # the file of that run; empty: the same, which was replaced
+    started_at: str  # that run
     revisions: tuple[str, str]  # as their title blocks name them
     changes: tuple[Change, ...]
 
@@ -70,6 +70,13 @@ def before_each(revisions: Iterable[Revision | None]) -> list[int | None]:
             before[number] = latest[drawing]
         latest[drawing] = number
     return [before.get(number) for number, _ in numbered]
+
+
+def changes_since(against: str, before: Revision, after: Revision) -> Changes:
+    """Return what changed since a revision, whose file may be named."""
+    names = before.revision, after.revision
+    differences = changes_between(before, after)
+    return Changes(against, before.started_at, names, differences)
 
 
 def changes_between(before: Revision, after: Revision) -> tuple[Change, ...]:

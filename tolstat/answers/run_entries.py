@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from tolstat.answers.revisions import (
     Changes,
     Revision,
     before_each,
-    changes_between,
+    changes_since,
     revision_of,
 )
 from tolstat.answers.sampled_trials import drawn_trials
@@ -40,7 +40,8 @@ GENERATOR, HEAD = b'name="generator" content="tolstat"', 10_000  # of a page, by
 STATES: dict[type, str] = {DamagedError: "damaged", FormatError: "other format"}
 
 
-class Entry(NamedTuple):
+@dataclass(frozen=True)
+class Entry:
     """A run, or a file that is no readable run, as a row."""
 
     study: str
@@ -60,12 +61,21 @@ class Entry(NamedTuple):
     # the limit that decides: of the worst verdict, then of most trials out of limit
     limit: str = ""
     fraction_out_of_limit: Estimate = NONE  # of this limit
-    sketch: Sketch | None = None  # of its response
-    revision: Revision | None = None
     changes: Changes | None = None  # since the run before of the same drawing
+    sketch: Sketch | None = field(default=None, metadata={"json": False})  # of it
+    revision: Revision | None = field(default=None, metadata={"json": False})
+    # that the run file had before, if it is known
+    before: Revision | None = field(default=None, metadata={"json": False})
+
+    def but(self, **changes: Any) -> Entry:
+        """Return the same row with some other fields."""
+        return replace(self, **changes)
 
 
-COLUMNS = Entry._fields[: Entry._fields.index("limit")]  # of words and numbers
+COLUMNS = (
+    "study", "title", "model", "state", "trials", "ran", "failed", "verdicts",
+    "written", "seconds", "bytes", "run", "report", "problem",
+)  # fmt: skip  # of words and numbers
 
 
 @dataclass(frozen=True, repr=False)
@@ -104,7 +114,7 @@ class RunIndex(Answer):
         before = before_each(entry.revision for entry in self.entries)
         entries = (
             entry if entry.changes or number is None or not entry.revision
-            else entry._replace(changes=_changes(self.entries[number], entry))
+            else entry.but(changes=_changes(self.entries[number], entry))
             for entry, number in zip(self.entries, before, strict=True)
         )  # fmt: skip
         return replace(self, entries=tuple(entries))
@@ -123,22 +133,20 @@ def stored_runs(folder: Path) -> RunIndex:
         If there is no such folder.
     """
     entries = map(entry_at, _stored_in(folder))
-    named = (entry._replace(study=str(entry.run)) for entry in entries)
+    named = (entry.but(study=str(entry.run)) for entry in entries)
     return RunIndex("", folder, tuple(named))
 
 
 def _changes(before: Entry, after: Entry) -> Changes | None:
     if not (before.run and before.revision and after.revision):
         return None
-    was, now = before.revision, after.revision
-    names = was.revision, now.revision
-    return Changes(before.run, names, changes_between(was, now))
+    return changes_since(before.run.name, before.revision, after.revision)
 
 
 def with_reports(index: RunIndex, folder: Path) -> RunIndex:
     """Return an index for a page in a folder, with links to reports that exist."""
     entries = (
-        entry._replace(report=_report(entry.run) if entry.run else None)
+        entry.but(report=_report(entry.run) if entry.run else None)
         for entry in index.entries
     )
     return replace(index, title="Runs", folder=folder, entries=tuple(entries))
@@ -237,8 +245,8 @@ def entry_at(path: Path) -> Entry:
         run = open_run(path, damaged=True)
         entry, problem = _with_kept(entry_of(run), run), run.damage.words
         if not run.complete and writer_of(path):
-            entry = entry._replace(state="running")
-        return entry._replace(state="damaged", problem=problem) if problem else entry
+            entry = entry.but(state="running")
+        return entry.but(state="damaged", problem=problem) if problem else entry
     except (TolstatError, OSError) as error:
         state, problem = STATES.get(type(error), "no run"), str(error)
     size = path.stat().st_size if path.is_file() else 0
@@ -254,5 +262,5 @@ def _with_kept(entry: Entry, run: Run) -> Entry:
     if run.replaces and identity(kept) == run.replaces:
         with suppress(TolstatError):
             before = open_run(kept, damaged=True)
-            return entry._replace(changes=_changes(entry_of(before), entry))
+            return entry.but(changes=_changes(entry_of(before), entry))
     return entry

@@ -66,10 +66,13 @@ def _changes(index: RunIndex) -> blocks.Table:
     for entry in index.entries:
         if not entry.changes:
             continue
-        against, revisions, changes = entry.changes
+        against, at, revisions, changes = entry.changes
         known = f"{revisions[0]} to {revisions[1]}" if any(revisions) else ""
         first: dict[str, blocks.Given] = {
-            "study": blocks.Cell(text(entry.study), text(f"since {against.name}")),
+            "study": blocks.Cell(
+                text(entry.study),
+                text(f"since {against or 'its run'} of {at[:16].replace('T', ' ')}"),
+            ),
             "revision": known,
         }
         for kind, name, before, after in changes or [("nothing", "", "", "")]:

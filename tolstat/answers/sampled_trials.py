@@ -7,13 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.deviations.samplers import AS_STUDY, DISTANCE, OWN, WEIGHT
+from tolstat.deviations.samplers import AS_STUDY, DISTANCE, OWN, WEIGHT, Saltelli
 from tolstat.errors import Advice, QuestionError, Remedy
 from tolstat.statistics.integration_error import AuditedResponse, response_ends
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import NO_LIMIT, within
 from tolstat.statistics.limits.yields import PartsUncertainty
 from tolstat.statistics.sample import Sample
+from tolstat.statistics.sensitivity.group_surface import GroupSurface, like_normal
 from tolstat.statistics.summary import QUANTILES, ResponseUncertainty
 from tolstat.status import Status
 from tolstat.store.run_records import Sampled
@@ -128,13 +129,29 @@ class Drawn:
         """Whether the run was made for Sobol' indices."""
         return self.sampled.group > 1
 
-    def groups(self, response: str) -> tuple[Array, int]:
-        """Return float64[group, 2 + factor] of whole groups, and how many are not."""
-        group = self.sampled.group
-        values = self.run.column(response).reshape(-1, group)
-        status = self.run.status.reshape(-1, group)
-        complete = np.all(status == Status.DONE, axis=1)
-        return values[complete], int(np.count_nonzero(~complete))
+    def groups(self, name: str) -> Array:
+        """Return a column in whole groups: float64[group, 2 + factor]."""
+        values = self.run.column(name).reshape(-1, self.sampled.group)
+        return values[self.whole_groups]
+
+    @cached_property
+    def whole_groups(self) -> Truths:
+        """Which groups have no failed trial."""
+        status = self.run.status.reshape(-1, self.sampled.group)
+        return np.asarray(np.all(status == Status.DONE, axis=1))
+
+    @cached_property
+    def group_surface(self) -> GroupSurface:
+        """What responses follow in whole groups."""
+        factors, whole = self.sampled.factors, self.whole_groups
+        unit = Saltelli().pairs(self.sampled.seed, factors, len(whole))[whole]
+        contributors = {contributor.name for contributor in self.run.contributors}
+        normal = [  # batches are
+            name not in contributors
+            or like_normal(self.groups(name)[:, 0], unit[:, 0, column])
+            for column, name in enumerate(factors)
+        ]
+        return GroupSurface(unit, np.array(normal, np.bool_))
 
 
 def audited_of(run: Run, name: str) -> AuditedResponse | None:

@@ -13,10 +13,16 @@ import click
 from rich.live import Live
 from rich.table import Table
 
+from tolstat.answers.index_memory import (
+    Memory,
+    memory_of,
+    page_with_memory,
+    with_memory,
+)
 from tolstat.answers.next_steps import worded
 from tolstat.answers.output_file import check_folder, replace
 from tolstat.answers.reports import report
-from tolstat.answers.run_entries import Entry, RunIndex, entry_of
+from tolstat.answers.run_entries import COLUMNS, Entry, RunIndex, entry_of
 from tolstat.answers.runs_document import progress_table
 from tolstat.cli import options
 from tolstat.cli.check import checked
@@ -37,7 +43,7 @@ WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
 TITLE = "tolstat batch"
 CONTINUES = "stopped; the same command continues"
 HEAD = 10_000  # bytes of a page or a table, in which its mark stands
-HEADS = ",".join(Entry._fields[:5])  # how the table of an index begins
+HEADS = ",".join(COLUMNS[:5])  # how the table of an index begins
 
 
 @click.command()
@@ -65,7 +71,7 @@ def batch(
     page = _index_in(output, files)
     console = Screen(stderr=True)
     waiting = {entry: Entry(entry.stem, state=WAITING) for entry in files}
-    queue = Queue(waiting, page, console)
+    queue = Queue(waiting, page, memory_of(page), console)
     live = Live(console=console, get_renderable=queue.table, transient=True)
     with stop_on_interrupt(CONTINUES) as stop:
         with live, crew(stop.is_set) as workers:
@@ -93,13 +99,16 @@ class Queue:
 
     entries: dict[Path, Entry]  # by study file
     page: Path  # of the index
+    memory: Memory  # of the page as it was
     console: Screen
     exit_codes: set[int] = field(default_factory=set)  # of studies that failed
 
     @property
     def index(self) -> RunIndex:
         """The index of all studies."""
-        return RunIndex(TITLE, self.page.parent, tuple(self.entries.values()), "study")
+        entries = tuple(self.entries.values())
+        index = RunIndex(TITLE, self.page.parent, entries, "study")
+        return with_memory(index, self.memory)
 
     def table(self) -> Table:
         """Return the index for the live display."""
@@ -126,7 +135,7 @@ class Queue:
         try:
             run, how, notes = complete(study, workers, tell)
             note(notes)
-            self.entries[study] = entry_of(run)._replace(study=study.stem)
+            self.entries[study] = entry_of(run).but(study=study.stem)
             self._set(study, state=how if run.complete else STOPPED)
             if run.complete:
                 self._set(study, report=_report(run))
@@ -139,11 +148,11 @@ class Queue:
         entries = self.entries.values()
         if self.page.exists() or any(e.run or e.state == STOPPED for e in entries):
             self.page.parent.mkdir(exist_ok=True)
-            replace(self.page, self.index.html().encode())
+            replace(self.page, page_with_memory(self.index).encode())
             replace(self.page.with_suffix(".csv"), self.index.csv().encode())
 
     def _set(self, study: Path, **changes: Any) -> None:
-        self.entries[study] = self.entries[study]._replace(**changes)
+        self.entries[study] = self.entries[study].but(**changes)
 
     def _fail(self, study: Path, problem: str, exit_code: int) -> None:
         self._set(study, state=FAILED, problem=problem)

@@ -179,13 +179,13 @@ def _load_machine(
 
 MACHINE = click.Option(
     ["--machine"],
-    metavar="FILE.py:NAME|FILE.fmu",
+    metavar="FILE.py:NAME|FILE.fmu|exec:COMMAND",
     multiple=True,
     callback=_load_machine,
     expose_value=False,
     is_eager=True,
-    help="A custom model or an FMU, for the studies and runs that name it. May be "
-    "repeated.",
+    help="A custom model, an FMU or a command, for the studies and runs that name it. "
+    "May be repeated.",
 )
 
 

@@ -11,9 +11,10 @@ from rich.live import Live
 
 from tolstat import catalogue
 from tolstat.answers.answer import ENDINGS
+from tolstat.answers.index_memory import memory_of, page_with_memory, with_memory
 from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.output_file import check_ending
+from tolstat.answers.output_file import check_ending, replace
 from tolstat.answers.reports import summary
 from tolstat.answers.run_entries import (
     RunIndex,
@@ -87,7 +88,11 @@ def runs(folder: Path, output: Path | None) -> None:
     if output:
         check_ending(output, "an answer", ENDINGS)
         index = with_reports(stored_runs(folder), output.parent)
-        index.save(output)
+        if output.suffix.lower() == ".html":
+            index = with_memory(index, memory_of(output))
+            replace(output, page_with_memory(index).encode())
+        else:
+            index.dated.save(output)
         say(f"{len(index.entries)} runs in {output}")
     else:
         index = stored_runs(folder)

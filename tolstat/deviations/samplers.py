@@ -6,7 +6,7 @@ Each declares the properties of its samples. `unit_samples` chooses all at once;
 
 import hashlib
 import math
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -256,13 +256,21 @@ class Saltelli(Sampler):
         """Return unit samples."""
         group = self.group(len(streams))
         points = math.ceil(trials / group)
-        samples = np.empty((points, group, len(streams)))
-        for column, name in enumerate(streams):
-            a, b = (uniform(seed, name, points, f"saltelli {which}") for which in "AB")
-            samples[:, :, column] = a[:, None]
-            samples[:, 1, column] = b
-            samples[:, OWN + column, column] = b
+        pairs = self.pairs(seed, list(streams), points)
+        samples = np.repeat(pairs[:, :1], group, axis=1)
+        samples[:, 1] = pairs[:, 1]
+        for factor in range(len(streams)):
+            samples[:, OWN + factor, factor] = pairs[:, 1, factor]
         return samples.reshape(points * group, len(streams))[:trials]
+
+    def pairs(self, seed: int, names: Sequence[str], groups: int) -> Array:
+        """Return the unit samples of trials A and B: float64[group, 2, name]."""
+        samples = np.empty((groups, OWN, len(names)))
+        for column, name in enumerate(names):
+            for own, trial in enumerate("AB"):
+                purpose = f"saltelli {trial}"
+                samples[:, own, column] = uniform(seed, name, groups, purpose)
+        return samples
 
 
 def random_bits(

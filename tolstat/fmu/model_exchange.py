@@ -18,6 +18,7 @@ from tolstat.fmu.trial_points import ENDED, SOLVER, Points, Recorder
 
 MOST_STEPS = 2_000_000  # of a trial
 CV_ONE_STEP, CV_ROOT_RETURN = 2, 2  # of CVODE's header; FMPy lacks the first
+MOST_SHORT = 100  # steps without an advance, one after the other
 END = 1e-12  # of the duration: closer to an end than this is at the end
 
 
@@ -95,6 +96,11 @@ class Solver:
         self._cvode.CVodeSVtolerances(memory, self._rtol, solver.abstol)
         self._set_stop(memory, stop)
 
+    def refuse(self) -> None:
+        """Raise what the FMU last refused since the restart, if it did."""
+        if self._failure is not None:
+            raise self._failure
+
     def advance(self, stop: float) -> tuple[float, bool]:
         """Take one accepted step; return its end, s, and whether an event lies there.
 
@@ -106,13 +112,11 @@ class Solver:
             If the solver does.
         """
         solver, reached = self._solver, self._sundials.realtype(0.0)
-        self._failure = None  # a refused step may be taken shorter
         flag = self._cvode.CVode(
             solver.cvode_mem, stop, solver.x, byref(reached), CV_ONE_STEP
         )
         if flag < 0:
-            if self._failure is not None:
-                raise self._failure
+            self.refuse()
             raise SolverError(f"CVode ends with {flag}: {solver.error_info}")
         self._instance.call("setTime", reached.value)
         if not solver.discrete:
@@ -148,11 +152,17 @@ def model_exchanged(
     solver.restart(start, min(stop, event.next_time))
     if not end_only:
         recorder.note(start)
+    time, short = start, 0
     for _ in range(MOST_STEPS):
+        before = time
         try:
             time, located = solver.advance(stop)
         except SolverError as error:
             return recorder.points(SOLVER, str(error))
+        short = short + 1 if time - before < stop - end else 0
+        if short > MOST_SHORT:  # CVode would continue for ever
+            solver.refuse()
+            return recorder.points(SOLVER, f"steps become too short at {time:.17g} s")
         requested, ends = instance.call("completedIntegratorStep")
         if not end_only:
             recorder.note(time)

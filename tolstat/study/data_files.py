@@ -64,6 +64,11 @@ class MeasuredFile:
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
         """Return a column; `lots` names that of the lots, which Q-DAS tells itself."""
         if isinstance(self._file, qdas.QdasFile):
+            if lots:
+                raise DataError(
+                    f"{self._file.path}: a Q-DAS file has the batch of each value "
+                    f"(K0006), and no columns; leave lots = '{lots}' out"
+                )
             return self._file.measured(name)
         return self._file.measured(name, lots)
 

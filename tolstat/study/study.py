@@ -39,7 +39,6 @@ from tolstat.study.limits_section import read_limits
 from tolstat.study.memory_needed import large, too_large
 from tolstat.study.nominal_size import SHARES
 from tolstat.study.problems import Problems
-from tolstat.study.rows import reader_of_rows, with_row_warnings
 from tolstat.study.sampling import (
     Rule,
     Until,
@@ -56,6 +55,7 @@ from tolstat.study.settings_section import (
     read_settings,
 )
 from tolstat.study.slips import note_readable, section_of, with_link_tables
+from tolstat.study.stated_rows import read_rows
 from tolstat.study.study_schema import Document, checked
 from tolstat.units.conversion import dimension
 from tolstat.units.grammar import quantity, unit_of
@@ -300,12 +300,10 @@ def load(
         points = read_grid(document, chosen, settings, description, problems)
     if sampling == "table" and document.table:
         with problems.noting("table", document.table):
-            points = reader_of_rows(document)(
-                document, folder, evaluated, settings, description
+            points = read_rows(
+                document, folder, evaluated, settings, description, deviating
             )
     note_faults(document, sampling, deviating, points, problems)
-    if points and points.places:
-        points = with_row_warnings(points, deviating, description)
     reference = None
     if document.reference:
         with problems.noting("[reference]", document.reference):

@@ -188,6 +188,21 @@ def test_the_report_judges_the_parts_as_the_command_does(run, judged, tmp_path):
     assert "A in the order of the parts" in page
 
 
+def test_the_data_of_a_report_have_the_measured_parts(run):
+    report = tolstat.report(run)
+    part, numbers = judged_parts_of(run)["A"], json.loads(report.json())
+    stored = numbers["measured_parts"]["A"]
+    assert stored["capability"]["parts"] == 90
+    assert stored["capability"]["ppk"]["value"] == part.capability.ppk.value
+    assert [w["kind"] for w in stored["warnings"]] == [w.kind for w in part.warnings]
+    table = pd.read_csv(io.StringIO(report.csv()))
+    assert table["A Ppk"][0] == pytest.approx(part.capability.ppk.value)
+    mean = part.scale.factor * part.capability.mean.value
+    assert table[f"A mean [{part.scale.shown}]"][0] == pytest.approx(mean)
+    assert table["A parts"][0] == 90 and "A outside [%]" in table
+    assert report.frame()["A_sigma"].iloc[0] == part.capability.sigma.value
+
+
 def test_trials_take_the_parts_and_not_their_tolerance(run):
     (sample,) = run.measured
     assert {*run.column("A")} <= {*sample.values}
@@ -204,6 +219,8 @@ def test_a_drawing_in_a_file_of_qdas(tmp_path):
     part = tolstat.parts(path).characteristics["bore"]
     assert part.tolerance == pytest.approx((19.98e-3, 20.03e-3))
     assert part.nominal == pytest.approx(20e-3)
+    with pytest.raises(DataError, match="leave lots = 'batch' out"):
+        tolstat.parts(path, lots="batch")
     study = {
         "model": "dimension_chain", "trials": 100, "seed": 1,
         "settings": {"gap": "A - B"},

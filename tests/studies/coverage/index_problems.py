@@ -13,6 +13,7 @@ from scipy.stats import norm, qmc
 from tests.studies.coverage.problems import SIZES
 from tolstat.statistics.point_mass import clipped
 from tolstat.statistics.sensitivity.contributions import contributions
+from tolstat.statistics.sensitivity.group_surface import GroupSurface, like_normal
 from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
 
 
@@ -294,14 +295,19 @@ def central(name):
 
 
 def design(problem, rng, n):
-    """Return the responses of Saltelli's design: float64[n, 2 + factor]."""
+    """Return the responses of Saltelli's design, and the surface of its groups.
+
+    float64[n, 2 + factor].
+    """
     k = len(problem.first)
-    A, B = (problem.deviations(rng.random((n, k))) for _ in "AB")
+    unit = np.stack([rng.random((n, k)) for _ in "AB"], axis=1)
+    A, B = (problem.deviations(unit[:, i]) for i in range(2))
     x = np.repeat(A[:, None, :], k + 2, axis=1)
     x[:, 1] = B
     for i in range(k):
         x[:, 2 + i, i] = B[:, i]
-    return problem.response(x)
+    normal = [like_normal(x[:, 0, i], unit[:, 0, i]) for i in range(k)]
+    return problem.response(x), GroupSurface(unit, np.array(normal))
 
 
 def intervals(name, rng, n):
@@ -326,8 +332,8 @@ def _intervals(name, rng, n):
     for i, each in enumerate(names):
         yield f"first order of {each}, at hand", hand.first_order[each], alone[i]
     if problem.independent:
-        made_of = design(problem, rng, n)
-        made = sobol_indices(made_of, names)
+        made_of, surface = design(problem, rng, n)
+        made = dict(zip(names, sobol_indices(made_of, surface), strict=True))
         light = clipped(made_of, made_of[:, :2]).light
         firsts, totals, _ = (whole if light else central)(name)
         for i, each in enumerate(names):

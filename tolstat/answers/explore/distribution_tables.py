@@ -106,7 +106,7 @@ def keys_in_zone(keys: dict[str, Any], distribution: Distribution) -> dict[str, 
         typed = getattr(distribution, key, None)
         if key in (*PLACES, "mean") and typed is not None:
             places = typed if isinstance(typed, Tolerance) else (typed,)
-            across = [(place - zone.middle) / zone.half for place in places]
+            across = [(spot - zone.middle) / zone.half for spot in places]
             moving[key] = {"across": across}
         elif key in WIDTHS and typed is not None:
             moving[key] = {"times": typed / zone.half}

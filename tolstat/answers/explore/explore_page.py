@@ -37,7 +37,7 @@ class Explore:
     def html(self) -> str:
         """Return the page: one file, which asks for no other."""
         run, folder = self.run, files(__package__)
-        trials = f"{int(self.data.drawn.sample.ran.sum())} trials"
+        trials = f"{int(self.data.sampled.sample.ran.sum())} trials"
         how = "evaluated again" if self.data.evaluated else "weighted"
         data = self.data.data
         return explore_page(
@@ -49,6 +49,7 @@ class Explore:
             data=self.data.text(),
             entries=[*map(self._offered, data["entries"])],
             responses=data["responses"],
+            evaluated=self.data.evaluated,
             lead=f"{run.path.name}: {trials}, {how} at each move; {run.model}",
             report=command("report", run.path, machine=run.machine),
             note=READINGS,
@@ -115,7 +116,7 @@ def explore(run: RunSource, *, model: Model | None = None) -> Explore:
         If its trials are no sample, or are to be weighted and depend on each other.
     """
     run = open_run(run)
-    drawn, _ = reportable(run)
+    sampled, _ = reportable(run)
     if run.aim:
         raise QuestionError(
             f"{run.path}: a rare run has few trials as the study samples them; "
@@ -123,8 +124,8 @@ def explore(run: RunSource, *, model: Model | None = None) -> Explore:
         )
     study = study_of(run, model=model)
     check_assumed(run, study)
-    data = PageData(run, study, drawn)
-    if drawn.sample.replicates and not data.evaluated:
+    data = PageData(run, study, sampled)
+    if sampled.sample.replicates and not data.evaluated:
         raise QuestionError(
             f"{run.path}: weights are {RANDOM_ONLY}; {run.sampling} trials depend on "
             "each other",

@@ -26,9 +26,9 @@ class Trees:
             return ["link", self.parts.index(name)]
         return float(self.nominal[name])
 
-    def operation(self, sign: str, left: Tree, right: Any) -> Tree:
+    def operation(self, sign: str, first: Tree, second: Any) -> Tree:
         """Return a step of two arguments."""
-        return [sign, left, right]
+        return [sign, first, second]
 
     def function(self, name: str, arguments: Sequence[Tree]) -> Tree:
         """Return a step of a function."""

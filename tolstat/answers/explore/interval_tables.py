@@ -20,6 +20,7 @@ from tolstat.statistics.intervals.weights import LEAST_EFFECTIVE
 
 EVERY = 8  # of the normal scores of a density: 513 stay
 COUNTED = 160  # counts up to here are all tabulated, and as many larger ones
+MOST_UNITS = 4096  # new units by which a page caps weights
 LAST_DECADE, PER_DECADE = 7, 40  # of the shapes of a gamma distribution
 
 
@@ -29,9 +30,9 @@ def interval_tables(trials: int) -> dict[str, Any]:
     Intervals of counts, factors of the interval of weighted counts, areas below normal
     scores, and from where on weighted trials are not trusted.
     """
-    few = np.arange(min(trials, COUNTED) + 1)
-    many = np.geomspace(max(len(few) - 1, 1), trials, COUNTED)
-    counts = np.unique(np.concatenate([few, many.round()])).astype(int)
+    first = np.arange(min(trials, COUNTED) + 1)
+    larger = np.geomspace(max(len(first) - 1, 1), trials, COUNTED)
+    counts = np.unique(np.concatenate([first, larger.round()])).astype(int)
     shares = [anytime_valid(int(count), trials) for count in counts]
     shapes = np.logspace(0, LAST_DECADE, LAST_DECADE * PER_DECADE + 1)
     miss = (1 - CONFIDENCE) / 2
@@ -52,4 +53,5 @@ def interval_tables(trials: int) -> dict[str, Any]:
         "most_uncovered": MOST_UNCOVERED,
         "heaviest": [HEAVIEST_SHARE, MOST_HEAVIEST],
         "none_met": NONE_MET,
+        "most_units": MOST_UNITS,
     }

@@ -186,7 +186,7 @@ class Explorer {
     return {after, log};
   }
   /* Log density of units in one scenario over that in another, with which they were sampled; of some rows, or all.
-     Terms are kept but those of the entry `special`, which a profile moves. */
+     Terms are kept but those of the entry `special`, which a profile moves; of none if it is true. */
   logRatios(from, to, rows = null, special = -1) {
     const n = rows ? rows.length : this.rows, out = new Float64Array(n), after = new Map(), direction = from === this.drawing ? 'to' : 'from';
     this.entries.forEach(({members}, i) => {
@@ -194,7 +194,7 @@ class Explorer {
       if (!this.changed(from, i) && !this.changed(to, i)) return;
       for (const p of members) {
         if (this.parts[p].repeats) continue;
-        const some = i === special && rows, place = `${p} ${direction}`, key = JSON.stringify([a, b]);
+        const some = rows && (special === true || i === special), place = `${p} ${direction}`, key = JSON.stringify([a, b]);
         if (!some && this.terms[place]?.key !== key) this.terms[place] = {key, ...this.term(p, a, b)};
         const term = some ? this.term(p, a, b, rows) : this.terms[place];
         for (let k = 0; k < n; k++) out[k] += term.log[some || !rows ? k : rows[k]];
@@ -209,15 +209,18 @@ class Explorer {
   }
   /* Cap of the weights for intervals, and share of the new units above it: the cheapest of the new units' own weights. */
   cap(scenario) {
-    const units = Array.from(this.logRatios(scenario, this.drawing), (log, k) => [Math.exp(-log), this.times[k] / this.total]).filter(unit => unit[0] < Infinity).sort((a, b) => b[0] - a[0]);
+    this.units ??= Uint32Array.from({length: Math.min(this.rows, this.most_units)}, (_, k) => k);
+    const log = this.logRatios(scenario, this.drawing, this.units, true), total = this.units.reduce((sum, k) => sum + this.times[k], 0);
+    const order = this.units.filter(k => log[k] > -Infinity).sort((a, b) => log[a] - log[b]);
     let above = 0, sampled = 0, mean = 0, top = 0, best = {most: 1, cut: 0, cost: Infinity};
-    for (const [weight, mass] of units) {
+    for (const k of order) {
+      const weight = Math.exp(-log[k]), mass = this.times[k] / total;
       if (above < this.heaviest[0]) top += mass * weight;
       above += mass; sampled += mass / weight; mean += mass * weight;
       const cut = Math.max(above - sampled * weight, 0), cost = this.none_met * weight / this.trials + cut;
       if (cost < best.cost) best = {most: weight, cut, cost};
     }
-    return {...best, efficiency: 1 / mean, dominated: top > this.heaviest[1] * mean && units.length > 1 / this.heaviest[0]};
+    return {...best, efficiency: 1 / mean, dominated: top > this.heaviest[1] * mean};
   }
   /* How far the sampled parts of an entry cover its new ones: share outside, efficiency. */
   cover(i, state) {

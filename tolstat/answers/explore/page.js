@@ -65,19 +65,31 @@ function updateControls() {
     }
   });
 }
-function updateCards() {
-  $('cards').innerHTML = scenarios.map((scenario, s) => {
-    const reading = readings[s], one = reading.responses[focus], r = response(), words = explorer.words(scenario).filter(w => w !== '--limit').join('; ');
-    const interval = Number.isNaN(one.range[0]) ? '' : `${ppm(one.range[0])} to ${ppm(one.range[1])}; `;
-    const result = reading.covered ? `<span class="large ${one.verdict.replace(' ', '-')}">${ppm(one.share)} <small>ppm out of limit</small></span>
-      <span>${interval}<b class="${one.verdict.replace(' ', '-')}">${one.verdict}</b> (${ppm(1 - r.demanded)} permitted)</span>
-      <span>Ppk ${one.ppk.map(x => plain(x)).join(' (').replace(' (', ' (').replace(/ \(([^(]*)$/, ' to $1')}); by moments ${plain(one.moments)}</span>`
-      : `<span class="large off">–</span><span>Not covered by the trials: ${escaped(reading.reasons.join('; '))}. Run the command below.</span>`;
-    return `<button type="button" aria-pressed="${s === chosen}" data-card="${s}" class="${reading.covered ? '' : 'off'}"><span class="soft"><b>${LETTERS[s]}</b> ${escaped(words || (s ? 'nothing changed yet' : 'as on the drawing'))}</span>
-      ${result}${explorer.evaluated || !words ? '' : `<span>effective sample size ${Math.round(reading.effective)}</span>`}</button>`;
-  }).join('');
-  const one = readings[chosen].responses[focus];
-  $('status').textContent = `${LETTERS[chosen]}: ${readings[chosen].covered ? `${ppm(one.share)} ppm out of limit, ${one.verdict}` : 'not covered by the trials'}`;
+/* A reading in words, for the places of the page that are named so. */
+function wordsOf(s) {
+  const reading = readings[s], one = reading.responses[focus], words = explorer.words(scenarios[s]).filter(w => w !== '--limit');
+  const numbers = {changes: words.join('; ') || (s ? 'nothing changed yet' : 'as on the drawing'), verdict: one.verdict};
+  if (!reading.covered) return {...numbers, verdict: '', reason: `Not covered by the trials: ${reading.reasons.join('; ')}. Run the commands below.`};
+  const between = (low, high, written) => Number.isNaN(low) ? '' : `${written(low)} to ${written(high)}`;
+  return {...numbers, reason: '', out: ppm(one.share), range: between(...one.range, ppm), ppk: plain(one.ppk[0]), ppk_range: between(one.ppk[1], one.ppk[2], plain),
+    moments: plain(one.moments), performance: `${plain(one.pp)}, ${plain(one.moments)}`, mean: shown(one.mean), sigma: shown(one.sigma),
+    any: ppm(reading.anyOut), effective: grouped(String(Math.round(reading.effective)))};
+}
+function updateWords() {
+  const words = LETTERS.map((_, s) => wordsOf(s)), {name, unit, demanded} = response();
+  for (const place of document.querySelectorAll('[data-fill]')) {
+    const {fill, scenario} = place.dataset, text = words[scenario][fill] ?? '–';
+    place.textContent = text; place.hidden = !text;
+    if (fill === 'verdict') place.className = `verdict ${text.replace(' ', '-')}`;
+  }
+  for (const card of document.querySelectorAll('[data-card]')) {
+    card.setAttribute('aria-pressed', +card.dataset.card === chosen);
+    card.classList.toggle('off', !readings[card.dataset.card].covered);
+  }
+  for (const place of document.querySelectorAll('.unit')) place.textContent = unit && `, ${unit}`;
+  for (const place of document.querySelectorAll('.permitted-ppm')) place.textContent = ppm(1 - demanded);
+  $('name').textContent = name;
+  $('status').textContent = `${LETTERS[chosen]}: ${words[chosen].reason || `${words[chosen].out} ppm out of limit, ${words[chosen].verdict}`}`;
 }
 
 // ---- figures
@@ -163,15 +175,9 @@ function curves() {
     }));
   });
 }
-function table() {
-  const cell = (value, reading) => `<td>${reading.covered ? value : '–'}</td>`, line = (name, value) => `<tr><th scope="row">${name}</th>${readings.map((reading, s) => cell(value(reading.responses[focus], reading, s), reading)).join('')}</tr>`;
-  const unit = response().unit && `, ${response().unit}`;
-  $('heads').innerHTML = `<tr><th scope="col">${escaped(response().name)}</th>${LETTERS.map(letter => `<th scope="col">${letter}</th>`).join('')}</tr>`;
-  $('rows').innerHTML = line('out of limit, ppm', o => `${ppm(o.share)}<span class="range">${o.range.map(ppm).join(' to ')}</span>`)
-    + line('verdict', o => `<span class="verdict ${o.verdict.replace(' ', '-')}">${o.verdict}</span>`)
-    + line('equivalent Ppk', o => `${plain(o.ppk[0])}<span class="range">${plain(o.ppk[1])} to ${plain(o.ppk[2])}</span>`)
-    + line('Pp, Ppk by moments', o => `${plain(o.pp)}, ${plain(o.moments)}`) + line(`mean${unit}`, o => shown(o.mean)) + line(`sigma${unit}`, o => shown(o.sigma))
-    + line('out of any limit, ppm', (_, reading) => ppm(reading.anyOut)) + line('effective sample size', (_, reading) => grouped(String(Math.round(reading.effective))));
+function show(id, figure) {
+  $(id).innerHTML = readings[chosen].covered ? figure() : '';
+  $(id).hidden = !$(id).innerHTML;
 }
 const queue = [];
 function work() { // curves are drawn between moves
@@ -181,14 +187,13 @@ function work() { // curves are drawn between moves
 }
 function draw() {
   readings[chosen] = explorer.read(scenarios[chosen]);
-  updateCards(); updateControls();
+  updateWords(); updateControls();
   $('changes').textContent = `Scenario ${LETTERS[chosen]}${chosen ? '' : ': as on the drawing; choose B or C to change it'}`;
   $('copy').textContent = `Copy to ${LETTERS[chosen === 1 ? 2 : 1]}`;
-  $('histogram').innerHTML = histogram(); $('waterfall').innerHTML = waterfall();
-  for (const id of ['waterfall', 'pareto']) $(id).hidden = !$(id).innerHTML;
+  show('histogram', histogram); show('waterfall', waterfall);
   $('command').value = explorer.command(scenarios[chosen], readings[chosen].covered); $('toml').value = explorer.toml(scenarios[chosen]);
   queue.length = 0; curves();
-  queue.push(() => { $('pareto').innerHTML = pareto(); $('pareto').hidden = !$('pareto').innerHTML; table(); history.replaceState(null, '', `#${explorer.stored(scenarios.slice(1), chosen, focus)}`); });
+  queue.push(() => { show('pareto', pareto); history.replaceState(null, '', `#${explorer.stored(scenarios.slice(1), chosen, focus)}`); });
   waiting ||= setTimeout(work, 0);
 }
 function change(i, state) { const entries = [...scenarios[chosen].entries]; entries[i] = state; scenarios[chosen] = {...scenarios[chosen], entries}; draw(); }
@@ -216,7 +221,7 @@ function dragged(event) {
 }
 async function pressed({target}) {
   const {copy, card} = target.closest('button')?.dataset ?? {};
-  if (card) { chosen = +card; draw(); document.querySelector(`[data-card="${card}"]`).focus(); }
+  if (card) { chosen = +card; draw(); }
   else if (copy) { $(copy).select(); try { await navigator.clipboard.writeText($(copy).value); } catch { document.execCommand('copy'); } }
   else if (target.id === 'reset' && chosen) { scenarios[chosen] = explorer.scenario(); draw(); }
   else if (target.id === 'copy') { const other = chosen === 1 ? 2 : 1; scenarios[other] = scenarios[chosen]; readings[other] = readings[chosen]; chosen = other; draw(); }

@@ -34,9 +34,9 @@ from tolstat.toml import toml_key, toml_keys
 class PageData:
     """The data of a page of a run whose trials were sampled."""
 
-    def __init__(self, run: Run, study: Study, drawn: Drawn) -> None:
-        self.run, self.study, self.drawn = run, study, drawn
-        self.summaries = summaries_of(drawn)
+    def __init__(self, run: Run, study: Study, sampled: Drawn) -> None:
+        self.run, self.study, self.sampled = run, study, sampled
+        self.summaries = summaries_of(sampled)
         deviating = study.deviating.distributions
         plain = study.model.unwrapped is study.model and not run.swept
         trees = formula_trees(study.settings, deviating) if plain else None
@@ -56,16 +56,17 @@ class PageData:
     @cached_property
     def data(self) -> dict[str, Any]:
         """The data of the page."""
-        run, drawn, moving = self.run, self.drawn, self.entries.moving
-        places = {name: place for place, name in enumerate(self.parts)}
+        run, sampled, moving = self.run, self.sampled, self.entries.moving
+        places = {name: number for number, name in enumerate(self.parts)}
         names = self._ordered()
         stored = 0 if self.evaluated else len(names)
-        trials = page_trials(drawn, len(self.parts), stored)
+        trials = page_trials(sampled, len(self.parts), stored)
         if self.evaluated:
-            scores = sampled_scores(self.study, drawn)
+            scores = sampled_scores(self.study, sampled)
         else:
-            of = self.parts
-            scores = {name: density_scores(self.study, drawn, name) for name in of}
+            scores = {
+                name: density_scores(self.study, sampled, name) for name in self.parts
+            }
         entries, kinds = self.entries.data(places)
         study = run.study_file or run.path.with_suffix(".toml")
         return {
@@ -78,7 +79,7 @@ class PageData:
             "version": run.made.get("version_tolstat", ""),
             "started": run.made.get("started_at", "")[:10],
             "sampling": run.sampling,
-            "random": not drawn.sample.replicates,
+            "random": not sampled.sample.replicates,
             "evaluated": self.evaluated,
             "correlated": not run.independent,
             "parts": [self._part(name, moving, trials.places) for name in self.parts],
@@ -118,7 +119,7 @@ class PageData:
         if self.evaluated and name not in moving:  # it stays as it was sampled
             spread = spread_of(self.study.deviating.distributions[name])
             part |= {
-                "fixed": packed(self.drawn.values(name)[places], "<f4"),
+                "fixed": packed(self.sampled.values(name)[places], "<f4"),
                 "lower": spread.lower,
                 "upper": spread.upper,
                 "mean": spread.mean,
@@ -165,7 +166,7 @@ class PageData:
         if self.evaluated:
             data["formula"] = self.trees[name]
         else:
-            data["values"] = packed(self.drawn.values(name)[places], "<f4")
+            data["values"] = packed(self.sampled.values(name)[places], "<f4")
         return data
 
     def _demand(self, name: str) -> str:

@@ -112,8 +112,8 @@ class PageEntries:
     def moving(self) -> dict[str, int]:
         """The contributors that move, with the place of their entry."""
         return {
-            member: place
-            for place, entry in enumerate(self.entries)
+            member: number
+            for number, entry in enumerate(self.entries)
             if not entry.reason
             for member in entry.members
         }

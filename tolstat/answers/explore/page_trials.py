@@ -50,7 +50,7 @@ class PageTrials:
         }
 
 
-def page_trials(drawn: Drawn, parts: int, numbers: int) -> PageTrials:
+def page_trials(sampled: Drawn, parts: int, numbers: int) -> PageTrials:
     """Choose the trials of a page.
 
     All where they fit. Else every trial out of some limit, and a sample of the rest,
@@ -61,13 +61,13 @@ def page_trials(drawn: Drawn, parts: int, numbers: int) -> PageTrials:
     parts, numbers : int
         Normal scores and other numbers of a trial.
     """
-    ran = np.flatnonzero(drawn.sample.ran)
+    ran = np.flatnonzero(sampled.sample.ran)
     for bits in (32, 16):
         most = MOST_BYTES // (parts * bits // 8 + 4 * numbers + 4)
         if len(ran) <= most:
             return PageTrials(len(ran), ran, None, bits)
-    limits = drawn.run.limits.items()
-    inside = [within(drawn.values(name)[ran], x.permitted) for name, x in limits]
+    limits = sampled.run.limits.items()
+    inside = [within(sampled.values(name)[ran], x.permitted) for name, x in limits]
     out = ~np.all(inside, axis=0) if inside else np.zeros(len(ran), np.bool_)
     if np.count_nonzero(out) > MOST_OUT * most:
         times = np.full(most, len(ran) / most)
@@ -80,7 +80,7 @@ def page_trials(drawn: Drawn, parts: int, numbers: int) -> PageTrials:
     return PageTrials(len(ran), places, times, 16)
 
 
-def sampled_scores(study: Study, drawn: Drawn) -> Mapping[str, Array]:
+def sampled_scores(study: Study, sampled: Drawn) -> Mapping[str, Array]:
     """Return the normal scores that the parts of each trial were sampled with.
 
     Of measured parts, too, whose deviations do not tell them.
@@ -91,20 +91,20 @@ def sampled_scores(study: Study, drawn: Drawn) -> Mapping[str, Array]:
         name: x if isinstance(x, Constant) else unit
         for name, x in study.deviating.distributions.items()
     }
-    assert drawn.run.sampled is not None
+    assert sampled.run.sampled is not None
     course = draw_in_stages(
-        names, distributions, sampling=study.sampling, seed=drawn.run.sampled.seed,
-        trials=drawn.run.trials, dependence=study.deviating.dependence,
+        names, distributions, sampling=study.sampling, seed=sampled.run.sampled.seed,
+        trials=sampled.run.trials, dependence=study.deviating.dependence,
     )  # fmt: skip
     _, table = next(course)
-    scores = ndtri(table[drawn.trials])
+    scores = ndtri(table[sampled.trials])
     return {n: bounded(x) for n, x in zip(names, scores.T, strict=True)}
 
 
-def density_scores(study: Study, drawn: Drawn, name: str) -> Array:
+def density_scores(study: Study, sampled: Drawn, name: str) -> Array:
     """Return the normal scores of a contributor's deviations, by its density."""
     density = Density(study.deviating.distributions[name])
-    return bounded(density.scores(drawn.values(name)))
+    return bounded(density.scores(sampled.values(name)))
 
 
 def bounded(scores: Array) -> Array:

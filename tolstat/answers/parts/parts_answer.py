@@ -9,7 +9,8 @@ import numpy as np
 
 from tolstat.answers.answer import Answer
 from tolstat.answers.parts.judged_parts import JudgedParts, Sample, judged_parts
-from tolstat.document.inline import Number, Row
+from tolstat.answers.parts.parts_cells import parts_cells
+from tolstat.document.inline import Row
 from tolstat.errors import DataError
 from tolstat.model.description import Contributor
 from tolstat.statistics.capability import Tolerance
@@ -19,7 +20,7 @@ from tolstat.study.study_schema import PartsEntry, read_entry
 from tolstat.tables.table import MeasuredColumn
 from tolstat.units.conversion import dimension, si_unit, to_si
 from tolstat.units.grammar import SIDES, limit, quantity, unit_of
-from tolstat.units.scale import PER_CENT, PLAIN, Scale
+from tolstat.units.scale import PLAIN, Scale
 
 MOST_COLUMNS = 40  # of a file, of which none is named
 
@@ -51,30 +52,10 @@ class PartsAnswer(Answer):
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each characteristic."""
-        return [_row(name, part) for name, part in self.characteristics.items()]
-
-
-def _row(name: str, part: JudgedParts) -> Row:
-    numbers, scale = part.capability, part.scale
-    lower, upper = (end if np.isfinite(end) else np.nan for end in part.tolerance)
-    return {
-        "characteristic": name,
-        "unit": scale.shown,
-        "parts": numbers.parts,
-        "nominal [unit]": Number(part.nominal, scale),
-        "lower limit [unit]": Number(lower, scale),
-        "upper limit [unit]": Number(upper, scale),
-        "mean [unit]": Number(numbers.mean, scale),
-        "sigma [unit]": Number(numbers.sigma, scale),
-        "Pp": Number(numbers.pp),
-        "Ppk": Number(numbers.ppk),
-        "Cp": Number(numbers.cp),
-        "Cpk": Number(numbers.cpk),
-        "below": numbers.below,
-        "above": numbers.above,
-        "outside [%]": Number(numbers.outside, PER_CENT),
-        "warnings": ", ".join(warning.kind for warning in part.warnings),
-    }
+        return [
+            {"characteristic": name, **parts_cells(part)}
+            for name, part in self.characteristics.items()
+        ]
 
 
 def parts(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tolstat.answers import run_answer
+from tolstat.answers.parts.judged_parts import judged_parts_of
 from tolstat.answers.report.chosen_steps import findings_of
 from tolstat.answers.report.integration import (
     integration_of,
@@ -156,6 +157,7 @@ def report_of(
         focus=tuple(focus),
         # the worst limits come first; what was requested by name is drawn
         illustrated=tuple(focus if chosen else focus[:MOST_ILLUSTRATED]),
+        measured_parts=judged_parts_of(run),
     )
 
 

@@ -5,6 +5,8 @@ from collections.abc import Callable, Container, Sequence
 from itertools import chain
 from typing import Any
 
+import numpy as np
+
 from tolstat.answers.report.report_answer import NoCause
 from tolstat.answers.report.response_summary import (
     Cause,
@@ -207,11 +209,12 @@ def indices_of(drawn: Drawn, name: str) -> SobolIndices:
     """
     from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
 
-    groups, broken = drawn.groups(name)
-    indices = sobol_indices(groups, list(drawn.sampled.factors))
+    groups = drawn.groups(name)
+    by_factor = sobol_indices(groups, drawn.group_surface)
+    indices = dict(zip(drawn.sampled.factors, by_factor, strict=True))
     return SobolIndices(
         len(groups),
-        broken,
+        int(np.count_nonzero(~drawn.whole_groups)),
         {factor: at_most_all(index.first) for factor, index in indices.items()},
         {factor: at_most_all(index.total) for factor, index in indices.items()},
         any(index.first.reason == HEAVY for index in indices.values()),

@@ -9,13 +9,13 @@ from tolstat.answers.report.chain_figures import chain_of, vectors, waterfall
 from tolstat.answers.report.report_answer import Report, RunSummary
 from tolstat.answers.report.response_figures import (
     SCATTERED,
-    bars_of,
     figure_of,
     histogram,
     pareto,
 )
 from tolstat.answers.report.response_summary import ReportedResponse
 from tolstat.answers.sampled_trials import Drawn, drawn_trials
+from tolstat.answers.sketches import sketch_of
 from tolstat.document import blocks, plot
 from tolstat.document.blocks import Cell, Columns, Sketch, Tile, Tiles
 from tolstat.document.inline import Name, Number, say, text
@@ -26,8 +26,6 @@ from tolstat.units.scale import PER_CENT, PPM
 MOST_PARETO = 5  # bars on the first page
 MOST_WITHIN = 1500  # trials within the limit that are drawn as points
 LOW = 1.9  # inches: height of a picture on the first page
-SKETCHED = 30  # bars of a small histogram
-LEAST_HEIGHT = 0.06  # of such a bar, so that a single trial is seen
 
 
 def deciding(report: Report) -> str:
@@ -149,19 +147,7 @@ def sketches_of(summary: RunSummary) -> Mapping[str, Sketch]:
         return {}
     sketches = {}
     for name, limited in summary.limits.items():
-        values, limit = drawn.done(name), limited.limit
-        if not len(values):
-            continue
-        bars = bars_of(values, limit.permitted, 1.0, SKETCHED)
-        top = max(float(layer.heights.max()) for layer in bars)
-        heights = np.sum([layer.heights for layer in bars], axis=0) / top
-        heights[heights > 0] = np.maximum(heights[heights > 0], LEAST_HEIGHT)
-        edges = bars[0].edges
-        out = (edges[1:] <= limit.lower) | (edges[:-1] >= limit.upper)
-        scale = summary.responses[name].scale
-        words = f"{scale.words(values.min())} to {scale.words(values.max())}"
-        sketches[name] = Sketch(
-            f"Histogram of {name}: {words}", tuple(edges.tolist()),
-            tuple(heights.tolist()), tuple(out.tolist()), tuple(limit.finite),
-        )  # fmt: skip
+        scale, values = summary.responses[name].scale, drawn.done(name)
+        if sketch := sketch_of(name, values, limited.limit, scale):
+            sketches[name] = sketch
     return sketches

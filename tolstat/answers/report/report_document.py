@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from tolstat.answers.next_steps import command
-from tolstat.answers.parts.judged_parts import judged_parts_of
 from tolstat.answers.parts.parts_section import ALL_PARTS, parts_section, parts_table
 from tolstat.answers.report.case_results import cases_section
 from tolstat.answers.report.chain_section import is_chain, links_table, three_ways
@@ -184,7 +183,7 @@ def _assumed(summary: RunSummary) -> list[Parts]:
 
 def _measured_parts(report: Report) -> blocks.Section:
     """Return the measured parts against the tolerance of their drawing."""
-    parts = judged_parts_of(report.stored_run)
+    parts = report.measured_parts
     return blocks.section(
         "Measured parts",
         parts_table(parts.items()),

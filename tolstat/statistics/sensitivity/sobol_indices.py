@@ -10,6 +10,7 @@ from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.as_sampled import PARTS, jackknifed
 from tolstat.statistics.point_mass import clipped, few_leave_a_point_mass
+from tolstat.statistics.sensitivity.group_surface import GroupSurface
 
 
 class Row:
@@ -109,46 +110,32 @@ class Indices(NamedTuple):
     total: Estimate
 
 
-def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
+def sobol_indices(groups: Array, surface: GroupSurface) -> list[Indices]:
     """Estimate the Sobol' indices of a response, with a jackknife over groups.
 
-    If few trials may dominate the variance, the response is clipped: see `clipped`.
+    By factor. If few trials may dominate the variance, the response is clipped: see
+    `clipped`.
 
     Parameters
     ----------
     groups : float64[group, 2 + factor]
         The response of trials A and B, and of A with one factor from B; none NaN.
-
-    References
-    ----------
-    A. Saltelli et al., Computer Physics Communications 181 (2010) 259-270, table 2: (b)
-    for the first order; (f), after Jansen, for the total.
+    surface : GroupSurface
+        Of the unit samples of these groups.
     """
-    n = len(groups)
-    if n < LEAST_GROUPS or np.ptp(groups[:, :2]) == 0:
-        group = groups.shape[1]
+    n, group = groups.shape
+    spreads = n > 0 and np.ptp(groups[:, :2]) > 0
+    if n < LEAST_GROUPS or not spreads:
         reason = NoInterval(
             Lack.GROUPS, needed=LEAST_GROUPS, size=group, trials=LEAST_GROUPS * group
         )
-        if n and np.ptp(groups[:, :2]) == 0:
+        if n and not spreads:
             reason = NoInterval(Lack.SPREAD)
         none = Estimate(math.nan, reason=reason)
-        return dict.fromkeys(factors, Indices(none, none))
+        return [Indices(none, none)] * (group - 2)
     random = groups[:, :2]
     core, is_sparse = clipped(groups, random), few_leave_a_point_mass(random.ravel())
-    part = np.arange(n) % PARTS
-    chosen = [core.values, *(core.values[part != p] for p in range(PARTS))]
-    table = core.followed(np.array([_indices(values) for values in chosen]), _indices)
-    estimates = jackknifed(table, trusted=not is_sparse)
-    k = len(factors)
-    pairs = map(Indices, estimates[:k], estimates[k:])
-    return dict(zip(factors, pairs, strict=True))
-
-
-def _indices(groups: Array) -> Array:
-    """Return first and total indices: float64[2 factors]."""
-    # an offset adds only noise to the first order
-    f = groups - groups[:, :2].mean()
-    A, B, AB = f[:, 0], f[:, 1], f[:, 2:]
-    first, total = B @ (AB - A[:, None]), np.sum((A[:, None] - AB) ** 2, axis=0) / 2
-    return np.asarray(np.append(first, total) / len(f) / f[:, :2].var())
+    table = core.followed(surface.indices(core.values), lambda y: surface.indices(y)[0])
+    first, total = np.split(table, 2, axis=1)
+    estimates = (jackknifed(part, trusted=not is_sparse) for part in (first, total))
+    return list(map(Indices, *estimates))

@@ -1,0 +1,183 @@
+"""A model in processes that may end: the guilty trials are found, others unchanged."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+
+import tolstat
+from tests.isolation.trouble import ABOVE
+from tests.isolation.trouble import TroubleSettings as Settings
+from tolstat import catalogue
+from tolstat.errors import ModelError, StudyError
+from tolstat.isolation import isolated_model, processes
+from tolstat.model.checked import simulate
+from tolstat.status import Status
+
+FILE = Path(__file__).with_name("trouble.py")
+ROWS = np.random.default_rng(1).normal(0, 1, (60, 1))
+GUILTY = np.flatnonzero(ROWS[:, 0] > ABOVE)
+STUDY = {
+    "model": "trouble", "trials": 60, "seed": 3, "settings": {"how": "crash"},
+    "deviations": {"x": "+-3 m"}, "limits": {"y": "<= 6 m"},
+}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def _no_process_stays(monkeypatch):
+    monkeypatch.setattr(isolated_model, "_processes", isolated_model.OrderedDict())
+    yield
+    for of_model in isolated_model._processes.values():
+        of_model.close()
+    assert not [p for p in psutil.Process().children() if p.status() != "zombie"]
+
+
+def found(kind, longest=0.0):
+    return catalogue.isolated(catalogue.load(f"{FILE}:{kind}"), longest)
+
+
+def check(answers, status):
+    """The guilty have this status and their output; the others their bits."""
+    assert GUILTY.tolist() == np.flatnonzero(answers.status != Status.DONE).tolist()
+    assert {*answers.status[GUILTY].tolist()} == {status}
+    others = np.setdiff1d(np.arange(len(ROWS)), GUILTY)
+    assert answers.responses[others].tobytes() == (2 * ROWS[others] + 1).tobytes()
+    assert [*answers.output] == GUILTY.tolist()
+
+
+@pytest.mark.parametrize("kind", ["Trouble", "RowByRow"])
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [("crash", "SIGSEGV"), ("exit", "exit code 0"), ("abort", "SIGABRT")],
+)
+def test_a_crash_costs_its_trial(kind, how, words):
+    answers = simulate(found(kind), ROWS, Settings(how))
+    check(answers, Status.CRASHED)
+    for text in answers.output.values():
+        assert words in text
+        assert f"about to {how}" in text
+
+
+@pytest.mark.parametrize("kind", ["Trouble", "RowByRow"])
+def test_a_hang_costs_its_trial(kind):
+    answers = simulate(found(kind, longest=0.3), ROWS, Settings("hang"))
+    check(answers, Status.TOOK_TOO_LONG)
+    assert "longer than 0.3 s" in answers.output[GUILTY[0]]
+
+
+def test_a_leak_costs_its_trial(monkeypatch):
+    monkeypatch.setattr(processes, "GROWTH", 200 << 20)
+    check(simulate(found("RowByRow"), ROWS, Settings("leak")), Status.CRASHED)
+
+
+def test_a_model_that_kills_itself_is_guilty_after_some_times():
+    check(simulate(found("RowByRow"), ROWS, Settings("kill")), Status.CRASHED)
+
+
+def test_a_worker_that_is_killed_is_replaced_and_no_trial_is_guilty():
+    model = found("Trouble")
+    simulate(model, ROWS, Settings())
+    (of_model,) = isolated_model._processes.values()
+    for number in [of_model._idle[0].number, of_model._nursery._process.pid]:
+        os.kill(number, signal.SIGKILL)
+        time.sleep(0.1)
+        assert (simulate(model, ROWS, Settings()).status == Status.DONE).all()
+
+
+def test_a_grown_worker_is_replaced_between_blocks(monkeypatch):
+    monkeypatch.setattr(processes, "REPLACED", -1)
+    model = found("Trouble")
+    simulate(model, ROWS, Settings())
+    (of_model,) = isolated_model._processes.values()
+    assert not of_model._idle
+
+
+def test_a_run_stores_limits_and_output_and_its_trials_repeat(tmp_path):
+    model = catalogue.load(f"{FILE}:Trouble")
+    run = tolstat.run(STUDY, output=tmp_path / "a.h5", workers=2)
+    crashed = np.flatnonzero(run.column("x") > ABOVE)
+    assert len(crashed) > 0
+    assert np.flatnonzero(run.status == Status.CRASHED).tolist() == crashed.tolist()
+    assert run.isolation.longest_trial == 60
+    assert [*run.isolation.output] == crashed.tolist()
+    replay = tolstat.replay(run, int(crashed[0]))
+    assert (replay.status, replay.differences) == ("crashed", ())
+    assert "about to crash" in replay.output
+    assert tolstat.verify(tmp_path / "a.h5").whole
+    assert "SIGSEGV" in " ".join(tolstat.report(run).trials.notes)
+    assert model is not None
+
+
+def test_a_nominal_trial_that_crashes_is_a_fault_of_the_model(tmp_path):
+    text = FILE.read_text().replace("ABOVE = 2.0", "ABOVE = -1.0")
+    (tmp_path / "always.py").write_text(text)
+    catalogue.load(f"{tmp_path / 'always.py'}:Trouble")
+    with pytest.raises(ModelError, match=r"nominal trial crashed: ended by SIGSEGV"):
+        tolstat.run(STUDY)
+
+
+def test_a_longest_trial_isolates_any_model_and_is_kept():
+    study = {
+        "model": "dimension_chain", "trials": 200, "seed": 1, "longest_trial": "7 s",
+        "settings": {"gap": "A"}, "limits": {"gap": "<= 1.05 mm"},
+        "links": {"A": {"nominal": "1 mm", "tolerance": "+-0.1 mm"}},
+    }  # fmt: skip
+    run = tolstat.run(study)
+    assert run.isolation.longest_trial == 7
+    plain = tolstat.run({k: v for k, v in study.items() if k != "longest_trial"})
+    assert plain.isolation is None
+    for name in ("A", "gap"):
+        assert run.column(name).tobytes() == plain.column(name).tobytes()
+    assert run.source_digest == plain.source_digest
+    with pytest.raises(StudyError, match="longest_trial"):
+        tolstat.run({**study, "longest_trial": "0 s"})
+
+
+def test_no_process_survives_a_killed_parent(tmp_path):
+    code = (
+        f"import tolstat; from tolstat import catalogue\n"
+        f"catalogue.load({str(FILE)!r} + ':RowByRow')\n"
+        f"tolstat.run({ {**STUDY, 'model': 'trouble_by_row'}!r}"
+        " | {'settings': {'how': 'hang'}})"
+    )
+    parent = subprocess.Popen([sys.executable, "-c", code])
+    try:
+        end = time.monotonic() + 60
+        while len(family := psutil.Process(parent.pid).children(recursive=True)) < 2:
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        time.sleep(0.5)
+    finally:
+        parent.kill()
+        parent.wait()
+    gone, alive = psutil.wait_procs(family, timeout=10)
+    assert len(gone) >= 2
+    assert not alive
+
+
+def test_an_object_of_this_process_is_refused():
+    class Here(tolstat.Model):
+        name, isolated = "here", True
+
+        def describe(self, settings):
+            """Nothing."""
+
+        def evaluate(self, deviations, settings):
+            """Nothing."""
+
+    with pytest.raises(ModelError, match="an object of this process"):
+        catalogue.find(Here())
+
+
+def test_a_system_without_such_processes_says_so(monkeypatch):
+    monkeypatch.setattr(sys, "platform", "win32")
+    with pytest.raises(ModelError, match="need Linux"):
+        catalogue.isolated(catalogue.find("stand"))

@@ -1,0 +1,144 @@
+"""Placeholders of a command: {input}, {input.toml}, {input:TEMPLATE}, {output.csv}."""
+
+import csv
+import hashlib
+import io
+import json
+import re
+import shlex
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from tolstat.errors import ModelError
+from tolstat.toml import toml_text
+
+INPUT = re.compile(r"\{input(?:\.(json|toml)|:([^{}]+))?\}")
+OUTPUT = re.compile(r"\{output(?:\.(json|csv))?\}")
+NAMED = re.compile(r"\{([^\W\d]\w*)\}")  # a value in a template
+EXAMPLE = "exec:solver --in {input} --out {output}"
+JSON, TOML, CSV = "json", "toml", "csv"
+
+
+class Command(NamedTuple):
+    """A command whose program and files are named by their full paths."""
+
+    words: tuple[str, ...]
+    # "json", "toml", or the path of a template; and "json" or "csv"
+    input_kind: str
+    output_kind: str
+    files: tuple[Path, ...]  # that decide its answers: program, scripts, template
+
+    @classmethod
+    def read(cls, text: str) -> "Command":
+        """Read a command; ModelError if it lacks a placeholder or its program."""
+        try:
+            words = shlex.split(text)
+        except ValueError as error:
+            raise ModelError(f"exec:{text}: {error}") from None
+        inputs = [match for word in words for match in INPUT.finditer(word)]
+        outputs = [match for word in words for match in OUTPUT.finditer(word)]
+        if len(inputs) != 1 or len(outputs) != 1:
+            raise ModelError(
+                f"exec:{text}: {{input}} and {{output}} are expected once each, such "
+                f"as {EXAMPLE}"
+            )
+        program = shutil.which(words[0])
+        if program is None:
+            raise ModelError(f"exec:{text}: no program {words[0]} is found")
+        template = inputs[0][2]
+        if template and not Path(template).is_file():
+            raise ModelError(f"exec:{text}: {template}: no such file")
+        paths = [Path(word) for word in words[1:] if Path(word).is_file()]
+        files = [Path(program), *paths, *([Path(template)] if template else [])]
+        return cls(
+            (
+                str(Path(program).absolute()),
+                *(
+                    str(Path(word).resolve()) if Path(word).is_file() else word
+                    for word in words[1:]
+                ),
+            ),
+            str(Path(template).resolve()) if template else inputs[0][1] or JSON,
+            outputs[0][1] or JSON,
+            tuple(path.resolve() for path in files),
+        )
+
+    @property
+    def digest(self) -> str:
+        """The digest of its words, and of the content of its files."""
+        digest = hashlib.sha256(repr(self.words).encode())
+        for path in self.files:
+            with path.open("rb") as file:
+                digest.update(hashlib.file_digest(file, "sha256").digest())
+        return digest.hexdigest()[:16]
+
+    def filled(self, folder: Path) -> list[str]:
+        """Return its words with the files of a folder."""
+        paths = {INPUT: folder / self._input_name, OUTPUT: self.output_in(folder)}
+        words = list(self.words)
+        for pattern, path in paths.items():
+            words = [pattern.sub(lambda _: str(path), word) for word in words]  # noqa: B023
+        return words
+
+    @property
+    def _input_name(self) -> str:
+        if self.input_kind in (JSON, TOML):
+            return f"input.{self.input_kind}"
+        return Path(self.input_kind).name
+
+    def output_in(self, folder: Path) -> Path:
+        """Return the path of its output in a folder."""
+        return folder / f"output.{self.output_kind}"
+
+    def write_input(self, folder: Path, values: Mapping[str, float]) -> None:
+        """Write values as its input file in a folder."""
+        path = folder / self._input_name
+        match self.input_kind:
+            case "json":
+                path.write_text(json.dumps(values, indent=1))
+            case "toml":
+                path.write_text(toml_text(values))
+            case template:
+                path.write_text(from_template(Path(template).read_text(), values))
+
+    def read_output(self, folder: Path, names: list[str]) -> list[float]:
+        """Return responses by name from its output file in a folder.
+
+        Raises
+        ------
+        ValueError
+            If the file, a name or a number is missing.
+        """
+        path = self.output_in(folder)
+        try:
+            text = path.read_text()
+        except OSError as error:
+            raise ValueError(f"{path.name}: {error.strerror}") from None
+        if self.output_kind == JSON:
+            values = json.loads(text)
+        else:
+            rows = [*csv.DictReader(io.StringIO(text), skipinitialspace=True)]
+            values = rows[-1] if rows else {}
+        if not isinstance(values, dict):
+            raise ValueError(f"{path.name}: numbers by name are expected")
+        if missing := [name for name in names if values.get(name) is None]:
+            raise ValueError(f"{path.name} has no {', '.join(missing)}")
+        try:
+            return [float(values[name]) for name in names]
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{path.name}: {error}") from None
+
+
+def from_template(text: str, values: Mapping[str, float]) -> str:
+    """Return a template with values at {name}; all other braces stay."""
+    return NAMED.sub(
+        lambda match: repr(values[match[1]]) if match[1] in values else match[0], text
+    )
+
+
+def missing_in(template: str, names: list[str]) -> list[str]:
+    """Return which names a template does not take."""
+    taken = {match[1] for match in NAMED.finditer(template)}
+    return [name for name in names if name not in taken]
