@@ -43,7 +43,9 @@ def extremes_document(extremes: Extremes) -> Document:
     """Return limits, picture, next steps, responses, trials of a table, reference."""
     run, ran = extremes.stored_run, extremes.ran > 0
     pictures = (point_figure(run, name) for name in extremes.focus if ran)
-    figures = Section(f"Trials of the {extremes.sampling}", (*pictures,), "", 3, True)
+    figures = Section(
+        f"Trials of the {extremes.sampling}", (*pictures,), page_only=True
+    )
     findings = extremes.findings
     steps = tuple(step_words(run, step, findings) for step in findings.steps)
     trials = [_responses(extremes), *table_rows(run), *comparisons(run)] if ran else ()
