@@ -149,6 +149,8 @@ def test_studies_can_be_run(block, tmp_path):
     path.write_text(given + block.text)
     if study.get("model") == "Backlash":  # an FMU, which is not run here
         load_model(str(without_library("Backlash", 2, tmp_path)))
+    if study.get("model") == "command":  # which is not run here
+        load_model("exec:sh {input} {output}")
     assert len(load(path).deviations())
 
 

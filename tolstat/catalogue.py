@@ -13,7 +13,6 @@ from pathlib import Path
 from tolstat.errors import Advice, ModelError, Remedy, allowed_names, told
 from tolstat.model.checked import check_model
 from tolstat.model.contract import Model
-from tolstat.model.wrapped import Wrapped
 from tolstat.operating_system import cannot_isolate
 
 # name in study files: module and class
@@ -80,7 +79,8 @@ def find(model: str | Model) -> Model:
         If there is no such model, or the object is not a model.
     """
     base = _by_name(model) if isinstance(model, str) else check_model(model)
-    if not isinstance(base, Wrapped) and (base.isolated or _isolating):
+    plain = base.unwrapped is base and base.isolation is None
+    if plain and (base.isolated or _isolating):
         return isolated(base)
     return base
 

@@ -22,4 +22,4 @@ shoot gaps.html gaps.png 900
 shoot khpt75.html report.png 1230
 shoot khpt75-equalized.html report-equalized.png 1080
 shoot comparison.html comparison.png 945
-shoot trial-962.html animation.png 1010
+shoot trial-962.html animation.png 1030

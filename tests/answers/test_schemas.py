@@ -18,7 +18,8 @@ from tolstat.answers.allocate.allocation import Allocation
 from tolstat.answers.compare.comparison import Comparison
 from tolstat.answers.parts.parts_answer import PartsAnswer
 from tolstat.answers.rare.rare_answer import RareSummary
-from tolstat.answers.report.report_answer import Report, RunSummary
+from tolstat.answers.report.full_report import Report
+from tolstat.answers.report.report_answer import RunSummary
 from tolstat.answers.run_entries import RunIndex, stored_runs
 from tolstat.answers.sweep.extremes import Extremes
 from tolstat.answers.views.replay import Replay

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.cli.command_line import chain
-from tolstat.answers.report.report_answer import Report
+from tolstat.answers.report.full_report import Report
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.render.page import mark_of

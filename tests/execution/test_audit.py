@@ -8,7 +8,7 @@ import pytest
 import tolstat
 from tests.execution.audited import Cliff, CliffSettings
 from tolstat import Description, Response
-from tolstat.answers.report.gather import report_of
+from tolstat.answers.report.full_report import report_of
 from tolstat.deviations.samplers import Random
 from tolstat.execution.diagnostics.audit_selection import (
     next_to,

@@ -9,7 +9,7 @@ import pytest
 
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
-from tolstat.answers.report.gather import report_of
+from tolstat.answers.report.full_report import report_of
 from tolstat.execution.diagnostics.audit_selection import random_trials
 from tolstat.execution.diagnostics.influence import slopes
 from tolstat.execution.diagnostics.worst_cases import Target, worst_corners

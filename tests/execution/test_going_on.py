@@ -14,7 +14,7 @@ import tolstat
 from tests.conftest import Toy
 from tests.execution.same_runs import Enough, same
 from tests.store.tampering import resealed
-from tolstat.answers.report.gather import report_of
+from tolstat.answers.report.full_report import report_of
 from tolstat.errors import ModelError, Remedy, RunFileError, StoppedError, StudyError
 from tolstat.execution.execute import execute, go_on
 from tolstat.execution.workers.block_scheduler import Workers

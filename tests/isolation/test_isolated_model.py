@@ -34,10 +34,11 @@ STUDY = {
 @pytest.fixture(autouse=True)
 def _no_process_stays(monkeypatch):
     monkeypatch.setattr(isolated_model, "_processes", isolated_model.OrderedDict())
+    before = {*psutil.Process().children()}
     yield
     for of_model in isolated_model._processes.values():
         of_model.close()
-    assert not [p for p in psutil.Process().children() if p.status() != "zombie"]
+    assert {*psutil.Process().children()} <= before
 
 
 def found(kind, longest=0.0):

@@ -11,7 +11,7 @@ import pytest
 import tolstat
 from tests.model.rich import Rich
 from tolstat import StudyNumber
-from tolstat.answers.report.gather import report_of
+from tolstat.answers.report.full_report import report_of
 from tolstat.deviations.distributions import (
     Lognormal,
     Normal,

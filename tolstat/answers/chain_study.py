@@ -18,7 +18,7 @@ from tolstat.toml import toml_text
 
 if TYPE_CHECKING:
     from tolstat.answers.rare.rare_answer import RareSummary
-    from tolstat.answers.report.report_answer import Report
+    from tolstat.answers.report.full_report import Report
     from tolstat.answers.sweep.extremes import Extremes
     from tolstat.answers.what_if.what_if_answer import WhatIf
 

@@ -37,8 +37,8 @@ def memory_of(page: Path) -> Memory:
     """Return what an index page remembers; nothing where there is no such page."""
     with suppress(OSError, RunFileError, UnicodeError, ValueError, TypeError,
                   KeyError, AttributeError):  # fmt: skip
-        found = _TAGGED.search(content(page, MEGABYTES).decode())
-        rows = json.loads(found[1]) if found else {}
+        tagged = _TAGGED.search(content(page, MEGABYTES).decode())
+        rows = json.loads(tagged[1]) if tagged else {}
         return {
             run: Remembered(*(part and _read(part) for part in both))
             for run, both in rows.items()
@@ -50,10 +50,10 @@ def with_memory(index: RunIndex, memory: Memory) -> RunIndex:
     """Return an index that says what changed where a run replaced another."""
     entries = []
     for entry in index.entries:
-        known = memory.get(index.relative(entry.run))
-        if known and entry.revision:
-            replaced = known.latest.started_at != entry.revision.started_at
-            before = known.latest if replaced else known.before
+        stored = memory.get(index.relative(entry.run))
+        if stored and entry.revision:
+            replaced = stored.latest.started_at != entry.revision.started_at
+            before = stored.latest if replaced else stored.before
             if before:
                 changes = entry.changes or changes_since("", before, entry.revision)
                 entry = entry.but(before=before, changes=changes)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from tolstat.answers.report.gather import report_of, summary_of
-from tolstat.answers.report.report_answer import Report, RunSummary
+from tolstat.answers.report.gather import summary_of
+from tolstat.answers.report.report_answer import RunSummary
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.store.open_run import RunSource
@@ -15,6 +15,7 @@ from tolstat.store.stored_run import Run
 
 if TYPE_CHECKING:
     from tolstat.answers.rare.rare_answer import RareSummary
+    from tolstat.answers.report.full_report import Report
     from tolstat.answers.sweep.extremes import Extremes
 
 
@@ -87,7 +88,11 @@ def report(
     0.005
     """
     run = open_run(run)
-    return _not_sampled(run, responses) or report_of(run, responses, quantiles)
+    if other := _not_sampled(run, responses):
+        return other
+    from tolstat.answers.report.full_report import report_of  # a summary needs none
+
+    return report_of(run, responses, quantiles)
 
 
 def _not_sampled(

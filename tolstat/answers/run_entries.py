@@ -258,9 +258,9 @@ def _with_kept(entry: Entry, run: Run) -> Entry:
 
     That one is kept until the new run is complete.
     """
-    kept = before_of(run.path)
-    if run.replaces and identity(kept) == run.replaces:
+    path = before_of(run.path)
+    if run.replaces and identity(path) == run.replaces:
         with suppress(TolstatError):
-            before = open_run(kept, damaged=True)
+            before = open_run(path, damaged=True)
             return entry.but(changes=_changes(entry_of(before), entry))
     return entry

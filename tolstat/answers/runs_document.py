@@ -66,14 +66,16 @@ def _changes(index: RunIndex) -> blocks.Table:
     for entry in index.entries:
         if not entry.changes:
             continue
-        against, at, revisions, changes = entry.changes
-        known = f"{revisions[0]} to {revisions[1]}" if any(revisions) else ""
+        against, started, revisions, changes = entry.changes
+        named = f"{revisions[0]} to {revisions[1]}" if any(revisions) else ""
         first: dict[str, blocks.Given] = {
             "study": blocks.Cell(
                 text(entry.study),
-                text(f"since {against or 'its run'} of {at[:16].replace('T', ' ')}"),
+                text(
+                    f"since {against or 'its run'} of {started[:16].replace('T', ' ')}"
+                ),
             ),
-            "revision": known,
+            "revision": named,
         }
         for kind, name, before, after in changes or [("nothing", "", "", "")]:
             rows.append({

@@ -75,16 +75,18 @@ def scene_of(unit: Mechanism, nominal: Mechanism | None) -> Scene:
         return np.asarray(np.rint(centred), np.int64)
 
     apart = np.abs(drawn[0] - (drawn[-1] if nominal else rest)).max(axis=(1, 2))
+    bars = tuple(_bars(unit, nominal, chosen))
+    loaded = np.sum([np.abs(bar.lengths) for bar in bars], axis=0) if bars else 1
     return Scene(
         height,
         unit.lines,
         tuple(map(on_sheet, unit.ground)),
         on_sheet(drawn[0]),
         on_sheet(drawn[1]) if nominal else None,
-        tuple(_bars(unit, nominal, chosen)),
+        bars,
         _labels(unit, chosen),
         _words(unit, nominal, times),
-        int(apart.argmax()),
+        int((apart * loaded).argmax()),
     )
 
 

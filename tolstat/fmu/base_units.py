@@ -40,7 +40,7 @@ class FmuUnit(NamedTuple):
     si: str  # our name; "1" for a plain number
     factor: float = 1.0
     offset: float = 0.0
-    shown: str = ""  # unit in which it is shown; by its size if empty
+    display: str = ""  # unit in which it is shown; by its size if empty
 
     def to_si(self, value: float) -> float:
         """Return a value of the FMU in SI."""
@@ -53,10 +53,10 @@ class FmuUnit(NamedTuple):
         return (value - self.offset) / self.factor
 
 
-PLAIN = FmuUnit("1", shown="1")
+PLAIN = FmuUnit("1", display="1")
 
 
-def unit_of_variable(name: str, display: str, units: Mapping[str, BaseUnit]) -> FmuUnit:
+def unit_of_variable(name: str, chosen: str, units: Mapping[str, BaseUnit]) -> FmuUnit:
     """Return the unit of a variable, by the name that the FMU gives it.
 
     A unit without base units is read by its name. One that tolstat does not know, such
@@ -85,9 +85,9 @@ def unit_of_variable(name: str, display: str, units: Mapping[str, BaseUnit]) -> 
         return FmuUnit("1", base.factor, base.offset, "1")
     if base[1:] == (1.0, 0.0) and _is_si(spelled, kind):
         si = spelled
-    written = (_spelled(text) for text in (display, name if base.factor != 1.0 else ""))
-    shown = next((text for text in written if text and _same(text, kind)), "")
-    return FmuUnit(si, base.factor, base.offset, shown)
+    written = (_spelled(text) for text in (chosen, name if base.factor != 1.0 else ""))
+    display = next((text for text in written if text and _same(text, kind)), "")
+    return FmuUnit(si, base.factor, base.offset, display)
 
 
 def _spelled(name: str) -> str:

@@ -172,7 +172,7 @@ class FmuModel(Model):
             unit = unit_of(variable, self.file)
             curve = Curve(
                 names[variable], unit.si, "", variable.sentence or variable.name,
-                unit.factor * line[chosen] + unit.offset, shown=unit.shown,
+                unit.factor * line[chosen] + unit.offset, shown=unit.display,
             )  # fmt: skip
             curves.append(curve)
         chart = Chart(Axis("time", "s"), points.time[chosen], tuple(curves))

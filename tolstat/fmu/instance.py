@@ -46,9 +46,10 @@ class Instance:
         self.solver: Any = None  # of model exchange
         self.trials = 0  # that followed a reset
         try:
-            from fmpy import fmi2, fmi3
+            from fmpy import fmi1, fmi2, fmi3
         except ImportError:
             raise ModelError(f"FMUs need FMPy: {NEEDED}") from None
+        self.refusal: type[Exception] = fmi1.FMICallException
         if file.fmi == 2:
             kind = fmi2.FMU2Model if model_exchange else fmi2.FMU2Slave
         else:
@@ -124,16 +125,18 @@ class Instance:
 
         After a fatal error no instance of the process may be touched: it ends.
         """
-        from fmpy.fmi1 import FMICallException
-
         try:
             return getattr(self.fmu, function)(*arguments)
-        except FMICallException as error:
-            if error.status == FATAL:
-                print(f"fatal error in {error.function}: {self._message}", flush=True)
-                sys.stderr.flush()
-                os._exit(EXIT_CODE)
-            raise FmuError(error.function, error.status, self._message) from None
+        except self.refusal as error:
+            raise self.refused(error) from None
+
+    def refused(self, error: Any) -> FmuError:
+        """Return what FMPy raised as ours; end the process after a fatal error."""
+        if error.status == FATAL:
+            print(f"fatal error in {error.function}: {self._message}", flush=True)
+            sys.stderr.flush()
+            os._exit(EXIT_CODE)
+        return FmuError(error.function, error.status, self._message)
 
     def begin(
         self, start: float, stop: float, rtol: float, values: Mapping[Variable, Any]
@@ -229,9 +232,9 @@ class Instance:
         """Let an event of model exchange settle."""
         function = "newDiscreteStates" if self.file.fmi == 2 else "updateDiscreteStates"
         while True:
-            more, ends, _, _, known, time = self.call(function)
+            more, ends, _, _, scheduled, time = self.call(function)
             if ends or not more:
-                return Event(bool(ends), float(time) if known else float("inf"))
+                return Event(bool(ends), float(time) if scheduled else float("inf"))
 
 
 _present: list[Instance] = []  # of this process: at most one

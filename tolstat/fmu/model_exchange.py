@@ -9,7 +9,6 @@ import ctypes
 import math
 from collections.abc import Callable
 from ctypes import byref
-from functools import partial
 from typing import Any
 
 from tolstat.errors import ModelError
@@ -50,7 +49,7 @@ class Solver:
         states, indicators = instance.sizes()
         two = instance.file.fmi == 2
         rates = "getDerivatives" if two else "getContinuousStateDerivatives"
-        heard = self._heard
+        heard, fmu = self._heard, instance.fmu
 
         class Guarded(sundials.CVodeSolver):  # type: ignore[misc]
             """A solver that hears an FMU refuse: Python drops what callbacks raise."""
@@ -64,12 +63,12 @@ class Solver:
         self._solver = Guarded(
             nx=states,
             nz=indicators,
-            get_x=partial(instance.call, "getContinuousStates"),
-            set_x=partial(instance.call, "setContinuousStates"),
-            get_dx=partial(instance.call, rates),
-            get_z=partial(instance.call, "getEventIndicators"),
-            get_nominals=partial(instance.call, "getNominalsOfContinuousStates"),
-            set_time=partial(instance.call, "setTime"),
+            get_x=fmu.getContinuousStates,
+            set_x=fmu.setContinuousStates,
+            get_dx=getattr(fmu, rates),
+            get_z=fmu.getEventIndicators,
+            get_nominals=fmu.getNominalsOfContinuousStates,
+            set_time=fmu.setTime,
             input=ConstantInputs(),
             startTime=0.0,
         )
@@ -78,9 +77,9 @@ class Solver:
         """Return what CVode expects of a callback: above 0 for a shorter step."""
         try:
             return rates(*arguments)
-        except FmuError as error:
-            self._failure = error
-            return 1 if error.status == DISCARD else -1
+        except self._instance.refusal as error:
+            self._failure = self._instance.refused(error)
+            return 1 if self._failure.status == DISCARD else -1
 
     def aim(self, rtol: float, longest: float) -> None:
         """Set the tolerance and the longest step, s, of the next trial."""
@@ -92,7 +91,10 @@ class Solver:
         """Begin at the states of the FMU; no step passes `stop`, s."""
         solver, memory = self._solver, self._solver.cvode_mem
         self._failure = None
-        solver.reset(time)
+        try:
+            solver.reset(time)
+        except self._instance.refusal as error:
+            raise self._instance.refused(error) from None
         self._cvode.CVodeSVtolerances(memory, self._rtol, solver.abstol)
         self._set_stop(memory, stop)
 
@@ -120,7 +122,7 @@ class Solver:
             raise SolverError(f"CVode ends with {flag}: {solver.error_info}")
         self._instance.call("setTime", reached.value)
         if not solver.discrete:
-            solver.set_x(solver.px, solver.nx)
+            self._instance.call("setContinuousStates", solver.px, solver.nx)
         return reached.value, flag == CV_ROOT_RETURN
 
 

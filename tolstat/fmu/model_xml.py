@@ -33,7 +33,7 @@ class Variable:
     variability: str = "continuous"
     start: str | None = None
     unit: str = ""
-    shown: str = ""  # its display unit
+    display: str = ""  # its display unit
     least: float = -math.inf
     most: float = math.inf
     items: dict[str, int] = field(default_factory=dict)  # of an enumeration
@@ -46,7 +46,7 @@ class Variable:
         return self.type in REALS and not self.array
 
     @property
-    def whole(self) -> bool:
+    def is_whole(self) -> bool:
         """Whether it is a whole number."""
         return self.type in INTEGERS and not self.array
 
@@ -54,7 +54,7 @@ class Variable:
     def numeric(self) -> bool:
         """Whether it has a value that a response can take."""
         others = self.type in ("Boolean", "Enumeration") and not self.array
-        return self.real or self.whole or others
+        return self.real or self.is_whole or others
 
     @property
     def varied(self) -> bool:
@@ -207,7 +207,7 @@ def _variable(element: Element, kind: Element, types: dict[str, Element]) -> Var
         variability=element.get("variability", default),
         start=kind.get("start") if first is None else first.get("value"),
         unit=facts.get("unit", ""),
-        shown=facts.get("displayUnit", ""),
+        display=facts.get("displayUnit", ""),
         least=float(facts.get("min", "-inf")),
         most=float(facts.get("max", "inf")),
         items={

@@ -30,15 +30,15 @@ class Quantity:
     @property
     def sentence(self) -> str:
         """Its description, and its name in the FMU where that is another."""
-        own = "" if self.variable.name == self.name else self.variable.name
+        exported = "" if self.variable.name == self.name else self.variable.name
         words = self.variable.sentence
-        return f"{words} ({own})" if words and own else words or own
+        return f"{words} ({exported})" if words and exported else words or exported
 
     def setting(self) -> Any:
         """Return its declaration as a setting."""
         words = self.sentence or "a parameter of the FMU"
         group = "parameters and inputs of the FMU"
-        if not (self.variable.real or self.variable.whole):
+        if not (self.variable.real or self.variable.is_whole):
             choices = [*self.variable.items]
             return setting(self.start, words, choices=choices, group=group)
         least, most = self.bounds
@@ -99,7 +99,7 @@ def unit_of(variable: Variable, file: FmuFile) -> FmuUnit:
     """Return the unit of a variable."""
     if not variable.real:
         return PLAIN
-    return unit_of_variable(variable.unit, variable.shown, file.units)
+    return unit_of_variable(variable.unit, variable.display, file.units)
 
 
 def _start(variable: Variable, unit: FmuUnit, file: FmuFile) -> Any:
@@ -109,7 +109,7 @@ def _start(variable: Variable, unit: FmuUnit, file: FmuFile) -> Any:
         if variable.real:
             value = unit.to_si(float(text))
             return value if abs(value) <= MOST_NUMBER else None
-        if variable.whole:
+        if variable.is_whole:
             return int(text)
     except ValueError:
         raise ModelError(

@@ -33,7 +33,7 @@ class Prepared:
             tuple(
                 Contributor(
                     name, part.unit.si, sentence=part.sentence, size=float(size),
-                    shown=part.unit.shown,
+                    shown=part.unit.display,
                 )
                 for (name, part), size in zip(
                     self.contributors.items(), self.sizes, strict=True
@@ -67,6 +67,6 @@ class Prepared:
         """Return the responses of a trial that reached the stop time, SI."""
         columns = {v: i for i, v in enumerate(self.method.watched)}
         return [
-            reduction.of(points.time, points.values[:, columns[reduction.variable]])
+            reduction.value(points.time, points.values[:, columns[reduction.variable]])
             for reduction in self.reductions
         ]

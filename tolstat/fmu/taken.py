@@ -84,7 +84,7 @@ class Reduction(NamedTuple):
             si = si_unit(dimension(unit.si) * dimension("s"))
         return cls(name, taken, variable, unit, si, level)
 
-    def of(self, time: Array, values: Array) -> float:
+    def value(self, time: Array, values: Array) -> float:
         """Return the response, SI, of values as the FMU has them."""
         si = self.unit.factor * values + self.unit.offset
         return take(self.taken.kind, self.taken.side, self.level, time, si)
@@ -97,8 +97,8 @@ class Reduction(NamedTuple):
         if kind == "time":
             words = f"time of {source} {self.taken.side} {self.taken.level}"
         timed = kind in ("time", "integral")
-        shown = "" if timed else self.unit.shown
-        return Response(self.name, self.si, sentence=words, shown=shown)
+        display = "" if timed else self.unit.display
+        return Response(self.name, self.si, sentence=words, shown=display)
 
 
 def take(kind: str, side: str, level: float, time: Array, values: Array) -> float:

@@ -89,6 +89,10 @@ class Isolated(Wrapped):
         history: History = self.call(worker.history, self, deviations, settings, step)
         return history
 
+    def mechanism(self, deviations: Array, settings: Any) -> Any:
+        """Return the mechanism of a trial."""
+        return self.call(worker.mechanism, self, deviations, settings)
+
     @property
     def views(self) -> tuple[Offer, ...]:  # type: ignore[override]
         """The views of the model."""

@@ -6,14 +6,16 @@ import pickle
 import socket
 import struct
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import TolstatError
 from tolstat.isolation import channel
-from tolstat.model.checked import evaluated
-from tolstat.model.contract import Answers, Model
+from tolstat.model.checked import complete, evaluated
+from tolstat.model.contract import Answers, Model, Outcome, guarded
 from tolstat.operating_system import buffer_lines, limit_data, private_data
 
 OUT_OF_MEMORY = 71  # exit code
@@ -91,14 +93,36 @@ def rows_evaluated(model: Model, deviations: Array, settings: Any) -> Answers:
     deviations.flags.writeable = False  # as where nothing is isolated
     if not model.row_by_row:
         return evaluated(model, deviations, settings)
-    answers = []
-    for number in range(len(deviations)):
-        if number:
-            _start_log(LONGEST_LOG)
-            assert _clock
-            _clock.begin(number)
-        answers.append(evaluated(model, deviations[number : number + 1], settings))
-    return Answers.joined(answers)
+    assert _clock
+    outcomes = list[Outcome]()
+    with guarded(model, "evaluate"):
+        for number in range(len(deviations)):
+            if number:
+                _start_log(LONGEST_LOG)
+                _clock.begin(number)
+            outcomes.append(model.evaluate(deviations[number : number + 1], settings))
+    with guarded(model, "evaluate"):
+        return complete(model, _joined(outcomes), len(deviations), settings)
+
+
+def _joined(outcomes: Sequence[Outcome]) -> Outcome:
+    """Return outcomes of one row each as one; the first that is none as it is."""
+    for outcome in outcomes:
+        if not isinstance(outcome, Outcome):
+            return outcome
+
+    def column(values: list[Any]) -> Any:
+        return None if values[0] is None else np.concatenate(values)
+
+    words = dict.fromkeys(word for outcome in outcomes for word in outcome.failed)
+    no = np.zeros(1, bool)
+    return Outcome(
+        np.concatenate([outcome.responses for outcome in outcomes]),
+        column([outcome.status for outcome in outcomes]),
+        column([outcome.steps for outcome in outcomes]),
+        {word: column([o.failed.get(word, no) for o in outcomes]) for word in words},
+        {row: o.output[0] for row, o in enumerate(outcomes) if 0 in o.output},
+    )
 
 
 def viewed(model: Model, name: str, deviations: Array, settings: Any) -> Any:
@@ -110,6 +134,11 @@ def viewed(model: Model, name: str, deviations: Array, settings: Any) -> Any:
 def history(model: Model, deviations: Array, settings: Any, step: float) -> Any:
     """Return the history of a trial."""
     return model.history(deviations, settings, step)
+
+
+def mechanism(model: Model, deviations: Array, settings: Any) -> Any:
+    """Return the mechanism of a trial."""
+    return model.mechanism(deviations, settings)
 
 
 def _start_log(longest: int = 0) -> None:

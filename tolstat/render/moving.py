@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
@@ -14,17 +14,28 @@ from tolstat.render.figures import ROLES
 from tolstat.render.picture import INK
 
 GREY = "#8a929c"
-TEXT = 150  # size of letters
-MIDDLE, HALF, NUMBERS = 5900, 1750, 7800  # of bars: zero, the longest, their words
+TEXT = 170  # size of letters
+MIDDLE, HALF, NUMBERS = 6000, 1600, 7750  # of bars: zero, the longest, their words
 
 
-def as_moving(scene: Scene, alt: str) -> Markup:
-    """Return a scene for a page: a picture of one frame, its controls, all frames."""
-    high = scene.height + 2 * TEXT + ROW * len(scene.bars) + ROW // 2
+class Moving(NamedTuple):
+    """A scene for a page."""
+
+    caption: Markup
+    picture: Markup  # of one frame
+    controls: Markup  # with all frames and the script; empty where there is one frame
+
+
+def as_moving(scene: Scene, alt: str) -> Moving:
+    """Return a scene for a page: one frame, and what shows the others."""
+    high = scene.height + ROW * len(scene.bars) + ROW // 2
     svg = Markup(
         '<svg role="img" aria-label="{}" viewBox="0 0 {} {}" font-size="{}" '
         'fill="currentColor">{}</svg>'
     ).format(visible(alt), WIDE, high, TEXT, Markup("\n").join(_content(scene)))
+    caption = Markup('{} <output class="label">{}</output>').format(
+        scene.words, scene.labels[scene.start]
+    )
     data = {
         "points": [frame.ravel().tolist() for frame in scene.points],
         "nominal": [] if scene.nominal is None
@@ -34,13 +45,14 @@ def as_moving(scene: Scene, alt: str) -> Markup:
         "middle": MIDDLE, "half": HALF, "start": scene.start, "frame": 1000 * FRAME,
     }  # fmt: skip
     if len(scene.points) < 2:
-        return svg
+        return Moving(caption, svg, Markup(""))
     content = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
-    return Markup(
-        '{}<p class="controls" hidden><button type="button">Play</button> '
+    controls = Markup(
+        '<p class="controls" hidden><button type="button">Play</button> '
         '<input type="range" min="0" max="{}" value="{}" aria-label="frame"></p>'
         '<script type="application/json">{}</script><script>{}</script>'
-    ).format(svg, len(scene.points) - 1, scene.start, Markup(content), _script())
+    ).format(len(scene.points) - 1, scene.start, Markup(content), _script())
+    return Moving(caption, svg, controls)
 
 
 @cache
@@ -71,13 +83,8 @@ def _content(scene: Scene) -> Iterator[Markup]:
                     yield Markup(
                         '<circle cx="{}" cy="{}" r="45" fill="{}" data-point="{}"/>'
                     ).format(x, y, colour, place)
-    below = scene.height + TEXT
-    yield Markup('<text x="0" y="{}">{}</text>').format(below, scene.words)
-    yield Markup(
-        '<text x="{}" y="{}" text-anchor="end" class="label">{}</text>'
-    ).format(WIDE, TEXT, scene.labels[scene.start])
     for i, bar in enumerate(scene.bars):
-        yield from _bar(bar, below + TEXT + ROW * i + ROW // 2, scene.start)
+        yield from _bar(bar, scene.height + ROW * i + ROW // 2, scene.start)
 
 
 def _bar(bar: Bar, y: int, frame: int) -> Iterator[Markup]:

@@ -99,7 +99,7 @@ def _svg(figure: Figure) -> Markup:
     return as_svg(figure.picture, figure.alt)
 
 
-def _moving(block: Animated) -> Markup:
+def _moving(block: Animated) -> Any:
     from tolstat.render.moving import as_moving  # seldom needed
 
     return as_moving(block.scene, block.alt)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.deviations.names import expand
-from tolstat.deviations.rows import Rows
+from tolstat.deviations.samplers import Sampler
 from tolstat.errors import (
     DataError,
     ModelError,
@@ -81,7 +81,7 @@ class Points:
     note: str = ""  # for the summary of the run
     warnings: tuple[str, ...] = ()  # about how the values were read
     # how the rows of a file were sampled; None if they are no sample
-    sampler: Rows | None = None
+    sampler: Sampler | None = None
     places: Sequence[str] = ()  # file and row of each row of a file
     # of results from elsewhere; None where a model evaluates the trials
     answers: Answers | None = None

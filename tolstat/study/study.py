@@ -55,7 +55,6 @@ from tolstat.study.settings_section import (
     read_settings,
 )
 from tolstat.study.slips import note_readable, section_of, with_link_tables
-from tolstat.study.stated_rows import read_rows
 from tolstat.study.study_schema import Document, checked
 from tolstat.units.conversion import dimension
 from tolstat.units.grammar import quantity, unit_of
@@ -299,6 +298,8 @@ def load(
     if sampling == "grid" and document.grid:
         points = read_grid(document, chosen, settings, description, problems)
     if sampling == "table" and document.table:
+        from tolstat.study.stated_rows import read_rows  # few studies have rows
+
         with problems.noting("table", document.table):
             points = read_rows(
                 document, folder, evaluated, settings, description, deviating

@@ -119,3 +119,14 @@ def test_a_run_without_limits_takes_typed_ones(tmp_path):
     expected = float(np.mean(run.column("gap") < 1.6 * MM))
     assert reading["responses"]["gap"]["share"] == pytest.approx(expected, abs=1e-3)
     assert "--limit 'gap >= 1.6 mm'" in reading["command"]
+
+
+def test_slopes_are_not_shown_where_the_gap_turns(tmp_path):
+    path = tmp_path / "position.h5"
+    run = tolstat.run(ROOT / "runs" / "position.toml", trials=2000, output=path)
+    data = data_of(tolstat.explore(run))
+    assert {r["name"]: r["turning"] for r in data["responses"]} == {
+        "at_mmc": "x, y", "regardless": "x, y",
+    }  # fmt: skip
+    linear = data_of(tolstat.explore(tolstat.run(chain())))
+    assert linear["responses"][0]["turning"] == ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.answers.page_checks import Made
-from tolstat.answers.report.gather import report_of
+from tolstat.answers.report.full_report import report_of
 
 
 @pytest.fixture(scope="session")

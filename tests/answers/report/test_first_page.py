@@ -21,7 +21,7 @@ from tests.answers.page_checks import (
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report import response_section
 from tolstat.answers.report.first_page import first_page, lead
-from tolstat.answers.report.gather import report_of
+from tolstat.answers.report.full_report import report_of
 from tolstat.document.blocks import Gallery, Paragraph, Ranges, Section, Table
 from tolstat.document.inline import Typed
 from tolstat.render.page import page

@@ -16,7 +16,7 @@ from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report.chosen_steps import findings_of
 from tolstat.answers.report.finding_words import next_steps
 from tolstat.answers.report.first_page import limits_table
-from tolstat.answers.report.gather import report_of
+from tolstat.answers.report.full_report import report_of
 from tolstat.answers.report.report_answer import NoCause, StepKind
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document.inline import Typed

@@ -24,7 +24,7 @@ from tests.answers.page_checks import (
     words_under,
 )
 from tolstat.answers.cells import ppk_cell
-from tolstat.answers.report.gather import report_of
+from tolstat.answers.report.full_report import report_of
 from tolstat.answers.report.response_section import response_section
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Number, in_cell, plain

@@ -29,7 +29,7 @@ from tests.answers.page_checks import (
     words_of,
 )
 from tolstat.answers.report.first_page import first_page
-from tolstat.answers.report.gather import report_of
+from tolstat.answers.report.full_report import report_of
 from tolstat.answers.report.response_figures import figures_of
 from tolstat.answers.report.summary_document import responses_table
 from tolstat.document.blocks import Figure, Gallery, Section, Table

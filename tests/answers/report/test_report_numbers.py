@@ -18,7 +18,7 @@ from scipy import stats
 import tolstat
 from tests.conftest import Toy
 from tolstat.answers.report import main_causes as contributing
-from tolstat.answers.report.gather import report_of
+from tolstat.answers.report.full_report import report_of
 from tolstat.answers.report.main_causes import at_most_all
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.cli.main import main

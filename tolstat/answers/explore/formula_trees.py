@@ -4,6 +4,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from tolstat.deviations.spread import Spread
+from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
 
 Tree = float | list[Any]  # a number, ["link", part], or a step and its arguments
@@ -45,3 +47,15 @@ def formula_trees(settings: Any, parts: Collection[str]) -> dict[str, Tree] | No
         return None
     algebra: Any = Trees(settings.nominal, [*parts])
     return {n: formula.worked_out(algebra) for n, formula in settings.formulas.items()}
+
+
+def turning_links(settings: Settings, spreads: Mapping[str, Spread]) -> dict[str, str]:
+    """Return the links by which each response both rises and falls, in words.
+
+    Slopes tell neither its worst case nor its spread then; empty where they do.
+    """
+    nominal = settings.nominal
+    return {
+        name: ", ".join(answers(formula, nominal, spreads).turning)
+        for name, formula in settings.formulas.items()
+    }

@@ -118,7 +118,7 @@ function histogram() {
   const top = Math.max(...drawn, ...now, ...fit), y = share => 190 - 150 * share / top;
   const bars = Array.from(now, (share, b) => `<rect class="bars" x="${x(low + b * wide) + 0.5}" width="${(WIDE - 20) / BINS - 1}" y="${y(share)}" height="${190 - y(share)}"/>`).join('');
   const outline = Array.from(drawn, (share, b) => `H${x(low + b * wide)}V${y(share)}`).join('');
-  const mark = (at, text, kind, row, anchor = 'middle') => at === null || !(at >= low && at <= high) ? '' : `<line class="${kind}" x1="${x(at)}" x2="${x(at)}" y1="${row + 3}" y2="190"/>${word(clamp(x(at), 45, WIDE - 45), row, `${text} ${shown(at)}`, `text-anchor="${anchor}" class="${kind}"`)}`;
+  const mark = (at, text, kind, row, anchor = 'middle') => at === null || !(at >= low && at <= high) ? '' : `<line class="${kind}" x1="${x(at)}" x2="${x(at)}" y1="${row + 3}" y2="190"/>${word(clamp(x(at), 60, WIDE - 60), row, `${text} ${shown(at)}`, `text-anchor="${anchor}" class="${kind}"`)}`;
   return picture(215, `Histogram of ${response().name}: mean ${shown(one.mean)}, sigma ${shown(one.sigma)}`,
     bars + (chosen ? `<path class="before" d="M10 190${outline}H${WIDE - 10}V190"/>` : '') + `<path class="fit" d="M${fit.map((s, b) => `${x(low + (b + 0.5) * wide)} ${y(s)}`).join('L')}"/>`
     + mark(limit.lower, 'LSL', 'limit', 12) + mark(limit.upper, 'USL', 'limit', 12) + mark(response().nominal, 'nominal', 'axis-line', 26) + mark(one.mean, 'mean', 'axis-line', 40)
@@ -127,6 +127,7 @@ function histogram() {
 }
 function waterfall() {
   if (!explorer.evaluated) return '';
+  if (response().turning) return `<figcaption>${escaped(response().name)} rises and falls with ${escaped(response().turning)}: slopes tell neither worst case nor spread.</figcaption>`;
   const stack = explorer.stack(scenarios[chosen], focus), one = readings[chosen].responses[focus], limit = scenarios[chosen].limits[focus];
   const mc = explorer.quantiles(one.values, readings[chosen].weights, [0.00135, 0.5, 0.99865]), [mean, sigma] = stack.rss;
   const rows = [['nominal', stack.nominal, stack.nominal, 0, shown(stack.nominal)]]; let at = stack.nominal;
@@ -144,10 +145,9 @@ function waterfall() {
     + `<figcaption>From the nominal value to the mean; ± tolerance of each part${response().unit && `, ${response().unit}`}. RSS: root sum square. Monte Carlo: 99.73 % of units. Worst case: at the corner to which the slopes point.</figcaption>`;
 }
 function pareto() {
-  if (explorer.correlated && explorer.evaluated) return '';
   const scenario = scenarios[chosen], movable = explorer.entries.map((_, i) => i).filter(i => !explorer.entries[i].reason);
   let rows, caption;
-  if (explorer.evaluated) {
+  if (explorer.evaluated && !explorer.correlated && !response().turning) {
     const {steps, variance} = explorer.stack(scenario, focus), shares = new Map(); let sum = 0;
     for (const s of steps) { const name = s.entry < 0 ? s.name : explorer.entries[s.entry].name; shares.set(name, (shares.get(name) ?? 0) + s.sigma ** 2 / variance); }
     rows = [...shares].sort((a, b) => b[1] - a[1]).map(([name, share]) => [name, share, `${plain(100 * share)} %, sum ${plain(100 * (sum += share))} %`]);

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tolstat.answers.explore.formula_trees import formula_trees
+from tolstat.answers.explore.formula_trees import formula_trees, turning_links
 from tolstat.answers.explore.interval_tables import interval_tables
 from tolstat.answers.explore.packed import packed
 from tolstat.answers.explore.page_entries import PageEntries
@@ -44,6 +44,8 @@ class PageData:
         self.entries = PageEntries(run, study, evaluated=self.evaluated)
         self.parts = self._parts()
         self.trees = trees or {}
+        spreads = {name: spread_of(x) for name, x in deviating.items()}
+        self.turning = turning_links(study.settings, spreads) if trees else {}
 
     def _parts(self) -> list[str]:
         """Return the contributors whose scores or deviations the page needs."""
@@ -165,6 +167,7 @@ class PageData:
             }
         if self.evaluated:
             data["formula"] = self.trees[name]
+            data["turning"] = self.turning[name]
         else:
             data["values"] = packed(self.sampled.values(name)[places], "<f4")
         return data

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from tolstat.answers.cells import ppm
-from tolstat.answers.report.report_answer import Report
+from tolstat.answers.report.full_report import Report
 from tolstat.answers.report.response_summary import ReportedResponse
 from tolstat.deviations.names import IN_CASE
 from tolstat.document import blocks, plot

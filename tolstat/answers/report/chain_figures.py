@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.answers.report.chain_section import NORMAL_SCORE, is_chain
-from tolstat.answers.report.report_answer import Report
+from tolstat.answers.report.full_report import Report
 from tolstat.answers.report.response_figures import limit_marks
 from tolstat.answers.report.response_summary import ReportedResponse
 from tolstat.document import blocks, plot

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from tolstat.answers.cells import ppm
-from tolstat.answers.report.report_answer import Report
+from tolstat.answers.report.full_report import Report
 from tolstat.document import blocks
 from tolstat.document.blocks import Block, Given
 from tolstat.document.inline import Name, Number, with_unit

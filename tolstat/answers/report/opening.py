@@ -6,7 +6,8 @@ import numpy as np
 
 from tolstat.answers.cells import demand_words, limit_row
 from tolstat.answers.report.chain_figures import chain_of, vectors, waterfall
-from tolstat.answers.report.report_answer import Report, RunSummary
+from tolstat.answers.report.full_report import Report
+from tolstat.answers.report.report_answer import RunSummary
 from tolstat.answers.report.response_figures import (
     SCATTERED,
     figure_of,

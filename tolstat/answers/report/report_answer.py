@@ -6,12 +6,9 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from tolstat.answers.cells import summary_cells
-from tolstat.answers.parts.judged_parts import JudgedParts
-from tolstat.answers.parts.parts_cells import named_cells
 from tolstat.answers.remedy.remedy_finding import RemedyFinding
 from tolstat.answers.report.report_warnings import NumbersWarning, ReportWarning
 from tolstat.answers.report.response_summary import (
-    ReportedResponse,
     ResponseSummary,
     by_what_decides,
 )
@@ -202,24 +199,3 @@ class RunSummary(RunAnswer):
             }
             for name, response in self.responses.items()
         ]
-
-
-@dataclass(frozen=True, repr=False)
-class Report(RunSummary):
-    """The statistical tolerance report of a run."""
-
-    responses: Mapping[str, ReportedResponse]
-    focus: tuple[str, ...]  # responses in focus
-    illustrated: tuple[str, ...]  # of these, whose figures the page draws
-    # by entry, as deviations from the nominal, against the tolerance of the drawing
-    measured_parts: Mapping[str, JudgedParts]
-    answers = "report"
-
-    def rows(self) -> Sequence[Row]:
-        """Return a row for each response; each has the measured parts, too."""
-        parts = {
-            head: cell
-            for name, part in self.measured_parts.items()
-            for head, cell in named_cells(name, part).items()
-        }
-        return [{**row, **parts} for row in super().rows()]

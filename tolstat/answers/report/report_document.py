@@ -18,8 +18,9 @@ from tolstat.answers.report.first_page import (
     ranges_section,
     reading,
 )
+from tolstat.answers.report.full_report import Report
 from tolstat.answers.report.opening import deciding, opening, sketches_of
-from tolstat.answers.report.report_answer import Report, RunSummary
+from tolstat.answers.report.report_answer import RunSummary
 from tolstat.answers.report.response_section import response_section
 from tolstat.answers.report.summary_document import assumption, responses_table
 from tolstat.answers.run_answer import AboutRun

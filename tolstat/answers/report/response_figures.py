@@ -5,8 +5,7 @@ import math
 import numpy as np
 
 from tolstat.answers.report.first_page import CENTRAL
-from tolstat.answers.report.gather import report_of
-from tolstat.answers.report.report_answer import Report
+from tolstat.answers.report.full_report import Report, report_of
 from tolstat.answers.report.response_summary import ReportedResponse
 from tolstat.answers.sampled_trials import Drawn, drawn_trials
 from tolstat.arrays import Array

@@ -13,8 +13,8 @@ from tolstat.answers.report.first_page import (
     no_cause,
     rests_on,
 )
+from tolstat.answers.report.full_report import Report
 from tolstat.answers.report.lots import WITHIN_LOTS, within_lots
-from tolstat.answers.report.report_answer import Report
 from tolstat.answers.report.response_figures import figures_of
 from tolstat.answers.report.response_summary import (
     Cause,

@@ -15,7 +15,6 @@ from tolstat import catalogue
 from tolstat.errors import LostError, ModelError, TolstatError, told
 from tolstat.execution.workers.local_blocks import Block, Evaluated, Mismatch, evaluate
 from tolstat.model.contract import Answers, Model
-from tolstat.model.wrapped import Wrapped
 from tolstat.operating_system import processors
 from tolstat.store.provenance import decisive, provenance
 
@@ -105,7 +104,7 @@ class _Packer(pickle.Pickler):
     """Models go by name, file and digest of their source; cases by value."""
 
     def reducer_override(self, obj: Any) -> Any:
-        if isinstance(obj, Model) and not isinstance(obj, Wrapped):
+        if isinstance(obj, Model) and obj.unwrapped is obj and obj.isolation is None:
             source = _source_of(obj)
             _loaded[source] = obj  # threads of this process have it already
             return _model_of, (obj.name, source, obj.source_digest)

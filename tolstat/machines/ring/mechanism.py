@@ -30,16 +30,16 @@ def mechanism_of(
     """Return the mechanism of one trial, from its history and its states there."""
     n, frames = rings.on.s.shape[1], len(chart.at)
     theta = np.linspace(0.0, 2 * np.pi, POINTS, endpoint=False)
-    here = displacements(theta, rings.on)
+    face_place = displacements(theta, rings.on)
     a, b = states[:, :n].T, states[:, n : 2 * n].T
     face = settings.middle_radius + 0.5 * settings.thickness
-    outwards = (here.u_a @ a + here.u_b @ b).T
-    along = (here.v_a @ a + here.v_b @ b).T
+    outwards = (face_place.u_a @ a + face_place.u_b @ b).T
+    along = (face_place.v_a @ a + face_place.v_b @ b).T
     # the tool moves inwards, from the depth of cut as set
     tool = -float(rings.t_R0[0]) - states[:, 4 * n]
-    at = settings.tool_angle
+    tool_angle = settings.tool_angle
     blunt = 0.1 * face  # how long the tool is drawn
-    angles = np.array([*theta, at, at])
+    angles = np.array([*theta, tool_angle, tool_angle])
     radii = face + np.array([0.0] * POINTS + [0.0, blunt])
     reference = radii[:, None] * _directions(angles)
     off = np.column_stack([outwards, tool, tool])

@@ -62,19 +62,19 @@ def _points(
     y: State, moved: Motion, p: Parameters, settings: Settings, beside: float
 ) -> Array:
     """Return float64[moment, point, 2]; guides are so far beside the carriage, m."""
-    N, at = settings, moved.places
+    N, pins = settings, moved.places
     below = -1.6 * N.r3 - N.dl_s  # where the middle of the view from above lies
     still, a = np.zeros_like(y.x), (p.off + p.dl_s / 2, p.off - p.dl_s / 2)
     sin, cos = np.sin(y.alpha), np.cos(y.alpha)
     from_side = [
-        (still, still), (at.pin1_x, at.pin1_y), (at.pin2_x, at.pin2_y),
-        (at.hinge1_x, still + p.h_1), (at.hinge2_x, still + p.h_2),
+        (still, still), (pins.pin1_x, pins.pin1_y), (pins.pin2_x, pins.pin2_y),
+        (pins.hinge1_x, still + p.h_1), (pins.hinge2_x, still + p.h_2),
         *((y.x + end * p.dh / 2, still + N.h) for end in (-1.0, 1.0)),
     ]  # fmt: skip
     from_above = [
         *((still, still + end * N.dl_s / 2) for end in (1.0, -1.0)),
-        (at.pin1_x, still + N.dl_s / 2), (at.pin2_x, still - N.dl_s / 2),
-        (at.hinge1_x, a[0] * cos), (at.hinge2_x, a[1] * cos),
+        (pins.pin1_x, still + N.dl_s / 2), (pins.pin2_x, still - N.dl_s / 2),
+        (pins.hinge1_x, a[0] * cos), (pins.hinge2_x, a[1] * cos),
         *(
             (y.x + along * cos + across * sin, across * cos - along * sin)
             for along, across in CORNERS * [float(p.dh[0]), N.dl_s] / 2
