@@ -31,10 +31,13 @@ CASES = (ROOT / "runs" / "cases.toml").read_text()
 CASES = CASES.replace("20000", "2000").replace("points = 9", "points = 2")
 MEASURED = (ROOT / "runs" / "measured-parts.toml").read_text()
 MEASURED = re.sub(r"trials = \d+", "trials = 2000", MEASURED)
+SLIDE = (ROOT / "runs" / "slider-crank.toml").read_text()
+SLIDE = re.sub(r"trials = \d+", "trials = 500", SLIDE)
 STUDIES = {
     "stack": STUDY, "other": STUDY.replace("120.3", "120.26"), "grid": GRID,
     "rare": RARE, "cases": CASES, "priced": PRICED,
     "parts": MEASURED,
+    "slide": SLIDE,
 }  # fmt: skip
 COMMANDS = (
     "batch stack.toml other.toml grid.toml rare.toml cases.toml parts.toml",
@@ -43,6 +46,10 @@ COMMANDS = (
     "what-if stack.h5 housing=h8 -o what-if.html",
     "what-if stack.h5 housing=h8 housing=h11 -o scenarios.html",
     "parts covers.csv --lots Charge -o covers.html",
+    "explore stack.h5 -o explore.html",
+    "runs . -o index.html",
+    "run slide.toml",
+    "trial slide.h5 0 --animate moving.html",
 )
 
 

@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from tests.answers.browser import Page
+from tests.answers.browser import Page, violations
 from tests.render.made_tables import table
 from tolstat.answers.answer import Answer
 from tolstat.document.blocks import (
@@ -242,6 +242,12 @@ def test_a_page_is_valid_and_has_the_same_text(tmp_path):
         and "not recognized" not in line and "lacks \"summary\"" not in line
     ]  # fmt: skip
     assert "Error" not in found.stderr, wrong
+
+
+def test_axe_finds_no_violation_in_any_block(tmp_path):
+    path = tmp_path / "page.html"
+    path.write_text(page(document()), encoding="utf-8")
+    assert violations(path, tmp_path) == []
 
 
 def test_numbers_stay_whole_on_a_page():
