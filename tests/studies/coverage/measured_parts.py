@@ -97,7 +97,7 @@ def study(rng, kind, fit, parts, contributors):
     ]  # fmt: skip
     shares = drawn(samples, rng, limits, fitted=bool(fit))
     lower, upper = np.quantile(shares, ENDS, axis=1, method="weibull")
-    if parts < FEW_PARTS:  # as `uncertainties_of` has it
+    if not fit and parts < FEW_PARTS * contributors:  # as `uncertainties_of` has it
         inside = drawn(samples, rng, limits, fitted=False, tails=False)
         least = np.quantile(inside, ENDS[0], axis=1, method="weibull")
         lower = np.minimum(lower, least)
