@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from tests.studies.coverage.measured_parts import study
+from tests.studies.coverage.measured_parts import drawn, limit_of, population
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import JOINT, MET, UNDECIDED, Caveat, yield_of
 from tolstat.statistics.measured.populations import MeasuredSample
@@ -62,7 +62,8 @@ def test_a_bent_response_moves_as_if_evaluated_again():
         for population in sample.populations(400, rng, fitted=True)
         for y in [bent(population(UNITS), OTHER)]
     ]
-    assert share.of_parts == pytest.approx(np.quantile(out, [0.025, 0.975]), abs=1e-12)
+    known = np.quantile(out, [0.025, 0.975], method="weibull")
+    assert share.of_parts == pytest.approx(known, abs=1e-12)
 
 
 def test_two_parts_give_no_interval_and_no_verdict():
@@ -135,11 +136,34 @@ def test_contributors_of_one_entry_come_from_one_population():
     assert widths[0] == pytest.approx(np.sqrt(2) * widths[1], rel=0.15)
 
 
+def yield_of_few(rng, kind, limit):
+    """Return the yield by ten parts, and these; the truth is 2700 ppm."""
+    parts, u = np.sort(population(kind, rng.random(10))), rng.random(TRIALS)
+    x = {"x": parts[(u * 10).astype(int)], "w": 0.75 * rng.standard_normal(TRIALS)}
+    y, samples = x["x"] + x["w"], (MeasuredSample("x", ("x",), parts),)
+    limits = {"y": Limit(-np.inf, limit)}
+    share = uncertainties_of(MeasuredTrials(samples, x, {"y": y}, limits), (), ())["y"]
+    sample = Sample(np.full(TRIALS, Status.DONE))
+    permitted = limits["y"].permitted
+    return yield_of(y, sample, permitted, 1 - 0.0027, measured=share.share), samples
+
+
 @pytest.mark.parametrize("kind", ["normal", "skewed"])
 def test_intervals_of_few_parts_hold(kind):
     """More in tests/studies/coverage/measured_parts.csv."""
-    rng, truth = np.random.default_rng(5), 0.0027
-    studies = [study(rng, kind, "", 10, 1, 1.0) for _ in range(12)]
+    rng, limit = np.random.default_rng(8), limit_of(kind, 1, 0.0027)
+    studies = [yield_of_few(rng, kind, limit)[0] for _ in range(12)]
     shares = [x.fraction_out_of_limit for x in studies]
-    assert sum(x.lower <= truth <= x.upper for x in shares) >= 10
+    assert sum(x.lower <= 0.0027 <= x.upper for x in shares) >= 10
     assert not any(x.verdict == MET for x in studies)
+
+
+def test_measured_coverage_is_that_of_these_intervals():
+    """The study of the coverage has closed forms instead of trials."""
+    rng, limit = np.random.default_rng(6), limit_of("normal", 1, 0.0027)
+    fraction, samples = yield_of_few(rng, "normal", limit)
+    shares = [drawn(samples, rng, [limit], fitted=False) for _ in range(4)]
+    lower, upper = np.quantile(shares, (0.025, 0.975))
+    trials = fraction.fraction_out_of_limit
+    assert trials.lower == pytest.approx(lower, rel=0.3, abs=3e-4)
+    assert trials.upper == pytest.approx(upper, rel=0.3)

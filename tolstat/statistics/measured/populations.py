@@ -10,7 +10,8 @@ from scipy.special import ndtr, ndtri
 from tolstat.arrays import Array, Integers
 
 LEAST_PARTS = 5  # fewer tell nothing of the tails
-FEW_PARTS = 10  # of fewer, tails as long as the others drawn are too long too often
+# of fewer, times the measured entries, tails as long as others are drawn too often
+FEW_PARTS = 40
 DOUBTFUL_FIT = 0.05  # p-value below which a fit is not believed
 LOGNORMAL = "lognormal"
 

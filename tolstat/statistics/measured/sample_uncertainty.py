@@ -120,10 +120,12 @@ class _Uncertainties:
         free = deciding
         if self.assumed:
             free = self._drawn(self.movable, DRAWS, samples, free=True)
-        if min(sample.parts for sample in samples) < FEW_PARTS:
+        few = FEW_PARTS * len(samples)
+        if min(sample.parts for sample in samples) < few:
             inside = self._drawn(self.movable, DRAWS, samples, tails=False)
-            deciding = deciding.from_least_of(inside)
             free = free.from_least_of(inside)
+            if any(sample.parts < few and not sample.fit_decides for sample in samples):
+                deciding = deciding.from_least_of(inside)
         open_limits = [
             name
             for name in self.trials.limits
@@ -307,7 +309,7 @@ class _Drawn:
     def of_parts(self, name: str) -> tuple[float, float]:
         """Return the ends of a share, by the parts alone."""
         (least, most), (lower, upper) = self.out[name].T, ENDS
-        return float(np.quantile(least, lower)), float(np.quantile(most, upper))
+        return _quantile(least, lower), _quantile(most, upper)
 
     def interval(self, name: str) -> Estimate:
         """Return the interval of a share, with the error of the trials."""
@@ -315,8 +317,13 @@ class _Drawn:
         counts = self.number * self.out[name].T
         least, most = generator.beta(counts + 0.5, self.number - counts + 0.5)
         least[counts[0] <= 0], most[counts[1] >= self.number] = 0.0, 1.0
-        ends = float(np.quantile(least, lower)), float(np.quantile(most, upper))
+        ends = _quantile(least, lower), _quantile(most, upper)
         return Estimate(self.stored.get(name, math.nan), *ends)
+
+
+def _quantile(draws: Array, share: float) -> float:
+    """Return a quantile; the chance that the next draw exceeds it is the rest."""
+    return float(np.quantile(draws, share, method="weibull"))
 
 
 class _Counted:
