@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tolstat.answers.report.report_answer import Report
+from tolstat.answers.report.full_report import Report
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document import blocks, plot
 from tolstat.document.inline import text
