@@ -267,9 +267,9 @@ class Saltelli(Sampler):
         """Return the unit samples of trials A and B: float64[group, 2, name]."""
         samples = np.empty((groups, OWN, len(names)))
         for column, name in enumerate(names):
-            for own, trial in enumerate("AB"):
+            for number, trial in enumerate("AB"):
                 purpose = f"saltelli {trial}"
-                samples[:, own, column] = uniform(seed, name, groups, purpose)
+                samples[:, number, column] = uniform(seed, name, groups, purpose)
         return samples
 
 

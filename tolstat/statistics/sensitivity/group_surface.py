@@ -143,12 +143,12 @@ class GroupSurface:
             surfaces[:, :n, number] = np.linalg.solve(
                 squares[:, :n, :n], others[:, :n, None]
             )[..., 0]
-        left = [
+        by_size = [
             y[..., None] - (values @ surface).reshape(*y.shape, -1)
             for values, y, surface in zip(self._values(), parts, surfaces, strict=True)
         ]
-        best = int(sum(np.sum(x**2, axis=(0, 1)) for x in left).argmin())
-        coefficients, remainders = surfaces[..., best], [x[..., best] for x in left]
+        best = int(sum(np.sum(x**2, axis=(0, 1)) for x in by_size).argmin())
+        coefficients, remainders = surfaces[..., best], [x[..., best] for x in by_size]
         linked = _linked(np.concatenate(remainders))
         sums = np.array([
             len(y) * self._variances(surface, remainder, linked, product / y.size)
