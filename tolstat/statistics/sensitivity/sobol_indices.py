@@ -10,7 +10,7 @@ from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.as_sampled import PARTS, jackknifed
 from tolstat.statistics.point_mass import clipped, few_leave_a_point_mass
-from tolstat.statistics.sensitivity.group_surface import GroupSurface
+from tolstat.statistics.sensitivity.group_surface import DIGITS, GroupSurface
 
 
 class Row:
@@ -137,5 +137,14 @@ def sobol_indices(groups: Array, surface: GroupSurface) -> list[Indices]:
     core, is_sparse = clipped(groups, random), few_leave_a_point_mass(random.ravel())
     table = core.followed(surface.indices(core.values), lambda y: surface.indices(y)[0])
     first, total = np.split(table, 2, axis=1)
-    estimates = (jackknifed(part, trusted=not is_sparse) for part in (first, total))
+    estimates = (
+        [_widened(x) for x in jackknifed(part, trusted=not is_sparse)]
+        for part in (first, total)
+    )
     return list(map(Indices, *estimates))
+
+
+def _widened(estimate: Estimate) -> Estimate:
+    """Return an index whose interval holds its rounding: nothing else may scatter."""
+    last = 10.0**-DIGITS
+    return estimate._replace(lower=estimate.lower - last, upper=estimate.upper + last)
