@@ -488,6 +488,8 @@ def test_units_of_products_are_those_that_people_use(formula, links, unit):
     [
         ("a - b - 0.5 mm", 5e-4),
         ("a - b - 500um", 5e-4),
+        ("a - b*(1 + 1e-3) - 1e-3*b", 0.982e-3),
+        ("sqrt((a - b)**2 + (4 mm)**2 - 4**2*(1 mm)**2)", 1e-3),
         ("max(a, 11 mm) - b - 0 mm", 2e-3),
         ("ceil((a - b)/0.3 mm)*0.3 mm", 12e-4),
         ("if(a - b > 0.1 in, a, 2*b)", 18e-3),
@@ -509,7 +511,11 @@ def test_numbers_with_units(formula, value):
         ("a - 0.5 foo", "unknown unit 'foo'"),
         ("a - 0.5 m", "cannot be read at character 9"),
         ("a - 5 deg", "in rad cannot be taken from a quantity in m"),
-        ("a - 0,5*m", "0,5 is written 0.5"),
+        ("a - 0,5*m", "one number or two; write 0.5 or, for two values, 0, 5"),
+        ("min(a - m, 0,5 mm)", "one number or two"),
+        ("sqrt(a**2 + 4 mm**2)", r"write \(4 mm\)\*\*"),
+        ("a + m*(20 degC)/(1 K)", "write K, or make it a link"),
+        ("a + 5 N/mm", "mm is a unit"),
         ("if(a > m; a; m)", "commas between the values of a function"),
     ],
 )

@@ -38,7 +38,9 @@ def test_a_size_and_a_tolerance_are_told_apart(text, both):
 
 @pytest.mark.parametrize(
     "text", ["10 mm", "+-0.1 mm", "0..60 um", "-0.1..+0.3 mm", "IT7", "h7", "10 m/s^2",
-             "-3 N", "1e-3 mm", "50", "10 furlong", "A - B", ""],
+             "-3 N", "1e-3 mm", "50", "10 furlong", "A - B", "",
+             # one deviation is no tolerance, and a zero of the size is none either
+             "10 -0.05 mm", "100 +0.2 mm", "20 +1e-1 mm", "90 -0.5 deg", "25 +0.05 mm"],
 )  # fmt: skip
 def test_other_texts_hold_one_thing(text):
     assert separated(text) is None

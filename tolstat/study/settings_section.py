@@ -26,7 +26,8 @@ from tolstat.units.grammar import plain, unit_of
 SETTING = "links"  # of a model: a table by name with the column `nominal`
 NOMINAL, TOLERANCE = "nominal", "tolerance"
 OF_A_FIT = "hole", "shaft"
-_NUMBER = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+# whole: "10 -0.05" is not 1 with the deviations 0 and -0.05
+_NUMBER = r"(?>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
 _UNIT = r"[^\W\d_][\w/*^ .]*?|%|°|\"|'"
 _GRADE = r"[A-Za-z]{1,2}\d{1,2}"
 _BOTH = re.compile(

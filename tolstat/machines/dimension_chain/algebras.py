@@ -55,6 +55,11 @@ class Quantity(float):
     def __new__(cls, number: float, unit: str) -> Self:
         """Return it from the number in that unit; `UnitError` if there is none."""
         si = si_unit(dimension(unit))
+        if si == "K" and unit != "K":
+            raise ValueError(
+                f"{unit} leaves open whether a difference or a temperature is meant; "
+                "write K, or make it a link"
+            )
         quantity = super().__new__(cls, to_si(number, unit, si))
         quantity.unit, quantity.text = si, f"{number:g} {unit}"
         return quantity

@@ -18,6 +18,7 @@ from tolstat.machines.dimension_chain.algebras import (
     Quantity,
     Values,
 )
+from tolstat.units.conversion import MEANINGS
 
 LONGEST, SHOWN = 1000, 80  # characters
 DEEPEST = 500  # nodes below each other
@@ -35,9 +36,10 @@ COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
 _IF = re.compile(r"\bif(?=\s*\()")  # a keyword of Python
 # a number and the word behind it, which is its unit, unless it is a link or a function
 _QUANTITY = re.compile(
-    r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+    r"(?<![\w.])((?>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))"
     r"(\s*([A-Za-zµμ°Ω]+))(?![\w.])(?!\s*\()"
 )
+_COMMA = re.compile(r"(?<![\w.])\d+,\d+")  # perhaps a decimal sign
 SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
 
 
@@ -166,6 +168,13 @@ class Formula:
                 return self._step(node, algebra.operation, "*", negative, inner)
             case ast.UnaryOp(op=ast.UAdd(), operand=operand):
                 return self._value(operand, algebra, below)
+            case ast.BinOp(
+                left=ast.Constant(value=Quantity()) as left, op=ast.Pow()
+            ) if (
+                node.col_offset == left.col_offset  # no parenthesis
+            ):
+                reason = f"write ({left.value})**..., or make {left.value}**... a link"
+                raise self._refused(node, reason)
             case ast.BinOp(left=left, op=ast.Pow(), right=right):
                 base, exponent = self._value(left, algebra, below), _exponent(right)
                 if exponent is None and not _is_number(right):
@@ -202,7 +211,7 @@ class Formula:
                 arguments = [self._value(argument, algebra, below) for argument in args]
                 return self._step(node, algebra.function, name, arguments)
         if isinstance(node, ast.Tuple):
-            raise self._refused(node, "a comma outside a function; 0,5 is written 0.5")
+            raise self._refused(node, "a comma outside a function")
         allowed = "links, numbers, + - * / ** and functions are allowed"
         raise self._refused(node, f"{allowed} ({', '.join(FUNCTIONS)})")
 
@@ -277,6 +286,13 @@ class Formula:
                 f"{self.gap} = {self._quoted}, character {character}: a formula has "
                 "no comments"
             )
+        if comma := _COMMA.search(self.text):
+            two = comma[0].replace(",", ", ")
+            raise ModelError(
+                f"{self.gap} = {self._quoted}, character {comma.start() + 1}, "
+                f"'{comma[0]}': one number or two; write {comma[0].replace(',', '.')} "
+                f"or, for two values, {two}"
+            )
         text, units = typed_units(_IF.sub(CHOICE, self.text), self._all_names)
         try:
             tree = ast.parse(text, mode="eval")
@@ -300,6 +316,9 @@ class Formula:
             return self._refused(node, f"{name} is a function; write {name}(...)")
         if fit := [link for link in self.names if link in FIT.format(name).split()]:
             return self._refused(node, f"{name} is a fit; write {' or '.join(fit)}")
+        if name in MEANINGS:
+            reason = "is a unit: a number with a unit of several parts is a link"
+            return self._refused(node, f"{name} {reason}")
         allowed = allowed_names(name, [*self._all_names, *self.gaps, *CONSTANTS])
         return self._refused(node, f"[links] has no {name}; {allowed}")
 
