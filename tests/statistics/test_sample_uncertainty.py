@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.special import ndtr, ndtri
 
 from tests.studies.coverage.measured_parts import drawn, limit_of, population
@@ -168,3 +169,25 @@ def test_measured_coverage_is_that_of_these_intervals():
     trials = fraction.fraction_out_of_limit
     assert trials.lower == pytest.approx(lower, rel=0.3, abs=3e-4)
     assert trials.upper == pytest.approx(upper, rel=0.3)
+
+
+def test_few_lots_tell_little_of_their_mean():
+    """The mean of five lots is as uncertain as Student's t of their means has it."""
+    rng, lots = np.random.default_rng(3), 5
+    lot = np.repeat(np.arange(lots), 200)
+    parts = 6.0 * np.arange(lots)[lot] + 0.5 * rng.standard_normal(len(lot))
+    order = np.argsort(np.argsort(parts, kind="stable"))
+    sample = MeasuredSample(
+        "x", ("x",), np.sort(parts), order=order, lot=lot, lot_names=tuple("ABCDE")
+    )
+    assert sample.between_lots == pytest.approx(
+        6.0 * np.std(range(5), ddof=1), rel=0.01
+    )
+    u = (np.arange(1000) + 0.5) / 1000
+    for tails in (True, False):
+        drawn = sample.populations(2000, rng, fitted=False, tails=tails)
+        means = np.array([population(u).mean() for population in drawn])
+        ends = stats.t(lots - 1, 12.0, sample.between_lots / np.sqrt(lots)).interval(
+            0.9
+        )
+        np.testing.assert_allclose(np.quantile(means, [0.05, 0.95]), ends, atol=1.5)

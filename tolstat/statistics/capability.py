@@ -78,7 +78,9 @@ def capability_of(
     """
     parts, mean = len(values), float(values.mean())
     freedom = parts - 1
-    sigma = float(values.std(ddof=1)) if parts > 1 else math.nan
+    # equal parts have none, whatever their mean is rounded to
+    spread = float(values.std(ddof=1)) if parts > 1 else math.nan
+    sigma = spread if parts < 2 or np.ptp(values) > 0 else 0.0
     reason: str = "" if normal else ABNORMAL
     if parts < FEWEST:
         reason = NoInterval(Lack.FEWEST_PARTS, needed=FEWEST)

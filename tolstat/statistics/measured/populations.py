@@ -92,11 +92,32 @@ class MeasuredSample:
     ) -> Iterator[Population]:
         """Return draws of the population, of the fitted family or of any kind.
 
-        Without `tails` no part lies outside those that were measured.
+        Without `tails` no part lies outside those that were measured. All parts of a
+        lot may lie beside those of other lots: few lots tell little of their mean.
         """
         if fitted:
-            return self._fitted(draws, generator)
-        return self._any(draws, generator) if tails else self._inside(draws, generator)
+            drawn = self._fitted(draws, generator)
+        elif tails:
+            drawn = self._any(draws, generator)
+        else:
+            drawn = self._inside(draws, generator)
+        if not (between := self.between_lots):
+            return drawn
+        lots = len(self.lot_names)
+        error = between / math.sqrt(lots) * generator.standard_t(lots - 1, draws)
+        return map(_shifted, drawn, error.tolist())
+
+    @property
+    def between_lots(self) -> float:
+        """Sigma of the means of lots, beyond what parts explain; 0 without lots."""
+        if self.lot is None or self.order is None or len(self.lot_names) < 2:
+            return 0.0
+        parts, counts = self.values[self.order], np.bincount(self.lot)
+        means = np.bincount(self.lot, parts) / counts
+        within = np.sum((parts - means[self.lot]) ** 2)
+        within /= max(len(parts) - len(means), 1)
+        between = means.var(ddof=1) - within * np.mean(1 / counts)
+        return math.sqrt(max(float(between), 0.0))
 
     def enlarged(self, parts: int) -> "MeasuredSample":
         """Return so many parts as of the same population, with its mean and sigma."""
@@ -106,7 +127,7 @@ class MeasuredSample:
         factor = before.std(ddof=1) / sigma if sigma > 0 else 1.0
         scores = before.mean() + factor * (scores - scores.mean())
         values = np.exp(scores) if self.fit == LOGNORMAL else scores
-        return replace(self, values=values)
+        return replace(self, values=values, order=None, lot=None)  # of as many lots
 
     @property
     def _moments(self) -> tuple[float, float]:
@@ -170,6 +191,10 @@ class MeasuredSample:
                 return _tailed(q, u, low, high, tails)
 
             yield deviations
+
+
+def _shifted(population: Population, shift: float) -> Population:
+    return lambda u: population(u) + shift
 
 
 def _scores(values: Array, fit: str) -> Array:
