@@ -118,7 +118,8 @@ def test_several_scenarios_stand_side_by_side(run):
     table = found.frame()
     assert len(table) == 3 and table["scenario"].nunique() == 3
     (gallery,) = (x for x in blocks_of(found.document()) if isinstance(x, Gallery))
-    (figure,) = gallery.figures
+    figure, *pairs = gallery.figures
+    assert len(pairs) == 3  # trials of each over those of the baseline
     names = [layer.name for layer in figure.picture.panels[0].layers[:4]]
     assert names == ["baseline", *(x.words for x in found.scenarios)]
     page = found.html()

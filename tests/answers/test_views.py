@@ -49,7 +49,7 @@ def shown(view):
         [
             "".join(plain(in_cell(c)[0]) if isinstance(c, Number) else c for c in main)
             or None
-            for main, _ in row
+            for main, *_ in row
         ]
         for row in table.rows
     ]
