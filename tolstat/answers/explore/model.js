@@ -81,6 +81,8 @@ function keepOthers(node, columns, links, kept) {
   else kept.set(node, valueOf(node, columns));
 }
 
+const WORST_FIRST = ['not met', 'undecided', 'no interval', 'met'];
+
 class Explorer {
   constructor(data) {
     Object.assign(this, data);
@@ -280,7 +282,13 @@ class Explorer {
     });
     let out = 0;
     for (let k = 0; k < this.rows; k++) if (anyOut[k]) out += weights[k];
-    return {covered: !reasons.length, reasons, effective, weights, responses, anyOut: Math.min(out / this.total, 1)};
+    return {covered: !reasons.length, reasons, effective, weights, responses, anyOut: Math.min(out / this.total, 1), ...this.ofAll(responses)};
+  }
+  /* The verdict of all limits, the worst of theirs; how many they are, and which have it. */
+  ofAll(responses) {
+    const worst = WORST_FIRST.find(verdict => responses.some(r => r.verdict === verdict)) ?? '';
+    const limited = responses.filter(r => r.verdict).length;
+    return {verdict: worst, limited, deciding: this.responses.filter((_, r) => worst && responses[r].verdict === worst).map(r => r.name)};
   }
   judged(values, weights, cap, response, limit, moved, anyOut) {
     const lower = limit.lower ?? -Infinity, upper = limit.upper ?? Infinity, ends = (limit.lower !== null) + (limit.upper !== null);
