@@ -110,6 +110,9 @@ def test_the_verdict_is_that_of_all_limits(tmp_path):
     assert first["deciding"] == ["ring_play"]
     assert first["limited"] == 3
     assert second["deciding"] == ["play"]
+    summaries = tolstat.report(run).responses
+    for name, reading in second["responses"].items():
+        assert reading["normal"] is summaries[name].normal_tails
 
 
 def test_worst_case_and_root_sum_square_are_those_of_the_run(run, found):

@@ -67,6 +67,13 @@ def test_a_card_names_the_limit_that_is_not_met(tmp_path):
     kind, words = asked(page, tmp_path, 1200, verdict % moves)
     assert kind == "verdict not-met"
     assert words == "not met ring_play"
+    normal = (
+        "explorer.responses.map((r, i) => { focus = i; draw();"
+        f" return [r.name, {CARD}.includes('by moments')]; }})"
+    )
+    shown = dict(asked(page, tmp_path, 1200, normal))
+    assert not shown["play"]
+    assert shown["ring_play"]
 
 
 def test_a_slider_and_a_curve_move_as_typing_does(page, tmp_path):

@@ -312,8 +312,9 @@ class Explorer {
       share = Math.min(share, end); range = [Math.min(low, share), end];
     } else if (this.random) range = ['lower', 'upper'].map(end => interpolated(this.anytime.counts, this.anytime[end], count));
     const verdict = !ends ? '' : Number.isNaN(range[0]) ? 'no interval' : 1 - range[1] >= response.demanded ? 'met' : 1 - range[0] < response.demanded ? 'not met' : 'undecided';
-    return {values, count, share, range, verdict, ends, ppk: this.ppks(share, range, ends), stored: false, mean, sigma, least, largest,
-      pp: ends === 2 ? (upper - lower) / (6 * sigma) : NaN, moments: ends ? Math.min(upper - mean, mean - lower) / (3 * sigma) : NaN};
+    const ppk = this.ppks(share, range, ends), moments = ends ? Math.min(upper - mean, mean - lower) / (3 * sigma) : NaN;
+    return {values, count, share, range, verdict, ends, ppk, stored: false, mean, sigma, least, largest,
+      pp: ends === 2 ? (upper - lower) / (6 * sigma) : NaN, moments, normal: response.normal && !(ppk[2] < moments)}; // counts may exclude it
   }
   /* The verdict that counts: what the run itself has. */
   ofRun({run}, ends) {

@@ -77,7 +77,7 @@ function wordsOf(s) {
   if (!reading.covered) return {...numbers, verdict: '', overall: '', deciding: '', reason: `Not covered by the trials: ${reading.reasons.join('; ')}. Run the commands below.`};
   const between = (low, high, written) => Number.isNaN(low) ? '' : `${written(low)} to ${written(high)}`;
   return {...numbers, reason: '', out: ppm(one.share), range: between(...one.range, ppm), ppk: plain(one.ppk[0]), ppk_range: between(one.ppk[1], one.ppk[2], plain),
-    moments: plain(one.moments), performance: `${plain(one.pp)}, ${plain(one.moments)}`, mean: shown(one.mean), sigma: shown(one.sigma),
+    moments: one.normal ? `; by moments ${plain(one.moments)}` : '', performance: one.normal ? `${plain(one.pp)}, ${plain(one.moments)}` : '–', mean: shown(one.mean), sigma: shown(one.sigma),
     any: ppm(reading.anyOut), effective: grouped(String(Math.round(reading.effective)))};
 }
 function updateWords() {
