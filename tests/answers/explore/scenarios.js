@@ -20,13 +20,13 @@ function scenarioOf({entries = {}, limits = {}}) {
 }
 const readings = changes.map(change => {
   const scenario = scenarioOf(change), start = process.cpuUsage(), reading = explorer.read(scenario);
-  const milliseconds = process.cpuUsage(start).user / 1000, {covered, reasons, effective, anyOut} = reading;
+  const milliseconds = process.cpuUsage(start).user / 1000, {covered, reasons, effective, anyOut, verdict, limited, deciding} = reading;
   const responses = Object.fromEntries(reading.responses.map(({values, ...numbers}, r) => [explorer.responses[r].name, numbers]));
   const again = explorer.restored(explorer.stored([scenario], 1, 0)).scenarios[0];
   const profiles = Object.fromEntries((change.profiles ?? []).map(([name, field, xs]) => [
     `${name} ${field}`, explorer.profile(scenario, explorer.entries.findIndex(e => e.name === name), field, xs, 0)]));
   return {
-    covered, reasons, effective, anyOut, responses, profiles, milliseconds, words: explorer.words(scenario),
+    covered, reasons, effective, anyOut, verdict, limited, deciding, responses, profiles, milliseconds, words: explorer.words(scenario),
     command: explorer.command(scenario, covered), toml: explorer.toml(scenario),
     same: JSON.stringify(again) === JSON.stringify(scenario),
     stack: explorer.evaluated ? explorer.stack(scenario, 0) : null,

@@ -95,6 +95,26 @@ def test_the_drawing_is_read_as_the_run(run, found):
     assert gap["verdict"] == yields.verdict
 
 
+def test_the_verdict_is_that_of_all_limits(tmp_path):
+    path = tmp_path / "gaps.h5"
+    run = tolstat.run(ROOT / "runs" / "gaps.toml", trials=10_000, output=path)
+    housing = {"nominal": 120.29 * MM, "half": 0.05 * MM}
+    both = {"housing": housing, "ring": {"nominal": 2.05 * MM}}
+    first, second = readings(
+        tolstat.explore(run), tmp_path, [{"entries": both}, {"entries": {}}]
+    )
+    each = {name: r["verdict"] for name, r in first["responses"].items()}
+    assert each["play"] == "met"
+    assert each["ring_play"] == "not met"
+    assert first["verdict"] == "not met"
+    assert first["deciding"] == ["ring_play"]
+    assert first["limited"] == 3
+    assert second["deciding"] == ["play"]
+    summaries = tolstat.report(run).responses
+    for name, reading in second["responses"].items():
+        assert reading["normal"] is summaries[name].normal_tails
+
+
 def test_worst_case_and_root_sum_square_are_those_of_the_run(run, found):
     numbers = {number.name: number.value for number in run.numbers}
     stack = found[0]["stack"]

@@ -1,5 +1,7 @@
 """Pages of runs that are large, measured, correlated, in part, or no sample."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -91,6 +93,18 @@ def test_a_large_run_has_each_trial_out_of_limit(monkeypatch, tmp_path):
     lower, upper = wider["responses"]["gap"]["range"]
     assert lower < share < upper
     assert upper - lower < share
+
+
+def test_a_run_in_part_says_so():
+    run = tolstat.run(chain())
+    status = np.where(np.arange(run.trials) < 2073, run.status, 0).astype(np.uint8)
+    part = replace(run, columns={**run.columns, "status": status}, complete=False)
+    page = tolstat.explore(part).html()
+    assert "2073 of 4000 trials, evaluated again" in page
+    assert "The verdicts are of a run in part" in page
+    whole = tolstat.explore(run).html()
+    assert " of 4000 trials" not in whole
+    assert "in part" not in whole
 
 
 def test_most_trials_out_of_limit_are_a_sample_like_all(monkeypatch):

@@ -48,6 +48,34 @@ def test_typing_changes_card_command_and_study(explored, page, tmp_path):
     assert toml == reading["toml"]
 
 
+def test_a_card_names_the_limit_that_is_not_met(tmp_path):
+    path = tmp_path / "gaps.h5"
+    run = tolstat.run(ROOT / "runs" / "gaps.toml", trials=10_000, output=path)
+    page = tolstat.explore(run).save(tmp_path / "gaps.html")
+    entries = [
+        entry.written.name for entry in tolstat.explore(run).data.entries.entries
+    ]
+    housing, ring = entries.index("housing"), entries.index("ring")
+    typed = [(f"e{housing}-nominal", 120.29), (f"e{housing}-half", 0.05)]
+    steps = [*typed, (f"e{ring}-nominal", 2.05)]
+    moves = " ".join(f"{{ {typing(field, value)} }}" for field, value in steps)
+    verdict = (
+        "(() => { %s const card = document.querySelector('[data-card=\"1\"]');"
+        " const mark = card.querySelector('.verdict'); return [mark.className,"
+        " mark.parentElement.textContent.trim()]; })()"
+    )
+    kind, words = asked(page, tmp_path, 1200, verdict % moves)
+    assert kind == "verdict not-met"
+    assert words == "not met ring_play"
+    normal = (
+        "explorer.responses.map((r, i) => { focus = i; draw();"
+        f" return [r.name, {CARD}.includes('by moments')]; }})"
+    )
+    shown = dict(asked(page, tmp_path, 1200, normal))
+    assert not shown["play"]
+    assert shown["ring_play"]
+
+
 def test_a_slider_and_a_curve_move_as_typing_does(page, tmp_path):
     slide = f"(() => {{ {typing('e0-half-r', 0.06)} return {CARD}; }})()"
     typed = f"(() => {{ {typing('e0-half', 0.06)} return {CARD}; }})()"

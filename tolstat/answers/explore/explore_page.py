@@ -26,6 +26,8 @@ READINGS = (
     "counts is that of a run."
 )
 
+IN_PART = ". The verdicts are of a run in part: its other trials have not run."
+
 
 @dataclass(frozen=True, repr=False)
 class Explore:
@@ -37,7 +39,10 @@ class Explore:
     def html(self) -> str:
         """Return the page: one file, which asks for no other."""
         run, folder = self.run, files(__package__)
-        trials = f"{int(self.data.sampled.sample.ran.sum())} trials"
+        sample = self.data.sampled.sample
+        ran, all_trials = int(sample.ran.sum()), len(sample.ran)
+        in_part = ran < all_trials
+        trials = f"{ran} of {all_trials} trials" if in_part else f"{ran} trials"
         how = "evaluated again" if self.data.evaluated else "weighted"
         data = self.data.data
         return explore_page(
@@ -50,7 +55,8 @@ class Explore:
             entries=[*map(self._offered, data["entries"])],
             responses=data["responses"],
             evaluated=self.data.evaluated,
-            lead=f"{run.path.name}: {trials}, {how} at each move; {run.model}",
+            lead=f"{run.path.name}: {trials}, {how} at each move; {run.model}"
+            + (IN_PART if in_part else ""),
             report=command("report", run.path, machine=run.machine),
             note=READINGS,
         )

@@ -81,6 +81,8 @@ function keepOthers(node, columns, links, kept) {
   else kept.set(node, valueOf(node, columns));
 }
 
+const WORST_FIRST = ['not met', 'undecided', 'no interval', 'met'];
+
 class Explorer {
   constructor(data) {
     Object.assign(this, data);
@@ -280,7 +282,13 @@ class Explorer {
     });
     let out = 0;
     for (let k = 0; k < this.rows; k++) if (anyOut[k]) out += weights[k];
-    return {covered: !reasons.length, reasons, effective, weights, responses, anyOut: Math.min(out / this.total, 1)};
+    return {covered: !reasons.length, reasons, effective, weights, responses, anyOut: Math.min(out / this.total, 1), ...this.ofAll(responses)};
+  }
+  /* The verdict of all limits, the worst of theirs; how many they are, and which have it. */
+  ofAll(responses) {
+    const worst = WORST_FIRST.find(verdict => responses.some(r => r.verdict === verdict)) ?? '';
+    const limited = responses.filter(r => r.verdict).length;
+    return {verdict: worst, limited, deciding: this.responses.filter((_, r) => worst && responses[r].verdict === worst).map(r => r.name)};
   }
   judged(values, weights, cap, response, limit, moved, anyOut) {
     const lower = limit.lower ?? -Infinity, upper = limit.upper ?? Infinity, ends = (limit.lower !== null) + (limit.upper !== null);
@@ -304,8 +312,9 @@ class Explorer {
       share = Math.min(share, end); range = [Math.min(low, share), end];
     } else if (this.random) range = ['lower', 'upper'].map(end => interpolated(this.anytime.counts, this.anytime[end], count));
     const verdict = !ends ? '' : Number.isNaN(range[0]) ? 'no interval' : 1 - range[1] >= response.demanded ? 'met' : 1 - range[0] < response.demanded ? 'not met' : 'undecided';
-    return {values, count, share, range, verdict, ends, ppk: this.ppks(share, range, ends), stored: false, mean, sigma, least, largest,
-      pp: ends === 2 ? (upper - lower) / (6 * sigma) : NaN, moments: ends ? Math.min(upper - mean, mean - lower) / (3 * sigma) : NaN};
+    const ppk = this.ppks(share, range, ends), moments = ends ? Math.min(upper - mean, mean - lower) / (3 * sigma) : NaN;
+    return {values, count, share, range, verdict, ends, ppk, stored: false, mean, sigma, least, largest,
+      pp: ends === 2 ? (upper - lower) / (6 * sigma) : NaN, moments, normal: response.normal && !(ppk[2] < moments)}; // counts may exclude it
   }
   /* The verdict that counts: what the run itself has. */
   ofRun({run}, ends) {

@@ -65,14 +65,19 @@ function updateControls() {
     }
   });
 }
+/* Which limits have the verdict of all, where there are several. */
+function decidingWords({verdict, limited, deciding}) {
+  if (limited < 2) return '';
+  return verdict === 'met' ? `all ${limited} limits` : deciding.join(', ');
+}
 /* A reading in words, for the places of the page that are named so. */
 function wordsOf(s) {
   const reading = readings[s], one = reading.responses[focus], words = explorer.words(scenarios[s]).filter(w => w !== '--limit');
-  const numbers = {changes: words.join('; ') || (s ? 'nothing changed yet' : 'as on the drawing'), verdict: one.verdict};
-  if (!reading.covered) return {...numbers, verdict: '', reason: `Not covered by the trials: ${reading.reasons.join('; ')}. Run the commands below.`};
+  const numbers = {changes: words.join('; ') || (s ? 'nothing changed yet' : 'as on the drawing'), verdict: one.verdict, overall: reading.verdict, deciding: decidingWords(reading)};
+  if (!reading.covered) return {...numbers, verdict: '', overall: '', deciding: '', reason: `Not covered by the trials: ${reading.reasons.join('; ')}. Run the commands below.`};
   const between = (low, high, written) => Number.isNaN(low) ? '' : `${written(low)} to ${written(high)}`;
   return {...numbers, reason: '', out: ppm(one.share), range: between(...one.range, ppm), ppk: plain(one.ppk[0]), ppk_range: between(one.ppk[1], one.ppk[2], plain),
-    moments: plain(one.moments), performance: `${plain(one.pp)}, ${plain(one.moments)}`, mean: shown(one.mean), sigma: shown(one.sigma),
+    moments: one.normal ? `; by moments ${plain(one.moments)}` : '', performance: one.normal ? `${plain(one.pp)}, ${plain(one.moments)}` : '–', mean: shown(one.mean), sigma: shown(one.sigma),
     any: ppm(reading.anyOut), effective: grouped(String(Math.round(reading.effective)))};
 }
 function updateWords() {
@@ -80,7 +85,7 @@ function updateWords() {
   for (const place of document.querySelectorAll('[data-fill]')) {
     const {fill, scenario} = place.dataset, text = words[scenario][fill] ?? '–';
     place.textContent = text; place.hidden = !text;
-    if (fill === 'verdict') place.className = `verdict ${text.replace(' ', '-')}`;
+    if (fill === 'verdict' || fill === 'overall') place.className = `verdict ${text.replace(' ', '-')}`;
   }
   for (const card of document.querySelectorAll('[data-card]')) {
     card.setAttribute('aria-pressed', +card.dataset.card === chosen);
@@ -89,7 +94,9 @@ function updateWords() {
   for (const place of document.querySelectorAll('.unit')) place.textContent = unit && `, ${unit}`;
   for (const place of document.querySelectorAll('.permitted-ppm')) place.textContent = ppm(1 - demanded);
   $('name').textContent = name;
-  $('status').textContent = `${LETTERS[chosen]}: ${words[chosen].reason || `${words[chosen].out} ppm out of limit, ${words[chosen].verdict}`}`;
+  const of = readings[chosen].limited > 1 ? ` of ${name}` : '', {reason, out, overall, deciding} = words[chosen];
+  for (const place of document.querySelectorAll('.of-response')) place.textContent = of;
+  $('status').textContent = `${LETTERS[chosen]}: ${reason || `${out} ppm out of limit${of}, ${[overall, deciding].filter(x => x).join(': ')}`}`;
 }
 
 // ---- figures

@@ -158,6 +158,7 @@ class PageData:
             "demanded": limit.demanded if limit else DEMANDED,
             "demand": self._demand(name),
             "run": None,
+            "normal": self._is_normal(name),
         }
         if limited:
             data["run"] = {
@@ -171,6 +172,12 @@ class PageData:
         else:
             data["values"] = packed(self.sampled.values(name)[places], "<f4")
         return data
+
+    def _is_normal(self, name: str) -> bool:
+        """Tell whether Ppk by moments holds, as the report shows it."""
+        summary = self.summaries[name]
+        limited = summary.limited
+        return bool(limited and limited.moments.ppk.sure and summary.normal_tails)
 
     def _demand(self, name: str) -> str:
         """Return the keys of a limit beside its ends, as a study has them."""
