@@ -159,6 +159,7 @@ def test_settings_are_checked(tmp_path):
         ({"responses": {"x": {"taken": "max speed"}}}, "no variable speed"),
         ({"responses": {"x": {"taken": "time peak above 3 mm"}}}, "another kind"),
         ({"stop": 0.0}, "above 0 s"),
+        ({"max_step": 0.6}, r"max_step is 0\.6 s, longer than .* stop, 0\.5 s"),
     ):
         with pytest.raises(ModelError, match=words):
             described(model, make(model, settings))
