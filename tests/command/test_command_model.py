@@ -72,6 +72,13 @@ def test_a_run_of_a_command(source, tmp_path):
     assert all((path / "log.txt").is_file() for path in kept)
 
 
+def test_a_nominal_trial_without_an_answer_is_refused(source):
+    Path("solver.sh").write_text("echo 'time, load\\n0, 0' > \"$2\"")
+    catalogue.load(source)
+    with pytest.raises(ModelError, match=r"has no answer: output\.csv has no force;"):
+        tolstat.run("beam.toml")
+
+
 def test_a_command_that_hangs_is_ended(source, tmp_path):
     Path("solver.sh").write_text('. "$1"; sleep 1000 & sleep 1000')
     Path("beam.toml").write_text(STUDY.replace("20 s", "0.4 s"))
