@@ -72,6 +72,13 @@ def test_a_run_of_a_command(source, tmp_path):
     assert all((path / "log.txt").is_file() for path in kept)
 
 
+def test_a_nominal_trial_without_an_answer_is_refused(source):
+    Path("solver.sh").write_text("echo 'time, load\\n0, 0' > \"$2\"")
+    catalogue.load(source)
+    with pytest.raises(ModelError, match=r"has no answer: output\.csv has no force;"):
+        tolstat.run("beam.toml")
+
+
 def test_a_command_that_hangs_is_ended(source, tmp_path):
     Path("solver.sh").write_text('. "$1"; sleep 1000 & sleep 1000')
     Path("beam.toml").write_text(STUDY.replace("20 s", "0.4 s"))
@@ -111,12 +118,22 @@ def test_inputs_of_all_kinds(tmp_path):
         ("json", '{"a": "x"}', "could not convert"),
         ("csv", "a\n", "has no a"),
         ("csv", "a,b\n1", ""),
+        ("csv", "\ufeffb, a ,\n2, 1,\n", ""),
+        ("json", '\ufeff{"a": 1}', ""),
+        ("csv", "a\n1,5\n", "row 1 has 2 cells, but 1 names"),
+        ("csv", "a,b,a\n1,2,3\n", "output.csv: a is given twice"),
+        ("csv", "a\n1_0\n", "'1_0' is not a number"),
+        ("csv", "a\n" + "1" * 200_000, "field larger"),
+        ("json", '{"a": 1, "a": 2}', "output.json: a is given twice"),
+        ("json", '{"a": true}', "true is not a number"),
+        ("json", '{"a": "1_0"}', "'1_0' is not a number"),
+        ("json", '{"a": 1' + "0" * 400 + "}", "too large"),
     ],
 )
 def test_outputs_that_cannot_be_read(tmp_path, kind, text, wrong):
     command = Command.read(f"sh {{input}} {{output.{kind}}}")
     if text is not None:
-        (tmp_path / f"output.{kind}").write_text(text)
+        (tmp_path / f"output.{kind}").write_text(text, encoding="utf-8")
     if not wrong:
         assert command.read_output(tmp_path, ["a"]) == [1.0]
         return

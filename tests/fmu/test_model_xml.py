@@ -40,7 +40,7 @@ UNITS = {
         ("rev/min", "rad/s", 2 * math.pi / 60),
         ("m/s2", "m/s^2", 1.0),
         ("mm", "m", 1e-3),
-        ("degC", "K", 274.15),
+        ("degC", "1", 1.0),  # has an offset: a plain number
         ("Ohm", "ohm", 1.0),
         ("%", "1", 0.01),
         ("mol", "1", 1.0),  # not known to tolstat: a plain number
@@ -110,6 +110,29 @@ DOCUMENT = """<?xml version='1.0'?>
 <ModelVariables>{}</ModelVariables></fmiModelDescription>"""  # noqa: E501
 
 
+def test_a_unit_with_an_offset_is_a_plain_number(tmp_path):
+    text = DOCUMENT.format(
+        "<ScalarVariable name='T' valueReference='0' causality='parameter' "
+        "variability='fixed' description='room'>"
+        "<Real start='20' unit='degC' min='-40' max='60'/></ScalarVariable>"
+        "<ScalarVariable name='hot' valueReference='1' causality='output'>"
+        "<Real unit='degC'/></ScalarVariable>"
+    ).replace(
+        "</UnitDefinitions>",
+        "<Unit name='degC'><BaseUnit K='1' offset='273.15'/></Unit></UnitDefinitions>",
+    )
+    model = catalogue.load(str(packed(tmp_path, text)))
+    parts, responses = described(model, make(model))
+    assert (parts[0].unit, parts[0].size, parts[0].sentence) == (
+        "1", 20.0, "room in degC",
+    )  # fmt: skip
+    assert (responses[0].unit, responses[0].sentence) == ("1", "hot in degC at the end")
+    outside = model.impossible(np.array([[39.0], [41.0]]), make(model))
+    assert outside["outside its range"].tolist() == [False, True]
+    with pytest.raises(ModelError, match="T"):
+        make(model, {"T": "20 degC"})
+
+
 def test_names_that_can_be_typed_and_declared_types(tmp_path):
     model = catalogue.load(str(packed(tmp_path, DOCUMENT.format(VARIABLES))))
     assert model.name == "Rig.Test"
@@ -136,6 +159,7 @@ def test_settings_are_checked(tmp_path):
         ({"responses": {"x": {"taken": "max speed"}}}, "no variable speed"),
         ({"responses": {"x": {"taken": "time peak above 3 mm"}}}, "another kind"),
         ({"stop": 0.0}, "above 0 s"),
+        ({"max_step": 0.6}, r"max_step is 0\.6 s, longer than .* stop, 0\.5 s"),
     ):
         with pytest.raises(ModelError, match=words):
             described(model, make(model, settings))

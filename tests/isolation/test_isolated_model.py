@@ -57,7 +57,12 @@ def check(answers, status):
 @pytest.mark.parametrize("kind", ["Trouble", "RowByRow"])
 @pytest.mark.parametrize(
     ("how", "words"),
-    [("crash", "SIGSEGV"), ("exit", "exit code 0"), ("abort", "SIGABRT")],
+    [
+        ("crash", "SIGSEGV"),
+        ("exit", "exit code 0"),
+        ("abort", "SIGABRT"),
+        ("sys.exit", "exit code 3"),
+    ],
 )
 def test_a_crash_costs_its_trial(kind, how, words):
     answers = simulate(found(kind), ROWS, Settings(how))
@@ -65,6 +70,11 @@ def test_a_crash_costs_its_trial(kind, how, words):
     for text in answers.output.values():
         assert words in text
         assert f"about to {how}" in text
+
+
+def test_another_exception_is_a_fault_of_the_model():
+    with pytest.raises(ModelError, match="evaluate fails: ValueError: error"):
+        simulate(found("RowByRow"), ROWS, Settings("error"))
 
 
 @pytest.mark.parametrize("kind", ["Trouble", "RowByRow"])

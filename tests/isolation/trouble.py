@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
 
 ABOVE = 2.0  # sigma of the deviation
-HOWS = ("fine", "crash", "exit", "abort", "hang", "leak", "kill")
+HOWS = ("fine", "crash", "exit", "abort", "hang", "leak", "kill", "sys.exit", "error")
 
 
 @dataclass(frozen=True)
@@ -64,5 +64,7 @@ def do(how):
             rows = []
             while True:
                 rows.append(b"x" * (1 << 24))
+        case "error":
+            raise ValueError(how)
         case _:
-            sys.exit(how)
+            sys.exit(3)

@@ -58,6 +58,7 @@ class CommandModel(Model):
     settings = CommandSettings
     isolated = True
     row_by_row = True
+    needs_nominal = True
     failures: ClassVar = {NO_ANSWER: "the command writes all responses"}
 
     def __init__(self, command: str) -> None:

@@ -7,9 +7,9 @@ import json
 import re
 import shlex
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from tolstat.errors import ModelError
 from tolstat.toml import toml_text
@@ -109,26 +109,60 @@ class Command(NamedTuple):
         Raises
         ------
         ValueError
-            If the file, a name or a number is missing.
+            If the file, a name or a number is missing, or one is given twice.
         """
         path = self.output_in(folder)
         try:
-            text = path.read_text()
+            text = path.read_text(encoding="utf-8-sig")
         except OSError as error:
             raise ValueError(f"{path.name}: {error.strerror}") from None
-        if self.output_kind == JSON:
-            values = json.loads(text)
-        else:
-            rows = [*csv.DictReader(io.StringIO(text), skipinitialspace=True)]
-            values = rows[-1] if rows else {}
+        try:
+            if self.output_kind == JSON:
+                values = json.loads(text, object_pairs_hook=_by_name)
+            else:
+                values = _last_row(text)
+        except (ValueError, csv.Error) as error:
+            raise ValueError(f"{path.name}: {error}") from None
         if not isinstance(values, dict):
             raise ValueError(f"{path.name}: numbers by name are expected")
         if missing := [name for name in names if values.get(name) is None]:
             raise ValueError(f"{path.name} has no {', '.join(missing)}")
         try:
-            return [float(values[name]) for name in names]
-        except (TypeError, ValueError) as error:
+            return [_number(values[name]) for name in names]
+        except (TypeError, ValueError, OverflowError) as error:
             raise ValueError(f"{path.name}: {error}") from None
+
+
+def _last_row(text: str) -> dict[str, Any]:
+    """Return the cells of the last row of a CSV file, by the names in the first."""
+    rows = [*filter(None, csv.reader(io.StringIO(text), skipinitialspace=True))]
+    heads = [head.strip() for head in rows[0]] if rows else []
+    for number, row in enumerate(rows[1:], 1):
+        if len(row) > len(heads):
+            raise ValueError(
+                f"row {number} has {len(row)} cells, but {len(heads)} names are given"
+            )
+    _by_name([(head, None) for head in heads if head])
+    return dict(zip(heads, rows[-1], strict=False)) if len(rows) > 1 else {}
+
+
+def _by_name(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    """Return values by name; ValueError if a name is given twice."""
+    values = dict[str, Any]()
+    for name, value in pairs:
+        if name in values:
+            raise ValueError(f"{name} is given twice")
+        values[name] = value
+    return values
+
+
+def _number(value: Any) -> float:
+    """Return a number that a command has written; ValueError if it is none."""
+    if isinstance(value, bool):
+        raise ValueError(f"{str(value).lower()} is not a number")
+    if isinstance(value, str) and "_" in value:  # Python reads 1_0 as 10
+        raise ValueError(f"'{value}' is not a number")
+    return float(value)
 
 
 def from_template(text: str, values: Mapping[str, float]) -> str:

@@ -34,7 +34,7 @@ from tolstat.execution.stages import (
 )
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
-from tolstat.status import Status
+from tolstat.status import FIRST_OWN, Status
 from tolstat.store.run_records import Audited, Diagnostics, Isolation
 from tolstat.store.run_writer import Recorder
 from tolstat.store.stored_run import ROUNDING, Run
@@ -172,7 +172,10 @@ def carry_out(
 
 
 def _nominal(study: Study, alone: Array, workers: Workers) -> Answers:
-    """Return the answer of the nominal trial; refuse a model that crashes in it."""
+    """Return the answer of the nominal trial; refuse a model that crashes in it.
+
+    One that needs its answer is refused without it, too.
+    """
     began = time.perf_counter()
     answers = workers.simulate(study.model, alone, study.settings)
     if part := study.model.isolation:
@@ -181,6 +184,10 @@ def _nominal(study: Study, alone: Array, workers: Workers) -> Answers:
         word = Status(answers.status[0]).word
         raise study.model.fault(
             f"the nominal trial {word}: {answers.output.get(0, '')}"
+        )
+    if study.model.needs_nominal and answers.status[0] >= FIRST_OWN:
+        raise study.model.fault(
+            f"the nominal trial has no answer: {answers.output.get(0, '')}"
         )
     return answers
 

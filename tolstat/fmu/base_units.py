@@ -41,6 +41,7 @@ class FmuUnit(NamedTuple):
     factor: float = 1.0
     offset: float = 0.0
     display: str = ""  # unit in which it is shown; by its size if empty
+    own: str = ""  # the FMU's name of it, where tolstat has a plain number
 
     def to_si(self, value: float) -> float:
         """Return a value of the FMU in SI."""
@@ -48,9 +49,13 @@ class FmuUnit(NamedTuple):
 
     def from_si(self, value: float) -> float:
         """Return a value in SI as the FMU takes it."""
-        if self == PLAIN or (self.factor == 1.0 and self.offset == 0.0):
+        if self.factor == 1.0 and self.offset == 0.0:
             return value
         return (value - self.offset) / self.factor
+
+    def named_in(self, sentence: str) -> str:
+        """Return a description with the FMU's unit of a plain number."""
+        return f"{sentence} in {self.own}".strip() if self.own else sentence
 
 
 PLAIN = FmuUnit("1", display="1")
@@ -60,27 +65,31 @@ def unit_of_variable(name: str, chosen: str, units: Mapping[str, BaseUnit]) -> F
     """Return the unit of a variable, by the name that the FMU gives it.
 
     A unit without base units is read by its name. One that tolstat does not know, such
-    as of an amount of substance, is a plain number.
+    as of an amount of substance, is a plain number; so is one with an offset.
     """
     if not name:
         return PLAIN
+    told = name.isprintable() and re.search(r"[^\W\d_]", name)  # not "-", "1"
+    plain = PLAIN._replace(own=name) if told else PLAIN
     spelled = _spelled(name)
     if name not in units:
+        if name == "degC":  # ours is a difference
+            return plain
         try:
             si = si_unit(dimension(spelled))
             return FmuUnit(si, from_si(1.0, spelled, si), 0.0, spelled)
         except UnitError:
-            return PLAIN
+            return plain
     base = units[name]
-    if any(part in base.exponents for part in UNKNOWN):
-        return PLAIN
+    if base.offset or any(part in base.exponents for part in UNKNOWN):
+        return plain
     words = " ".join(f"{part}^{abs(n)}" for part, n in base.exponents.items() if n > 0)
     words += "".join(f"/{part}^{abs(n)}" for part, n in base.exponents.items() if n < 0)
     try:
         kind = dimension(words or "1")
         si = si_unit(kind)
     except UnitError:
-        return PLAIN
+        return plain
     if si == "1":
         return FmuUnit("1", base.factor, base.offset, "1")
     if base[1:] == (1.0, 0.0) and _is_si(spelled, kind):

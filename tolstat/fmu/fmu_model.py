@@ -171,7 +171,8 @@ class FmuModel(Model):
         for variable, line in zip(union, values.T, strict=True):
             unit = unit_of(variable, self.file)
             curve = Curve(
-                names[variable], unit.si, "", variable.sentence or variable.name,
+                names[variable], unit.si, "",
+                unit.named_in(variable.sentence or variable.name),
                 unit.factor * line[chosen] + unit.offset, shown=unit.display,
             )  # fmt: skip
             curves.append(curve)

@@ -76,6 +76,12 @@ def settings_class(model: Model, file: FmuFile, fields: dict[str, Any]) -> type:
             raise ModelError(
                 f"{file.path.name} does not offer this; write model_exchange = {typed}"
             )
+        span = settings.stop - start_of(file)
+        if settings.max_step > span * (1 + 1e-9):  # but for rounding
+            raise ModelError(
+                f"max_step is {settings.max_step:.6g} s, longer than the whole time "
+                f"up to stop, {span:.6g} s; write a shorter one"
+            )
 
     def reduce(settings: Any) -> Any:
         return _restored, (model, vars(settings))

@@ -31,7 +31,7 @@ class Quantity:
     def sentence(self) -> str:
         """Its description, and its name in the FMU where that is another."""
         exported = "" if self.variable.name == self.name else self.variable.name
-        words = self.variable.sentence
+        words = self.unit.named_in(self.variable.sentence)
         return f"{words} ({exported})" if words and exported else words or exported
 
     def setting(self) -> Any:

@@ -93,6 +93,7 @@ class Reduction(NamedTuple):
     def response(self) -> Response:
         """The response, as a model declares it."""
         kind, source = self.taken.kind, self.variable.sentence or self.variable.name
+        source = self.unit.named_in(source)
         words = f"{KINDS[kind]} {source}" if kind != "end" else f"{source} at the end"
         if kind == "time":
             words = f"time of {source} {self.taken.side} {self.taken.level}"

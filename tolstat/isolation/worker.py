@@ -5,9 +5,11 @@ import os
 import pickle
 import socket
 import struct
+import sys
 import time
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from contextlib import suppress
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from tolstat.model.checked import complete, evaluated
 from tolstat.model.contract import Answers, Model, Outcome, guarded
 from tolstat.operating_system import buffer_lines, limit_data, private_data
 
+E = TypeVar("E", bound=BaseException)
 OUT_OF_MEMORY = 71  # exit code
 LONGEST_LOG = 1 << 20  # bytes of output, which start again at the next row then
 MARK = struct.Struct("qd")  # of a row: its number, and when it began
@@ -81,10 +84,14 @@ def serve(model: Model, requests: socket.socket, clock: Clock, growth: int) -> N
             value = function(*arguments)
         except TolstatError as error:
             failure = error
-            if _lacks_memory(error):
+            if _cause(error, MemoryError):
                 os._exit(OUT_OF_MEMORY)
+            if left := _cause(error, SystemExit):
+                _exit(left)
         except MemoryError:
             os._exit(OUT_OF_MEMORY)
+        except SystemExit as error:
+            _exit(error)
         channel.send_object(requests, Reply(value, failure, private_data()))
 
 
@@ -148,7 +155,22 @@ def _start_log(longest: int = 0) -> None:
         os.lseek(1, 0, os.SEEK_SET)
 
 
-def _lacks_memory(error: BaseException | None) -> bool:
-    while error and not isinstance(error, MemoryError):
+def _exit(error: SystemExit) -> None:
+    """End this process as `sys.exit` would, with its code or message."""
+    code = 0 if error.code is None else error.code
+    if not isinstance(code, int):
+        print(code, file=sys.stderr)
+        code = 1
+    for text in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):  # a model may have closed it
+            text.flush()
+    os._exit(code & 0xFF)
+
+
+def _cause(error: BaseException | None, kind: type[E]) -> E | None:
+    """Return the error of a kind that an error is, or comes from."""
+    while error is not None:
+        if isinstance(error, kind):
+            return error
         error = error.__cause__
-    return error is not None
+    return None

@@ -126,6 +126,8 @@ class Model(ABC):
     # is known at once, else blocks are split until it is
     isolated: ClassVar[bool] = False
     row_by_row: ClassVar[bool] = False
+    # whether a run is refused whose nominal trial fails for a reason of `failures`
+    needs_nominal: ClassVar[bool] = False
 
     @abstractmethod
     def describe(self, settings: Any) -> Description:

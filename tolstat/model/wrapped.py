@@ -5,7 +5,7 @@ from typing import Any
 from tolstat.lanes.digest import digest
 from tolstat.model.contract import Model, OtherProcesses
 
-COMMON = "name", "title", "settings", "assumptions", "failures"
+COMMON = "name", "title", "settings", "assumptions", "failures", "needs_nominal"
 
 
 class Wrapped(Model):
