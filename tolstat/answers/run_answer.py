@@ -185,7 +185,10 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
     if numbers := [_in_words(run, number) for number in run.numbers if number.of]:
         more = "" if len(numbers) <= MOST_NUMBERS else ", and others"
         words = ", ".join(numbers[:MOST_NUMBERS])
-        notes.append(f"from tolerances alone: {words}{more}")
+        sources = (
+            "tolerances and measured parts" if run.measured else "tolerances alone"
+        )
+        notes.append(f"from {sources}: {words}{more}")
     if run.stopped:
         notes.append(_stopped(run, run.stopped))
     if run.path == IN_MEMORY:

@@ -8,6 +8,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError, UnitError
+from tolstat.model.setting_kinds import as_typed
 from tolstat.units.conversion import from_si
 from tolstat.units.grammar import measure
 
@@ -59,6 +60,11 @@ def changes_of(cases: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         str(number): dict(zip(lists, row, strict=True))
         for number, row in enumerate(rows, start=1)
     }
+
+
+def condition_words(changes: Mapping[str, Any]) -> str:
+    """Return what a case changes, in words."""
+    return ", ".join(f"{key} {as_typed(value)}" for key, value in changes.items())
 
 
 def case_axis(cases: Mapping[str, Any]) -> CaseAxis | None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from tolstat.deviations.names import IN_CASE
 from tolstat.errors import ModelError, UnitError, allowed_names
-from tolstat.model.case_changes import MOST_CASES, changes_of
+from tolstat.model.case_changes import MOST_CASES, changes_of, condition_words
 from tolstat.model.checked import check_possible, described, tightened
 from tolstat.model.contract import Model
 from tolstat.model.in_cases import Condition, ModelInCases
@@ -90,8 +90,7 @@ def _condition(
             raise ModelError(
                 f"{key} is neither a setting nor a link; {allowed_names(key, names)}"
             )
-    words = ", ".join(f"{key} {as_typed(value)}" for key, value in typed.items())
-    condition = Condition(name, words, changes)
+    condition = Condition(name, condition_words(typed), changes)
     changed = condition.settings(settings)
     expected = columns_of(described(model, settings))
     if columns_of(described(model, changed)) != expected:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import pytest
 
 import tolstat
+from tests.answers.page_checks import rows_of, table_under
 from tests.study.chains import chain
 from tolstat.answers.report.case_results import cases_section
 from tolstat.document.blocks import Gallery, Table
+from tolstat.render.screen import as_text
 
 PLATES = {"a": "10 +-0.1 mm", "b": "9.6 +-0.1 mm"}
 
@@ -37,3 +39,12 @@ def test_cases_of_other_kinds_have_a_table_alone():
     found = section(cases)
     assert of_kind(Table, found.blocks) and not of_kind(Gallery, found.blocks)
     assert section({}) is None
+
+
+def test_the_condition_of_a_case_stands_with_its_name():
+    cases, limits = {"b": ["9.65 mm", "9.55 mm"]}, {"gap": ">= 0.3 mm"}
+    study = chain("a - b", PLATES, cases=cases, limits=limits)
+    document = tolstat.report(tolstat.run(study)).document()
+    first = rows_of(table_under(document, "Limits"))[0]["response"]
+    assert as_text(first.main) == "gap_at_1, b 9.65 mm"
+    assert as_text(first.below) == "a - b"

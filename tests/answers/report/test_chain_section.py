@@ -11,7 +11,7 @@ from scipy.special import ndtr
 
 import tolstat
 from tests.answers.page_checks import number_in, rows_of, words_of
-from tolstat.answers.report.chain_section import chain_blocks
+from tolstat.answers.report.chain_section import chain_blocks, links_table
 from tolstat.errors import QuestionError, UnitError
 from tolstat.render.screen import as_text
 from tolstat.statistics.intervals.shortest import shortest_interval
@@ -98,3 +98,15 @@ def test_the_shortest_interval_of_an_exponential_begins_at_zero():
     assert lower < 0.01 and upper == pytest.approx(-np.log(0.05), rel=0.03)
     assert shortest_interval(np.array([3.0, 1.0, 2.9, 2.8]), 0.75) == (2.8, 3.0)
     assert np.isnan(shortest_interval(np.array([]), 0.5)).all()
+
+
+def test_measured_parts_have_the_deviations_of_the_drawing(tmp_path):
+    file = tmp_path / "run.h5"
+    run = tolstat.run("runs/measured-parts.toml", trials=100, output=file)
+    report = tolstat.report(run)
+    cover = rows_of(links_table(report, "gap"))[2]
+    assert as_text(cover["upper deviation"].main) == "+0.04 mm"
+    assert as_text(cover["lower deviation"].main) == "-0.04 mm"
+    assert as_text(cover["distribution"].main) == "measured"
+    words = "from tolerances and measured parts: worst_min"
+    assert any(words in note for note in report.trials.notes)

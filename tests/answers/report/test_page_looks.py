@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import tolstat
 from tests.answers.browser import asked
 from tests.answers.page_checks import (
+    PAPER,
     TALL,
     on_paper_no_word_has_less_than_8_points,
     the_page_is_as_wide_as_its_window,
@@ -11,6 +18,8 @@ from tests.answers.page_checks import (
     the_page_prints_on_a4,
     the_verdict_stays_in_sight_on_a_phone,
 )
+from tolstat.answers.report.full_report import report_of
+from tolstat.render.page import page
 
 
 def test_the_page_has_light_and_dark_colours(report, tmp_path):
@@ -49,3 +58,17 @@ def test_hidden_sentences_do_not_raise_row_height_on_a_phone(report, tmp_path):
     height = "e => e.getBoundingClientRect().height"
     high = asked(report.path, tmp_path, 390, f"{tables}.map({height})")
     assert len(high) == 20 and max(high) <= 75
+
+
+@pytest.mark.parametrize("limits", [3, 10])
+def test_limits_and_next_steps_are_on_the_first_sheet(limits, tmp_path):
+    study = tomllib.loads(Path("runs/gaps.toml").read_text())
+    for number in range(limits - 3):
+        study["gaps"][f"more_{number}"] = "housing - stack"
+        study["limits"][f"more_{number}"] = "0.25..0.6 mm"
+    run = tolstat.run(study, trials=1000, output=tmp_path / "run.h5")
+    path = tmp_path / "gaps.html"
+    path.write_text(page(report_of(run).document()))
+    steps = "[...document.querySelectorAll('.first h2')].at(-1).nextElementSibling"
+    bottom = f"{steps}.getBoundingClientRect().bottom"
+    assert 0 < asked(path, tmp_path, int(PAPER) + 1, bottom, paper=True) < TALL

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from tolstat.answers.cells import ppm
+from tolstat.answers.report.first_page import CASES
 from tolstat.answers.report.full_report import Report
 from tolstat.answers.report.response_summary import ReportedResponse
 from tolstat.deviations.names import IN_CASE
@@ -16,7 +17,6 @@ from tolstat.model.setting_kinds import as_typed
 from tolstat.model.view import Band, Level
 from tolstat.units.scale import scale_of
 
-CASES = "cases"  # of a study
 MOST_SHOWN = 4  # responses in the table and the figures
 LEAST_DRAWN = 3  # cases of a curve
 MIDDLE = (0.05, 0.95)  # quantiles of a figure, about the mean

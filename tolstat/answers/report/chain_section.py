@@ -58,12 +58,20 @@ def links_table(report: Report, name: str, *, brief: bool = False) -> blocks.Tab
 def _links(report: Report, run: Run, name: str) -> Iterator[dict[str, Given]]:
     """Yield a row for each link with a nominal value on which the response depends."""
     response = report.responses[name]
+    drawn = {
+        each: (sample.lower, sample.upper)
+        for sample in run.measured
+        for each in sample.contributors
+    }
+    as_measured = {
+        n for sample in run.measured if not sample.fit for n in sample.contributors
+    }
     for part in run.contributors:
         slope = response.slopes.get(part.name, 0.0)
         if part.size is None or not slope:
             continue
         assumed, scale = run.assumed[part.name], run.scales[part.name]
-        lower, upper = assumed.tolerance
+        lower, upper = drawn.get(part.name, assumed.tolerance)
         yield {
             "link": Name(part.name),
             "nominal": size_words(run, part, 0.0),
@@ -73,7 +81,7 @@ def _links(report: Report, run: Run, name: str) -> Iterator[dict[str, Given]]:
             "direction": "increasing" if slope > 0 else "decreasing",
             "slope": with_unit(Number(slope, Ratio(response.scale, scale))),
             "sigma": with_unit(Number(assumed.sigma, scale)),
-            "distribution": assumed.words,
+            "distribution": "measured" if part.name in as_measured else assumed.words,
         }
 
 

@@ -17,6 +17,7 @@ from tolstat.answers.report.report_answer import (
     UnseenErrors,
 )
 from tolstat.answers.report.response_summary import Causes, ResponseSummary
+from tolstat.deviations.names import IN_CASE
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell, Sketch
 from tolstat.document.inline import (
@@ -29,6 +30,7 @@ from tolstat.document.inline import (
     say,
     text,
 )
+from tolstat.model.case_changes import changes_of, condition_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import MET, NOT_MET
 from tolstat.statistics.sensitivity.pairs import Together
@@ -37,6 +39,7 @@ from tolstat.units.scale import PART, PER_CENT, PPM
 MOST_LIMITS = 6  # in the table of a first page: on paper it is one sheet
 PICTURE = "Fraction out of limit against what is permitted"
 ALL_LIMITS = "All limits"
+CASES = "cases"  # of a study
 IN_TILES = ("limit", "verdict", "out of limit, ppm", "equivalent Ppk")
 LEAST_LEVEL = 1e-6  # smaller ones say no more
 INTERVAL = "Each number has its 95 % interval below it"
@@ -64,7 +67,7 @@ def first_page(
     Parameters
     ----------
     opening, drawing : collection of Block
-        Tiles and pictures above the limits, and dimensions below them.
+        Tiles and pictures above the limits, and dimensions below the next steps.
     sketches : mapping of str to Sketch
         Small histograms for the table of limits.
     """
@@ -76,9 +79,9 @@ def first_page(
         lead(summary),
         *opening,
         table,
-        *drawing,
         what_next(next_steps(summary)),
         in_words(summary.late_warnings),
+        *drawing,
         *map(blocks.note, summary.trials.notes if summary.trials.ran else ()),
     )
 
@@ -148,16 +151,23 @@ def limits_table(
     limits = list(summary.limits.items())
     weighted = bool(summary.stored_run.aim)
     trials = summary.trials.done + summary.trials.failed
+    cases = summary.stored_run.study.table.get(CASES, {}) if links else {}
+    changes = changes_of(cases) if cases else {}
     for name, limited in limits[:most]:
         response, finding = summary.responses[name], summary.findings.limits[name]
-        link = Name(name, name if name in links else "")
+        link, sentence = Name(name, name if name in links else ""), response.sentence
+        condition = condition_words(changes.get(name.rpartition(IN_CASE)[2], {}))
+        if condition:  # in sight on paper and on a phone, where sentences are hidden
+            sentence = sentence.removesuffix(condition).removesuffix(", ")
         cells = limit_row(
             limited, trials, summary.trials.failed, weighted=weighted,
             stopped=summary.stopped,
         )  # fmt: skip
         limit = blocks.cell_of(cells["limit"])
         rows.append({
-            "response": Cell((link,), text(response.sentence)),
+            "response": Cell(
+                text(link, f", {condition}" if condition else None), text(sentence)
+            ),
             **cells,
             "limit": limit._replace(sketch=sketches.get(name)),
             "main cause": _cause_cell(response, finding),

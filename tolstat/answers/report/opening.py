@@ -26,6 +26,7 @@ from tolstat.units.scale import PER_CENT, PPM
 
 MOST_PARETO = 5  # bars on the first page
 MOST_WITHIN = 1500  # trials within the limit that are drawn as points
+FEW_LIMITS = 3  # more leave room for two pictures on a printed sheet
 LOW = 1.8  # inches: height of a picture on the first page
 
 
@@ -94,6 +95,8 @@ def _pictures(report: Report, drawn: Drawn, name: str) -> Columns:
         return Columns((), ())
     values = histogram(drawn, name, response, LOW, marked=())
     if chain := chain_of(report, name):
+        if len(report.limits) > FEW_LIMITS:
+            return Columns((values,), (waterfall(chain),))
         left = blocks.shown(values, vectors(chain))
         return Columns(left, blocks.shown(waterfall(chain), _shares(response)))
     where = _where_units_fail(drawn, name, response) or _shares(response)

@@ -265,7 +265,10 @@ def _numbers(report: Report) -> blocks.Section:
         }
         for name, number in report.numbers.items()
     ]
-    equal = "From settings and tolerances alone: equal for all trials, no interval."
+    sources = "settings and tolerances alone"
+    if report.stored_run.measured:
+        sources = "settings, tolerances and measured parts"
+    equal = f"From {sources}: equal for all trials, no interval."
     table = blocks.table_of(rows, words=[""])
     note = blocks.note(equal) if rows else None
     return blocks.section("Numbers of the study", table, note, anchor="numbers")
