@@ -133,11 +133,13 @@ def test_audit_and_assumptions_of_a_run(run):
     assert parts["runout_phase_7"] == "gears" and parts["guide_clearance"] == ""
 
 
-def test_a_run_that_was_stopped_has_no_audit_yet(tmp_path):
+def test_a_run_that_was_stopped_has_no_audit_yet(tmp_path, monkeypatch):
     from tolstat.execution.execute import execute
     from tolstat.execution.workers.block_scheduler import Workers
     from tolstat.study.study import load
 
+    # planning may take long on a machine with much to do
+    monkeypatch.setattr("tolstat.execution.workers.block_scheduler.PATIENCE", 60.0)
     asked = load("runs/khpt75.toml", trials=300)
     with Workers(stopping=lambda: True) as crew:
         run = execute(asked, tmp_path / "stopped.h5", crew)

@@ -173,7 +173,9 @@ class Formula:
             ) if (
                 node.col_offset == left.col_offset  # no parenthesis
             ):
-                reason = f"write ({left.value!r})**..., or make {left.value!r}**... a link"
+                reason = (
+                    f"write ({left.value!r})**..., or make {left.value!r}**... a link"
+                )
                 raise self._refused(node, reason)
             case ast.BinOp(left=left, op=ast.Pow(), right=right):
                 base, exponent = self._value(left, algebra, below), _exponent(right)
