@@ -119,6 +119,21 @@ def test_a_stack_off_centre_is_shifted_to_the_middle():
     assert share.lower <= 2 * ndtr(-0.47 / 0.1247) <= share.upper
 
 
+def test_parts_that_cancel_do_not_move_together_far_away():
+    """Two parts at several temperatures: both 30 times smaller would gain a little."""
+    x = np.random.default_rng(1).standard_normal((N, 2)) / 30
+    design = Design(
+        np.zeros(2), np.arange(2), np.full(2, 0.1), np.full(2, 1e-3),
+        np.ones(2, bool), np.ones(2, bool),
+    )  # fmt: skip
+    grow = np.array([-0.002, 0.0, 0.002])
+    y = (120.3 + x[:, :1]) * (1 + grow) - (120 + x[:, 1:]) * (1 + grow / 2)
+    limits = [Limit(0.1, 0.5)] * 3
+    trials = movable_trials(x, y, whole(N), limits, design)
+    change = smallest_change(trials, AIM_PROVED).change
+    assert np.abs(change.shift).max() <= 3
+
+
 def test_margins_of_a_normal_stack_are_the_needed_sigmas():
     trials = stack((-0.4, math.inf), trials=100_000)
     (low, high), *_ = trials.moved(trials.design.none).margins

@@ -18,7 +18,7 @@ from tolstat.errors import QuestionError, StudyError, TolstatError
 from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import Limit, within
-from tolstat.statistics.sample_size import trials_enough
+from tolstat.statistics.sample_size import DECIDE, trials_enough
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
@@ -29,6 +29,7 @@ from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Study, load
 from tolstat.study.study_schema import check_section
 
+QUICK = 5e-4  # s a trial: all limits are decided, or 200 000 trials done, in 100 s
 MOST_TIMES = 10  # trials of a fresh run over those of the run: its page says the rest
 
 
@@ -47,8 +48,9 @@ def fresh_study(
     run : Run or path
         Its study is edited: batches and correlations stay, the seed is new. It has as
         many trials, or more if more are likely to decide every limit, up to ten times
-        as many. Sampling becomes random where its trials depend on each other; a rare
-        run stays one.
+        as many; where the stored trials do not cover the change, and a trial is quick,
+        it goes on until every limit is decided. Sampling becomes random where its
+        trials depend on each other; a rare run stays one.
     deviations, limits : mapping of str to str or dict
         As of `what_if`; whether the stored trials cover them does not matter. A link
         may get another size: `{"housing": {"nominal": "120.4 mm"}}`.
@@ -104,9 +106,12 @@ def fresh_study(
         deviating = load(editor.table, model=study.model, folder=data).deviating
     fresh = study_in(target, editor.table, study.model, deviating, home)
     if not (run.rules or run.aim):
-        enough = _enough(run, study, scenario, fresh)
-        if enough > run.trials and not too_large(enough, study.description):
-            editor.table["trials"] = enough
+        covered = None if sizes else scenario
+        enough = _enough(run, study, covered, fresh)
+        if enough is None or (
+            enough > run.trials and not too_large(enough, study.description)
+        ):
+            editor.table["trials"] = enough or DECIDE
             fresh = load(editor.table, model=study.model, folder=target)
     return fresh.text
 
@@ -167,22 +172,35 @@ def study_in(
     raise StudyError(f"no study in {folder} samples these deviations: {reason}")
 
 
-def _enough(run: Run, study: Study, scenario: Deviations, fresh: Study) -> int:
+def _enough(
+    run: Run, study: Study, scenario: Deviations | None, fresh: Study
+) -> int | None:
     """Return how many trials are likely to decide every limit of the fresh study.
 
     As many as the run has where these suffice. The fractions out of limit are those of
-    the stored trials where they cover the scenario; else zero.
+    the stored trials where they cover the scenario. Else they count as zero; None in
+    a quick run, which can go on until all are decided.
     """
-    counts = dict.fromkeys(fresh.limits, (0, 1))
+    known, counts = False, dict.fromkeys(fresh.limits, (0, 1))
     trials = drawn_trials(run)
     ran = trials.sample.ran if trials else np.zeros(0, np.bool_)
-    if trials and ran.any() and scenario.distributions and not trials.sample.replicates:
+    if (
+        trials
+        and ran.any()
+        and scenario
+        and scenario.distributions
+        and not trials.sample.replicates
+    ):
         with suppress(StudyError):
             weights = reweighted(scenario, study, trials, problems_of(run)).weights
             for name, limit in fresh.limits.items():
                 out = ~within(trials.values(name)[ran], limit.permitted)
                 share = np.average(out, weights=weights.values[ran])
                 counts[name] = round(share * weights.number), weights.number
+            known = True
+    seconds = float(run.provenance["seconds"]) / max(run.ended, 1)
+    if not known and fresh.limits and fresh.sampling == "random" and seconds <= QUICK:
+        return None
     enough = (
         trials_enough(*counts[name], 1 - limit.demanded, run.trials)
         for name, limit in fresh.limits.items()

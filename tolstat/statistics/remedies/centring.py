@@ -10,6 +10,7 @@ from tolstat.statistics.remedies.movable_trials import Moved
 CENTRED = 1.25  # the margin above which centring ends
 SLACK = 1e-4  # of that margin: rounding of the programme
 COARSE = 0.02  # step over half tolerance: the nearest one may not be the best
+NEAR = 3.0  # half tolerances that a centre moves, if no median is out of limit
 PASSES = 3  # slopes change with the centre
 GAIN = 0.005  # of the score, at least, by a pass
 
@@ -44,6 +45,8 @@ def _least_shift(moved: Moved, entries: Array) -> Array | None:
     scale = np.abs(rows).max(axis=1) + 1e-300
     rows, room = rows / scale[:, None], moved.room[finite] / scale
     farthest, so_far = moved.origin.design.farthest, moved.change.shift[entries]
+    if moved.score >= 0:  # no response needs more
+        farthest = min(farthest, NEAR)
     up, down = (np.maximum(farthest - s, 0.0) for s in (so_far, -so_far))
     shifts = [(0.0, most) for most in (*up.tolist(), *down.tolist())]
     margin = [*np.zeros(len(shifts)), -1.0]

@@ -15,6 +15,7 @@ from tolstat.statistics.remedies.movable_trials import MovableTrials
 from tolstat.statistics.remedies.remedy import (
     AIM_PROVED,
     MOST_TRIALS,
+    one_shift,
     smallest_change,
 )
 from tolstat.statistics.remedies.surface import NONLINEAR, REMAINDER, UNEXPLAINED
@@ -120,23 +121,53 @@ def proved(
     """Search a change and try it with fresh trials; again from these until it is met.
 
     None if no change is found. `sample` returns deviations and responses of fresh
-    trials after a change, SI; NaN in failed trials.
+    trials after a change, SI; NaN in failed trials. One shift that meets all limits, if
+    only just, is preferred to more changes; and what a met change does not need is
+    left out.
     """
     change, fresh, proof = trials.design.none, trials, None
     before = predicted(trials, trials.design.none)
+
+    def tried(change: Change, rounds: int) -> tuple[MovableTrials, Proof]:
+        fresh = trials.sampled_again(change, *sample(change))
+        after = predicted(fresh, fresh.design.none)
+        met = after.permitted(trials.permitted_out)
+        improves = after.improve(before, trials.permitted_out)
+        return fresh, Proof(change, before, after, rounds, met, improves)
+
+    present = trials.moved(change).score
+    alone = one_shift(trials) if present < AIM_PROVED else None
+    if alone and alone.change.size and 1 <= alone.score < AIM_PROVED:
+        _, simple = tried(trials.design.rounded(alone.change), 1)
+        if simple.met and simple.improves:
+            return simple
     for rounds in range(1, ROUNDS + 1):
         added = smallest_change(fresh, AIM_PROVED).change
         if not (added.size or len(added.tightened)):
             break
         change = trials.design.rounded(change.followed_by(added))
-        fresh = trials.sampled_again(change, *sample(change))
-        after = predicted(fresh, fresh.design.none)
-        met = after.permitted(trials.permitted_out)
-        improves = after.improve(before, trials.permitted_out)
-        proof = Proof(change, before, after, rounds, met, improves)
-        if met:
+        fresh, proof = tried(change, rounds)
+        if proof.met:
             break
+    if proof and proof.met:
+        for fewer in _fewer(trials, proof.change):
+            _, simple = tried(fewer, proof.rounds)
+            if simple.met and simple.improves:
+                return simple
     return proof
+
+
+def _fewer(trials: MovableTrials, change: Change) -> Iterator[Change]:
+    """Yield a change without its shifts, and without single ones, if likely enough."""
+    options = list[Change]()
+    if len(change.shifted) and len(change.tightened):
+        options.append(change._replace(shift=np.zeros_like(change.shift)))
+    if len(change.shifted) + len(change.tightened) > 1:
+        parts = sorted({*change.shifted.tolist(), *change.tightened.tolist()})
+        options += [change.with_entry(i, shift=0.0, ratio=1.0) for i in parts]
+    for option in options:
+        if trials.moved(option).score >= 1:
+            yield option
 
 
 def _both(first: Change, second: Change) -> Change:

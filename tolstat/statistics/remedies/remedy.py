@@ -34,6 +34,15 @@ def smallest_change(trials: MovableTrials, aim: float) -> Moved:
     return _relaxed(_tightened(_shifted(moved, aim), aim), aim)
 
 
+def one_shift(trials: MovableTrials) -> Moved:
+    """Return the shift of one entry that centres best; other margins may be small."""
+    moved = trials.thinned(MOST_TRIALS).moved(trials.design.none)
+    movable = trials.design.movable
+    order = [entry for entry in steepest(moved).tolist() if movable[entry]]
+    options = [centred(moved, [entry]) for entry in order[:SINGLE]]
+    return max(options, key=lambda option: option.score, default=moved)
+
+
 def steepest(moved: Moved) -> Integers:
     """Return the free entries, the one that moves some response most first."""
     effects = np.abs(moved.slopes) / (moved.origin.responses.std(axis=0) + 1e-300)
