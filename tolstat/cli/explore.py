@@ -17,7 +17,7 @@ from tolstat.store.open_run import open as open_run
     metavar="PAGE.html",
 )
 def explore(source: Path, output: Path | None) -> None:
-    """Write a page on which tolerances, shifts and limits of a run are moved.
+    """Write a page to move tolerances, shifts and limits of a run.
 
     It is one file for a browser, and needs neither tolstat nor a network. It shows the
     fraction out of limit at each move, and the command that proves a scenario.
