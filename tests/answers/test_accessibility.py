@@ -48,7 +48,9 @@ def test_headings_and_tables_are_those_of_a_screen_reader(every, kind):
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "moving"])
 def test_tidy_finds_no_error(every, kind):
-    tidy_finds_nothing(every[kind])
+    # a script fills what is empty on its page
+    options = ("--drop-empty-elements", "no") if kind == "explore" else ()
+    tidy_finds_nothing(every[kind], *options)
 
 
 def test_what_scrolls_is_reached_by_keyboard(every, tmp_path):

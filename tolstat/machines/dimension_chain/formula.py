@@ -298,6 +298,11 @@ class Formula:
         text, units = typed_units(_IF.sub(CHOICE, self.text), self._all_names)
         try:
             tree = ast.parse(text, mode="eval")
+            for node in ast.walk(tree):
+                if isinstance(node, ast.Constant) and node.col_offset in units:
+                    number, unit = cast(float, node.value), units[node.col_offset]
+                    node.value = self._step(node, Quantity, number, unit)
+            return _Gaps(self.gaps).visit(tree).body  # type: ignore[no-any-return]
         except SyntaxError as error:
             character = error.offset or len(self.text)
             raise ModelError(
@@ -305,13 +310,10 @@ class Formula:
                 "a formula such as 'A - 2*B' is expected, with a sign between all "
                 "parts and commas between the values of a function"
             ) from None
+        except ModelError:
+            raise
         except (RecursionError, MemoryError, ValueError):
             raise ModelError("the formula is too deeply nested to be read") from None
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Constant) and node.col_offset in units:
-                number, unit = cast(float, node.value), units[node.col_offset]
-                node.value = self._step(node, Quantity, number, unit)
-        return _Gaps(self.gaps).visit(tree).body  # type: ignore[no-any-return]
 
     def _unknown(self, node: ast.expr, name: str) -> ModelError:
         if name in FUNCTIONS:
