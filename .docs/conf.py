@@ -24,6 +24,8 @@ include_patterns = [
     "tests/studies/coverage/index.md",
     "tests/studies/coverage/rare.md",
     "tests/studies/remedies/index.md",
+    "tests/studies/isolation/index.md",
+    "tests/studies/fmus/index.md",
     ".github/*.md",
 ]
 exclude_patterns = [
