@@ -164,7 +164,7 @@ def test_measured_coverage_is_that_of_these_intervals():
     """The study of the coverage has closed forms instead of trials."""
     rng, limit = np.random.default_rng(6), limit_of("normal", 1, 0.0027)
     fraction, samples = yield_of_few(rng, "normal", limit)
-    shares = [drawn(samples, rng, [limit], fitted=False) for _ in range(4)]
+    shares = [drawn(samples, rng, [limit], fitted=False) for _ in range(40)]
     lower, upper = np.quantile(shares, (0.025, 0.975))
     trials = fraction.fraction_out_of_limit
     assert trials.lower == pytest.approx(lower, rel=0.3, abs=3e-4)

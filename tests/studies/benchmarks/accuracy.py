@@ -42,7 +42,8 @@ def responses(
 ) -> tuple[Responses, NDArray[np.int64]]:
     """Simulate machines at an integration tolerance."""
     settings = replace(study.settings, rtol=rtol, max_step=max_step)
-    values, _, steps, _ = study.model.evaluate(deviations, settings)
+    outcome = study.model.evaluate(deviations, settings)
+    values, steps = outcome.responses, outcome.steps
     names = [response.name for response in study.description.responses]
     return dict(zip(names, values.T, strict=True)), steps
 
