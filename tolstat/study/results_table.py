@@ -21,9 +21,9 @@ from tolstat.model.checked import complete
 from tolstat.model.contract import Model, Outcome
 from tolstat.model.description import Description
 from tolstat.study.data_files import counts_rows, read_data, source_words
+from tolstat.study.evaluated_table import part_of_head, table_entry
 from tolstat.study.given_points import Case, Points
 from tolstat.study.nominal_size import DeviationReader
-from tolstat.study.rows import part_of_head, table_entry
 from tolstat.study.study_schema import Document, TableEntry
 from tolstat.tables.table import Table
 from tolstat.units.conversion import to_si

@@ -11,8 +11,8 @@ from tolstat.deviations.rows import Correlated, Misfit, Outside, contradictions
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor, Description
 from tolstat.study.deviations_section import Deviations
+from tolstat.study.evaluated_table import read_table
 from tolstat.study.given_points import Points
-from tolstat.study.rows import read_table
 from tolstat.study.study_schema import RESULTS, Document
 from tolstat.units.scale import figures, scale_of
 
