@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from tolstat.arrays import Array, Integers
+from tolstat.statistics.capability import by_lot, sigma_within
 
 LEAST_PARTS = 5  # fewer tell nothing of the tails
 # of fewer, times the measured entries, tails as long as others are drawn too often
@@ -112,11 +113,13 @@ class MeasuredSample:
         """Sigma of the means of lots, beyond what parts explain; 0 without lots."""
         if self.lot is None or self.order is None or len(self.lot_names) < 2:
             return 0.0
-        parts, counts = self.values[self.order], np.bincount(self.lot)
-        means = np.bincount(self.lot, parts) / counts
-        within = np.sum((parts - means[self.lot]) ** 2)
-        within /= max(len(parts) - len(means), 1)
-        between = means.var(ddof=1) - within * np.mean(1 / counts)
+        parts = self.values[self.order]
+        lots = [self.lot_names[number] for number in self.lot]
+        groups = by_lot(parts, lots).values()
+        within, freedom = sigma_within(parts, lots)
+        between = np.var([lot.mean() for lot in groups], ddof=1)
+        if freedom:  # beyond what the parts of a lot explain
+            between -= within**2 * np.mean([1 / len(lot) for lot in groups])
         return math.sqrt(max(float(between), 0.0))
 
     def enlarged(self, parts: int) -> "MeasuredSample":
