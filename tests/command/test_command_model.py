@@ -15,6 +15,7 @@ from tolstat import catalogue
 from tolstat.cli.main import main
 from tolstat.command.placeholders import Command, from_template
 from tolstat.errors import ModelError, StudyError
+from tolstat.model.checked import MOST_OUTPUT
 
 # a deck of assignments in, a table out: the size in mm, doubled
 SOLVER = """\
@@ -70,6 +71,18 @@ def test_a_run_of_a_command(source, tmp_path):
     kept = [path for path in tmp_path.glob("tolstat-trial-*") if path.is_dir()]
     assert kept
     assert all((path / "log.txt").is_file() for path in kept)
+
+
+def test_a_long_log_leaves_the_reason_and_the_folder(source):
+    Path("solver.sh").write_text("yes trouble | head -9999\n" + SOLVER)
+    catalogue.load(source)
+    run = tolstat.run("beam.toml")
+    texts = [text for text in run.isolation.output.values() if "exit code" in text]
+    assert texts
+    for text in texts:
+        assert "its folder is " in text.splitlines()[0]
+        assert "solving for" in text
+        assert len(text) <= MOST_OUTPUT
 
 
 def test_a_nominal_trial_without_an_answer_is_refused(source):

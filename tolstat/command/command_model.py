@@ -15,6 +15,7 @@ from tolstat.arrays import Array
 from tolstat.command.placeholders import JSON, TOML, Command, missing_in
 from tolstat.errors import ModelError, UnitError
 from tolstat.lanes.digest import digest
+from tolstat.model.checked import MOST_OUTPUT
 from tolstat.model.contract import Model, Outcome
 from tolstat.model.description import Contributor, Description, Response
 from tolstat.model.settings import column, setting
@@ -25,7 +26,7 @@ from tolstat.units.grammar import Measure
 
 NO_ANSWER = "no answer"
 MOST_FOLDERS = 20  # of failed trials that a worker process keeps
-LOG, TAIL = "log.txt", 2000  # output of the command, and characters of it
+LOG = "log.txt"  # output of the command
 
 
 @dataclass(frozen=True)
@@ -141,9 +142,11 @@ class CommandModel(Model):
 
     def _kept(self, folder: Path, why: str) -> str:
         """Return why a trial fails, with its folder and the tail of its output."""
-        text = (folder / LOG).read_text(errors="replace")[-TAIL:].strip()
+        text = (folder / LOG).read_text(errors="replace").strip()
         self._folders += 1
         if self._folders > MOST_FOLDERS:
             shutil.rmtree(folder)
-            return f"{why}\n{text}"
-        return f"{why}; its folder is {folder}\n{text}"
+        else:
+            why = f"{why}; its folder is {folder}"
+        # more is cut from the front, where it says why
+        return f"{why}\n{text[-max(MOST_OUTPUT - len(why) - 1, 1) :]}"
