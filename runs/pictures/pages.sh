@@ -18,8 +18,8 @@ shoot() { # page, picture, height
 }
 
 shoot stack-up.html stack-up.png 1460
-shoot gaps.html gaps.png 900
+shoot gaps.html gaps.png 1395
 shoot khpt75.html report.png 1480
-shoot khpt75-equalized.html report-equalized.png 1080
-shoot comparison.html comparison.png 945
+shoot khpt75-equalized.html report-equalized.png 1066
+shoot comparison.html comparison.png 1010
 shoot trial-962.html animation.png 1030
