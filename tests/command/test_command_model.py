@@ -15,7 +15,7 @@ from tolstat import catalogue
 from tolstat.cli.main import main
 from tolstat.command.placeholders import Command, from_template
 from tolstat.errors import ModelError, StudyError
-from tolstat.model.checked import MOST_OUTPUT
+from tolstat.model.checked import LONGEST_OUTPUT
 
 # a deck of assignments in, a table out: the size in mm, doubled
 SOLVER = """\
@@ -82,7 +82,7 @@ def test_a_long_log_leaves_the_reason_and_the_folder(source):
     for text in texts:
         assert "its folder is " in text.splitlines()[0]
         assert "solving for" in text
-        assert len(text) <= MOST_OUTPUT
+        assert len(text) <= LONGEST_OUTPUT
 
 
 def test_a_nominal_trial_without_an_answer_is_refused(source):

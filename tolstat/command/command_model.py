@@ -15,7 +15,7 @@ from tolstat.arrays import Array
 from tolstat.command.placeholders import JSON, TOML, Command, missing_in
 from tolstat.errors import ModelError, UnitError
 from tolstat.lanes.digest import digest
-from tolstat.model.checked import MOST_OUTPUT
+from tolstat.model.checked import LONGEST_OUTPUT
 from tolstat.model.contract import Model, Outcome
 from tolstat.model.description import Contributor, Description, Response
 from tolstat.model.settings import column, setting
@@ -149,4 +149,4 @@ class CommandModel(Model):
         else:
             why = f"{why}; its folder is {folder}"
         # more is cut from the front, where it says why
-        return f"{why}\n{text[-max(MOST_OUTPUT - len(why) - 1, 1) :]}"
+        return f"{why}\n{text[-max(LONGEST_OUTPUT - len(why) - 1, 1) :]}"

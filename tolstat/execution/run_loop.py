@@ -24,7 +24,7 @@ from tolstat.execution.diagnostics.influence import (
 from tolstat.execution.diagnostics.worst_cases import worst_cases
 from tolstat.execution.planning import columns_of
 from tolstat.execution.stages import (
-    MOST_OUTPUT,
+    MOST_WITH_OUTPUT,
     Proposer,
     SampledStages,
     StoppingRule,
@@ -198,7 +198,7 @@ def _with_output(run: Run, study: Study, trials: Trials) -> Run:
     if part is None:
         return run
     output = {**trials.output, **(run.isolation.output if run.isolation else {})}
-    first = dict(sorted(output.items())[:MOST_OUTPUT])
+    first = dict(sorted(output.items())[:MOST_WITH_OUTPUT])
     return replace(run, isolation=Isolation(part.longest, first))
 
 

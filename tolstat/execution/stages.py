@@ -44,7 +44,7 @@ class Shortfall(NamedTuple):
     at_most: int  # most trials that it may have
 
 
-MOST_OUTPUT = 20  # failed trials whose output is kept: the first ones
+MOST_WITH_OUTPUT = 20  # failed trials whose output is kept: the first ones
 
 
 class Stage(NamedTuple):
@@ -141,8 +141,8 @@ class Trials:
             rows = slice(first, first + len(outcome.status))
             self.status[rows], self.responses[rows] = outcome.status, outcome.responses
             self.output |= {first + row: text for row, text in outcome.output.items()}
-        if len(self.output) > MOST_OUTPUT:
-            self.output = dict(sorted(self.output.items())[:MOST_OUTPUT])
+        if len(self.output) > MOST_WITH_OUTPUT:
+            self.output = dict(sorted(self.output.items())[:MOST_WITH_OUTPUT])
 
     def take_stored(self, run: Run, which: Truths) -> None:
         """Keep the stored answers of a run, for the trials in `which`, bool[trial]."""

@@ -32,7 +32,7 @@ DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "numb
 DECLARATIONS = "name", "failures", "assumptions", "views", "moves", "integrates"
 SIDES = "least", "largest"  # of a worst case
 TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat", "worst"
-MOST_OUTPUT = 2000  # characters of the output of a failed trial
+LONGEST_OUTPUT = 2000  # characters of the output of a failed trial
 HUGE = 1e150  # the squares of smaller numbers are finite, too
 
 
@@ -285,7 +285,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
                 " if rounding causes this, clip it in evaluate"
             )
     output = {
-        int(row): visible(text)[-MOST_OUTPUT:]
+        int(row): visible(text)[-LONGEST_OUTPUT:]
         for row, text in outcome.output.items()
         if 0 <= row < trials and not done[row]
     }
