@@ -38,14 +38,26 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: item.path.name not in LONGEST)
 
 
+def _without_new_models():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(catalogue, "_custom", {**catalogue._custom})
+        patch.setattr(catalogue, "_places", {**catalogue._places})
+        yield
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _of_a_file():
+    """Forget models that the fixtures of a file load."""
+    yield from _without_new_models()
+
+
 @pytest.fixture(autouse=True)
 def _in_the_project(monkeypatch):
-    """Let studies be named as the README does; forget machines that a test loads."""
+    """Let studies be named as the README does; forget models that a test loads."""
     monkeypatch.chdir(ROOT)
-    monkeypatch.setattr(catalogue, "_custom", {**catalogue._custom})
-    monkeypatch.setattr(catalogue, "_places", {**catalogue._places})
     # rich reads these: the same width on every machine
     monkeypatch.setitem(os.environ, "COLUMNS", "1000")
+    yield from _without_new_models()
 
 
 @dataclass(frozen=True)

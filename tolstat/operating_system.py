@@ -61,13 +61,13 @@ def make_private(folder: Path) -> None:
             raise PermissionError(0, f"other users can write to {path}")
 
 
-def local_time(seconds: float) -> str:
-    """Return a time since 1970 to the second, with its zone; UTC where TZ is none."""
+def local_time(seconds: float, timespec: str = "seconds") -> str:
+    """Return a time since 1970 with its zone; UTC where TZ is none."""
     try:
         time = datetime.fromtimestamp(seconds).astimezone()
     except ValueError:  # a zone of a day or more, such as TZ=UTC+24
         time = datetime.fromtimestamp(seconds, UTC)
-    return time.isoformat(timespec="seconds")
+    return time.isoformat(timespec=timespec)
 
 
 def process_exists(number: int) -> bool:

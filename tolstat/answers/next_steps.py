@@ -148,9 +148,8 @@ def typed_options(run: Run, trials: int | None = None) -> list[object]:
 
 
 def as_typed(path: Path) -> Path:
-    """Return a path as it is typed in the folder of this process, or below it."""
-    relative = Path(os.path.relpath(path))
-    return path if os.pardir in relative.parts else relative
+    """Return a path as it is typed in the folder of this process: the shorter way."""
+    return min(Path(os.path.relpath(path)), path, key=lambda x: len(str(x)))
 
 
 def worded(error: TolstatError) -> str:
