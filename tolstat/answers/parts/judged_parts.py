@@ -11,7 +11,8 @@ from tolstat.arrays import Array
 from tolstat.deviations.measured import fit
 from tolstat.errors import DistributionError
 from tolstat.statistics import sample_checks
-from tolstat.statistics.capability import Capability, Tolerance, by_lot, capability_of
+from tolstat.statistics.capability import Capability, Tolerance, capability_of
+from tolstat.statistics.lots import by_lot
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 

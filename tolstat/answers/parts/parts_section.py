@@ -36,7 +36,8 @@ TWO = Scale("1", "1", most=2)
 ALL_PARTS = (
     "Pp and Ppk are from the sigma of all parts, Cp and Cpk from that within lots. "
     "Intervals (95 %) are those of normal parts: Student's, chi-square, noncentral t. "
-    "That of the share outside holds for any distribution."
+    "That of the share outside holds for any distribution. Where lots differ, "
+    "intervals rest on the number of lots."
 )
 
 
