@@ -30,8 +30,9 @@ from tolstat.cli import options
 @click.option("--encoding", metavar="NAME", help="Of a text, such as cp850.")
 @click.option("--sheet", metavar="NAME", help="The sheet of a workbook.")
 @click.option("--part", metavar="NUMBER", help="The part of a Q-DAS file.")
-@options.output_option("Also write a file: .html, .csv, .json or .xlsx.")
+@options.also_written
 @options.form
+@options.figure
 def parts(
     file: Path,
     columns: tuple[str, ...],
@@ -40,6 +41,7 @@ def parts(
     lots: str,
     output: Path | None,
     form: str | None,
+    figure: str,
     **keys: str | None,
 ) -> None:
     """Judge measured parts of a file by the tolerance of their drawing.
@@ -49,9 +51,9 @@ def parts(
     """
     from tolstat.answers.parts.parts_answer import parts as judged
 
-    options.check_delivery(output, form)
+    options.check_delivery(output, form, figure)
     typed = {key: value for key, value in keys.items() if value is not None}
     answer = judged(
         file, columns, tolerance=tolerance, nominal=nominal, lots=lots, **typed
     )
-    options.deliver(answer, output, form)
+    options.deliver(answer, output, form, figure)
