@@ -148,7 +148,8 @@ def test_tightening_reaches_the_needed_sigma_with_little_to_spare():
     spread = math.sqrt(((moved.change.ratio * HALVES) ** 2).sum())
     assert 0.3 / 1.3 < spread < 0.3 / 1.1
     assert not moved.change.size
-    last = [step.after.joint.value for step in steps(trials, moved.change)]
+    found = steps(trials, moved.change, lambda change: predicted(trials, change))
+    last = [step.after.joint.value for step in found]
     assert last == sorted(last, reverse=True)
     assert last[-1] == predicted(trials, moved.change).joint.value
 
@@ -290,9 +291,12 @@ def test_an_interval_is_wider_where_the_surface_bends_or_explains_little():
 @pytest.mark.parametrize("problem", PROBLEMS, ids=lambda problem: problem.name)
 def test_a_proved_remedy_meets_all_limits_in_truth(problem, record_property):
     started = time.process_time()
-    rng = np.random.default_rng(2)
     trials = sampled(problem, N, seed=0)
-    proof = proved(trials, lambda change: problem.sample(20_000, rng, change))
+
+    def sample(change, seed):
+        return problem.sample(20_000, np.random.default_rng([2, seed]), change)
+
+    proof = proved(trials, sample)
     record_property("seconds", time.process_time() - started)
     if not problem.solvable:
         assert not (proof and proof.met)
@@ -302,6 +306,13 @@ def test_a_proved_remedy_meets_all_limits_in_truth(problem, record_property):
     _, y = problem.sample(400_000, np.random.default_rng(99), proof.change)
     lower, upper = problem.limits.T
     assert np.all(((y < lower) | (y > upper)).mean(axis=0) <= 0.0027)
+    shift, ratio = trials.design.none
+    for step in proof.steps:  # what is said of earlier ones is of fresh trials, too
+        shift, ratio = shift + step.change.shift, ratio * step.change.ratio
+        _, y = sample(Change(shift, ratio), proof.seed)
+        out = np.any((y < lower) | (y > upper), axis=1)
+        assert step.after.joint == proportion(int(out.sum()), len(y))
+    np.testing.assert_array_equal((shift, ratio), proof.change)
 
 
 def test_trials_that_make_met_sure_bound_the_errors_that_none_of_them_shows():

@@ -5,7 +5,6 @@ For responses that no surface explains, such as one that is zero in most trials.
 
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from tolstat.answers.what_if.reweighted_trials import reweighted_scenario
 from tolstat.errors import TolstatError
 from tolstat.statistics.intervals.weighted_estimates import weighted_share
 from tolstat.statistics.remedies.change import Change
-from tolstat.statistics.remedies.prediction import Shares
+from tolstat.statistics.remedies.prediction import Shares, Step
 from tolstat.study.study import Study
 
 RATIOS = 0.7, 0.5
@@ -24,16 +23,9 @@ MOST_CAUSES = 3
 Causes = Sequence[tuple[str, ...]]  # contributors, the main cause first
 
 
-class Tightened(NamedTuple):
-    """A change of tolerances, and what weighted trials show of it."""
-
-    change: Change
-    after: Shares
-
-
 def tightened_causes(
     drawn: Drawn, study: Study, entries: ChangeableEntries, causes: Causes
-) -> Iterator[Tightened]:
+) -> Iterator[Step]:
     """Yield tighter tolerances that the trials cover, the smallest change first.
 
     Of each cause, and of the first ones together.
@@ -50,7 +42,7 @@ def tightened_causes(
             if not len(change.tightened):
                 break
             try:
-                yield Tightened(change, _weighted(drawn, study, entries, change))
+                yield Step(change, _weighted(drawn, study, entries, change))
             except TolstatError:
                 break  # too few trials tell of it
 
