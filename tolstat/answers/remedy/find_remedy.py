@@ -81,8 +81,9 @@ class _Tried(NamedTuple):
 def remedy_of(drawn: Drawn, causes: Causes) -> RemedyFinding | None:
     """Return what meets all limits of a complete run of sampled trials.
 
-    None where nothing can be said: too few trials, say. The main causes of limits that
-    are not met are tightened where a surface of the responses shows nothing that helps.
+    None where nothing can be said: too few trials, say. The main free causes of limits
+    that are not met are tightened where a surface of the responses shows nothing that
+    helps.
     """
     run = drawn.run
     entries = changeable_entries(run)

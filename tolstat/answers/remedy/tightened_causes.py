@@ -20,7 +20,8 @@ from tolstat.study.study import Study
 RATIOS = 0.7, 0.5
 MOST_CAUSES = 3
 
-Causes = Sequence[tuple[str, ...]]  # contributors, the main cause first
+# contributors, the main cause first, of each limit that is not met
+Causes = Sequence[Sequence[tuple[str, ...]]]
 
 
 def tightened_causes(
@@ -28,17 +29,24 @@ def tightened_causes(
 ) -> Iterator[Step]:
     """Yield tighter tolerances that the trials cover, the smallest change first.
 
-    Of each cause, and of the first ones together.
+    Of the main free cause of each limit, and of the first ones together.
     """
-    each = [{*cause} for cause in causes[:MOST_CAUSES]]
-    together = accumulate(each, lambda first, second: first | second)
-    for members in [*each, *[union for union in together if union not in each]]:
+    design = entries.design
+    pairs = zip(entries.members, design.free, strict=True)
+    free = {name for members, is_free in pairs if is_free for name in members}
+    main = [
+        next((cause for cause in of_limit if not free.isdisjoint(cause)), ())
+        for of_limit in causes
+    ]
+    single = [{*cause} for cause in dict.fromkeys(filter(None, main))][:MOST_CAUSES]
+    together = accumulate(single, lambda first, second: first | second)
+    for members in [*single, *[union for union in together if union not in single]]:
         for ratio in RATIOS:
-            change = entries.design.none
+            change = design.none
             for i, parts in enumerate(entries.members):
-                if entries.design.free[i] and not members.isdisjoint(parts):
+                if design.free[i] and not members.isdisjoint(parts):
                     change = change.with_entry(i, ratio=ratio)
-            change = entries.design.rounded(change)
+            change = design.rounded(change)
             if not len(change.tightened):
                 break
             try:
