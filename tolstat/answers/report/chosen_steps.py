@@ -13,7 +13,7 @@ from tolstat.answers.next_steps import (
     to_run_again,
     typed_setting,
 )
-from tolstat.answers.remedy.remedy_finding import RemedyFinding
+from tolstat.answers.remedy.remedy_finding import Evidence, RemedyFinding
 from tolstat.answers.report.report_answer import (
     NOT_BY_TOLERANCES,
     Findings,
@@ -136,7 +136,7 @@ def _steps(
     for step in (
         _measured(limits),
         _changed(limits, remedy),
-        _more_trials(run, responses, limits),
+        _more_trials(run, responses, limits, remedy),
         _allocated(run, limits),
     ):
         if step:
@@ -196,18 +196,26 @@ def _changed(limits: Limits, remedy: RemedyFinding | None) -> Step | None:
     )
 
 
-def _more_trials(run: Run, responses: Responses, limits: Limits) -> Step | None:
+def _more_trials(
+    run: Run, responses: Responses, limits: Limits, remedy: RemedyFinding | None
+) -> Step | None:
     """Return the step that adds trials; None where no more would tell.
 
     Until a verdict falls, and until causes can be named of a limit that more trials
-    miss than it permits.
+    miss than it permits. A limit that seems missed is no longer decided where a proved
+    remedy meets it.
     """
-    deciding = {n: x.trials_that_decide for n, x in limits.items()}
+    mended = remedy is not None and remedy.met and remedy.evidence is Evidence.PROVED
+    deciding = {
+        name: limit.trials_that_decide
+        for name, limit in limits.items()
+        if not (mended and limit.seems_missed)
+    }
     undecided = [name for name, trials in deciding.items() if trials]
     telling = {
         name: causes.needed
         for name, limit in limits.items()
-        if limit.verdict != MET and limit.seems_missed
+        if limit.verdict != MET and limit.seems_missed and not mended
         if (causes := responses[name].causes)
     }
     needed, told = max(deciding.values(), default=0), _fewest(telling)
