@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from tests.statistics.remedy_problems import PROBLEMS, sampled
+from tests.statistics.remedy_problems import PROBLEMS, Problem, sampled
 from tolstat.statistics.integration_error import trials_for_sure
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.intervals.weights import Weights
@@ -320,3 +321,44 @@ def test_trials_that_make_met_sure_bound_the_errors_that_none_of_them_shows():
     assert proportion(0, trials).upper <= 0.001 < proportion(0, trials - 1).upper
     assert trials == pytest.approx(3.7 / 0.001, rel=0.01)
     assert trials_for_sure(0.0027, 0.0027) is None
+
+
+def test_one_shift_stands_instead_of_two_that_do_the_same():
+    """The second search, about |a - b| = 0, sees no side of it; the first one does."""
+    problem = Problem(
+        "distance", np.array([0.1, 0.08]), lambda a, b: [np.abs(a - b + 0.05)],
+        np.array([(-math.inf, 0.1)]),
+    )  # fmt: skip
+
+    def sample(change, seed):
+        return problem.sample(20_000, np.random.default_rng([1, seed]), change)
+
+    proof = proved(sampled(problem, N, seed=1), sample)
+    assert proof.met and len(proof.change.shifted) == 1
+
+
+def test_one_part_moves_far_rather_than_ten_a_little():
+    """Ten plates share an offset of seven times their tolerance."""
+    halves = np.array([0.05, *[0.002] * 10])
+    problem = Problem(
+        "plates", halves, lambda h, *plates: [h - sum(plates) + 0.03],
+        np.array([(-0.055, 0.055)]), fixed=(0,),
+    )  # fmt: skip
+    change = smallest_change(sampled(problem, N, seed=1), AIM_PROVED).change
+    assert len(change.shifted) == 1 and not change.tightened.size
+
+
+def test_a_limit_is_not_widened_where_the_median_lies_far_out_of_it():
+    trials = stack((0.0, 0.4), free=(False, False, True), centre=5.0)
+    still = trials.design._replace(movable=np.zeros(3, bool))
+    rest = unavoidable(replace(trials, design=still), AIM_PROVED)
+    assert rest.beyond == pytest.approx([4.6], abs=0.01)
+    np.testing.assert_array_equal(rest.permitted, [[0.0, 0.4]])
+    assert unavoidable(trials, AIM_PROVED) is None  # 49 half tolerances lead there
+
+
+def test_a_length_stays_above_zero():
+    trials = stack((-0.3, 0.1), free=(True, False, False), centre=1.0)
+    longer = trials.design._replace(lowest=np.array([-2.0, -np.inf, -np.inf]))
+    moved = smallest_change(replace(trials, design=longer), AIM_PROVED)
+    assert -2 <= moved.change.shift[0] < -1.9 and moved.score < 0

@@ -53,7 +53,8 @@ from tolstat.statistics.remedies.remedy import (
 from tolstat.store.stored_run import Run
 from tolstat.study.study import Study, load
 
-FRESH_TRIALS = 20_000  # of a proof
+# of a proof; more where a limit permits few out of it, to find so many of these
+FRESH_TRIALS, MOST_FRESH, TELLING = 20_000, 200_000, 50
 FARTHEST_UNPROVED = 1.0  # half tolerances that a centre moves
 QUICK, QUICK_INTEGRATED = 10.0, 1.0  # s, that a proof may take; of equations of motion
 NOTHING_HELPS = "no change of the free tolerances and centres is known to help"
@@ -70,7 +71,7 @@ class _Tried(NamedTuple):
     change: Change
     steps: tuple[Step, ...]
     met: bool  # all limits
-    evidence: Evidence
+    proved: int  # by so many fresh trials; 0: predicted
 
     @property
     def after(self) -> Shares:
@@ -127,8 +128,9 @@ class _Search:
         changed = changed_entries(self.run, self.entries, tried.change)
         entries = worded_entries(changed)
         return RemedyFinding(
-            tuple(self._steps(tried.steps, before)), tried.evidence,
-            trials=FRESH_TRIALS if tried.evidence is Evidence.PROVED else 0,
+            tuple(self._steps(tried.steps, before)),
+            Evidence.PROVED if tried.proved else Evidence.PREDICTED,
+            trials=tried.proved,
             met=tried.met, limits=dict(zip(self.run.limits, pairs, strict=True)),
             entries=entries, commands=to_change(self.run, entries), note=self.note,
         )  # fmt: skip
@@ -143,12 +145,12 @@ class _Search:
 
     def _tried(self, before: Shares) -> _Tried | None:
         """Return a change that was searched, proved where that is quick."""
-        if (study := self._quick_study()) is not None:
+        if (fresh := self._fresh_trials()) is not None:
             try:
-                proof = proved(self.trials, _FreshTrials(self, study))
+                proof = proved(self.trials, fresh)
                 if proof is None or not proof.improves:
                     return None
-                return _Tried(proof.change, proof.steps, proof.met, Evidence.PROVED)
+                return _Tried(proof.change, proof.steps, proof.met, fresh.number)
             except (_ProofError, TolstatError) as error:
                 self.note = str(error)
         # nothing is known of a response farther off than its trials
@@ -158,23 +160,17 @@ class _Search:
         if not (change.size or len(change.tightened)):
             return None
         shares = partial(predicted, self.trials)
-        return self._judged(
-            change, steps(self.trials, change, shares), before, Evidence.PREDICTED
-        )
+        return self._judged(change, steps(self.trials, change, shares), before)
 
     def _judged(
-        self,
-        change: Change,
-        steps: Iterable[Step],
-        before: Shares,
-        evidence: Evidence,
+        self, change: Change, steps: Iterable[Step], before: Shares, proved: int = 0
     ) -> _Tried | None:
         """Return a change with its steps; None unless it improves."""
         steps, permitted = tuple(steps), self.trials.permitted_out
         after = steps[-1].after
         if not after.improve(before, permitted):
             return None
-        return _Tried(change, steps, after.permitted(permitted), evidence)
+        return _Tried(change, steps, after.permitted(permitted), proved)
 
     def _by_weights(self, before: Shares) -> _Tried | None:
         """Return tighter causes that help, by weights; proved where that is quick."""
@@ -184,7 +180,7 @@ class _Search:
             return None  # a custom model, or data that are gone
         best = None
         for step in tightened_causes(self.drawn, study, self.entries, self.causes):
-            tried = self._judged(step.change, [step], before, Evidence.PREDICTED)
+            tried = self._judged(step.change, [step], before)
             if tried is None:
                 continue
             if (
@@ -195,19 +191,19 @@ class _Search:
                 best = tried
             if tried.met:
                 break
-        if best is None or (quick := self._quick_study()) is None:
+        if best is None or (fresh := self._fresh_trials()) is None:
             return best
         try:
-            sample = _FreshTrials(self, quick)(best.change, 0)
+            sample = fresh(best.change, 0)
         except (_ProofError, TolstatError) as error:
             self.note = str(error)
             return best
-        fresh = self.trials.sampled_again(best.change, *sample)
-        step = Step(best.change, predicted(fresh, fresh.design.none))
-        return self._judged(best.change, [step], before, Evidence.PROVED)
+        again = self.trials.sampled_again(best.change, *sample)
+        step = Step(best.change, predicted(again, again.design.none))
+        return self._judged(best.change, [step], before, fresh.number)
 
-    def _quick_study(self) -> Study | None:
-        """Return the study if its fresh trials are quick, else None."""
+    def _fresh_trials(self) -> "_FreshTrials | None":
+        """Return fresh trials of changed studies if these are quick, else None."""
         run = self.run
         if run.listed:
             return None  # nothing is evaluated here
@@ -219,14 +215,18 @@ class _Search:
             return None  # its data are gone
         seconds = float(run.times.get("seconds", np.inf)) / max(run.ended, 1)
         most = QUICK_INTEGRATED if study.model.integrates else QUICK
-        return study if seconds * FRESH_TRIALS <= most else None
+        if seconds * FRESH_TRIALS > most:
+            return None
+        telling = TELLING / self.trials.permitted_out.min()
+        number = min(telling, most / max(seconds, 1e-9), MOST_FRESH)
+        return _FreshTrials(self, study, max(int(number), FRESH_TRIALS))
 
 
 class _FreshTrials:
     """Evaluates fresh trials of changed studies."""
 
-    def __init__(self, search: _Search, study: Study) -> None:
-        self._search, self._study = search, study
+    def __init__(self, search: _Search, study: Study, number: int) -> None:
+        self._search, self._study, self.number = search, study, number
 
     def __call__(self, change: Change, seed: int) -> tuple[Array, Array]:
         """Return deviations and responses; the seed counts from 0."""
@@ -235,7 +235,7 @@ class _FreshTrials:
         for name, entry in changed_entries(search.run, search.entries, change).items():
             editor.change(name, entry)
         words = np.random.SeedSequence([search.seed, FRESH_TRIALS, seed + 1])
-        editor.table |= {"sampling": "random", "trials": FRESH_TRIALS}
+        editor.table |= {"sampling": "random", "trials": self.number}
         study = load(
             editor.table, model=self._study.model, seed=int(words.generate_state(1)[0]),
             folder=search.run.data_folder,
@@ -250,7 +250,7 @@ class _FreshTrials:
         responses = [trials.response(name) for name in search.run.limits]
         done = int(np.isfinite(responses).all(axis=0).sum())
         if done < LEAST_TRIALS:
-            raise _ProofError(f"only {done} of {FRESH_TRIALS} fresh trials do not fail")
+            raise _ProofError(f"only {done} of {self.number} fresh trials do not fail")
         return trials.deviations[:, columns], np.stack(responses, axis=1)
 
 

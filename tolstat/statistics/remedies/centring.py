@@ -20,7 +20,7 @@ def centred(moved: Moved, entries: Sequence[int], farthest: float) -> Moved:
     With the least sum of shifts, in half tolerances, that leaves this margin or
     `CENTRED`; rounded as a drawing is. None is larger than `farthest`.
     """
-    for _ in range(PASSES):
+    for _ in range(PASSES if entries else 0):
         shift = _least_shift(moved, np.array(entries), farthest)
         if shift is None:
             break

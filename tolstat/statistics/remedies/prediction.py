@@ -21,6 +21,7 @@ from tolstat.statistics.remedies.remedy import (
 )
 from tolstat.statistics.remedies.surface import NONLINEAR, REMAINDER, UNEXPLAINED
 
+MOST_ERROR = 0.1  # of what shifts gain: one shift instead of several
 ROUNDS = 4  # searches, the later ones from the fresh trials of the one before
 
 
@@ -191,11 +192,27 @@ def _searched(trials: MovableTrials, sample: Sampled) -> Proof | None:
         if proof.met:
             break
     if proof and proof.met:
-        for fewer in _fewer(trials, proof.change):
-            _, simple = tried(fewer)
+        for fewer in (*_one_shift(trials, proof.change), *_fewer(trials, proof.change)):
+            _, simple = tried(trials.design.rounded(fewer))
             if simple.met and simple.improves:
                 return simple
     return proof
+
+
+def _one_shift(trials: MovableTrials, change: Change) -> Iterator[Change]:
+    """Yield a change with one shift instead of several that gains nearly as much."""
+    shifted, design = change.shifted, trials.design
+    if len(shifted) < 2:
+        return
+    sigma = trials.responses.std(axis=0) + 1e-300
+    slopes = trials.moved(design.none).slopes[shifted] / sigma
+    gain = change.shift[shifted] @ slopes
+    lowest = design.lowest + np.zeros(len(change.shift))
+    for entry, slope in zip(shifted.tolist(), slopes, strict=True):
+        by = gain @ slope / (slope @ slope)
+        error = np.linalg.norm(gain - by * slope)
+        if error <= MOST_ERROR * np.linalg.norm(gain) and by > lowest[entry]:
+            yield change._replace(shift=design.none.with_entry(entry, shift=by).shift)
 
 
 def _fewer(trials: MovableTrials, change: Change) -> Iterator[Change]:
