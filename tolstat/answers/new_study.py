@@ -29,10 +29,12 @@ BEGIN = 34
 SMALL = 1e-9  # SI: a deviation that any part may have on both sides
 EXAMPLES = {"m": "0.1 mm", "rad": "0.1 deg", "s": "1 ms", "N m": "1 N m"}
 LINK_TEXTS = """\
-# as drawings have them: "25 +0.1/-0.05 mm", "30 g6 mm"; with more keys
+# as drawings have them: "25 +0.1/-0.05 mm", "30 g6 mm", "11.9..12.1 mm",
+# "8 mm ISO 2768-m", "45°30' +-15'"; with more keys
 # { nominal = "25 +-0.1 mm", cp = 1.33 }; a fit, pair = "30 H7/g6 mm", is two links,
-# pair_hole and pair_shaft; [cases] has other conditions for the same parts, such as
-# hot = { d = "10.1 mm" }; [deviations] may have means of lots, d_lot = "+-0.02 mm"
+# pair_hole and pair_shaft; [gaps] has several closing links; [cases] has other
+# conditions for the same parts, hot = { d = "10.1 mm" }; [deviations] may have means of
+# lots, d_lot = "+-0.02 mm"
 """
 HEAD = """\
 # {title}
