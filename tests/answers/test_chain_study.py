@@ -120,7 +120,7 @@ def test_what_a_chain_can_say_stands_in_its_text():
     """Every method and every type of value: read from the text it is the same study."""
     chain = (
         tolstat.Chain(
-            'A "chain"\n of all', 64, 9, study={"document": {"revision": "B"}}
+            'A "chain"\n of all', 2000, 9, study={"document": {"revision": "B"}}
         )
         .link("crank", "50 ±0,1 mm", cost={"+-0.1 mm": 4.5, "+-0.05 mm": 9})
         .link("rod", "150 +0.2/-0.1 mm", cpk=1.33, fixed=True)
