@@ -38,7 +38,7 @@ from tolstat.units.scale import PART, PER_CENT, PPM
 
 MOST_LIMITS = 6  # in the table of a first page: on paper it is one sheet
 MOST_NOTES = 1  # below so many limits: how many trials failed
-MOST_ABOVE_DIMENSIONS = 4  # where the dimensions of a chain stand there, too
+MOST_ABOVE_DIMENSIONS = 3  # where the dimensions of a chain stand there, too
 PICTURE = "Fraction out of limit against what is permitted"
 ALL_LIMITS = "All limits"
 CASES = "cases"  # of a study

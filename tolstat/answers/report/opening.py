@@ -28,7 +28,7 @@ from tolstat.units.scale import PER_CENT, PPM
 
 MOST_PARETO = 5  # bars on the first page
 MOST_WITHIN = 1500  # trials within the limit that are drawn as points
-FEW_LIMITS = 3  # more leave room for two pictures on a printed sheet
+FEW_LIMITS = 2  # more leave room for two pictures on a printed sheet
 LOW = 1.8  # inches: height of a picture on the first page
 
 
