@@ -1,4 +1,4 @@
-"""Figures of a rare run: how far beyond its limit, and by which parts."""
+"""Figures of a rare run: its tail, and the most probable failure point."""
 
 import numpy as np
 
