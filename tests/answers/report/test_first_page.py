@@ -250,7 +250,8 @@ def test_cases_and_measured_parts_are_drawn_on_the_first_page(tmp_path):
     study |= {"trials": 300, "cases": {"dT": ["-60 K", "0 K", "100 K"]}}
     first = report_of(tolstat.run(study)).document().blocks[0]
     assert [figure.alt for figure in figures_in(first)][1] == "gap by case"
-    parts = tolstat.run(ROOT / "runs" / "measured-parts.toml", trials=300)
+    study = ROOT / "runs" / "measured-parts.toml"
+    parts = tolstat.run(study, trials=300, output=tmp_path / "parts.h5")
     document = report_of(parts).document()
     first = replace(document, blocks=document.blocks[:1])
     cells = [c for t in tables_of(first) for row in t.rows for c in row if c.sketch]
