@@ -13,7 +13,7 @@ HEIGHT = 1.9  # inches
 ROW, AXIS = 0.19, 0.65  # inches: height of a bar, and of what is below all
 MOST_BARS = 8
 LEAST_DRAWN = 2  # trials of a curve
-DECADES = 1e-6  # of the fraction out of limit that are drawn at most
+DECADES = 1e-6  # of the fraction out of limit that are sampled at most
 
 
 def rare_pictures(summary: RareSummary) -> blocks.Columns:
@@ -30,15 +30,15 @@ def _tail(summary: RareSummary) -> blocks.Figure | None:
 
     None where a trial failed, as it has no value, or where hardly one is out of limit.
     """
-    drawn, name, scale = (
+    sampled, name, scale = (
         drawn_trials(summary.stored_run), summary.response, summary.scale
     )  # fmt: skip
-    assert drawn and drawn.sample.weights
-    if drawn.sample.failed:
+    assert sampled and sampled.sample.weights
+    if sampled.sample.failed:
         return None
     values, weights = (
-        drawn.values(name),
-        drawn.sample.weights.values / len(drawn.trials),
+        sampled.values(name),
+        sampled.sample.weights.values / len(sampled.trials),
     )
     lower, upper = summary.limit.permitted
     below, above = values < lower, values > upper
