@@ -22,6 +22,7 @@ from tolstat.answers.report.report_warnings import (
     StepsWarning,
     StudyWarning,
     UnchangedResponse,
+    UnusualParts,
     VerdictWarning,
 )
 from tolstat.answers.run_answer import predicted_time
@@ -188,6 +189,11 @@ def _sentence(warning: ReportWarning) -> Parts:
             from tolstat.answers.measured_words import warning_words  # seldom used
 
             return warning_words(warning)
+        case UnusualParts(entry, finding, scale):
+            from tolstat.answers.parts.parts_words import finding_words  # seldom used
+
+            unusual = finding_words(finding, scale)
+            return say("Measured parts of {}. {}", Name(entry), unusual)
         case ErrorsWarning():
             return _errors(warning)
         case StepsWarning(residual):

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tolstat.answers.parts.judged_parts import OF_STUDIES
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array, Integers
 from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
@@ -128,8 +129,18 @@ class AllPartsWarning(NamedTuple):
     kind: str = "all measured parts"
 
 
+class UnusualParts(NamedTuple):
+    """What is unusual in measured parts: two kinds, a cut tail, a trend, lots."""
+
+    entry: str
+    finding: OF_STUDIES
+    scale: Scale
+    kind: str = "unusual parts"
+
+
 ReportWarning = (
     StudyWarning
+    | UnusualParts
     | PartsWarning
     | AllPartsWarning
     | IdleContributors
@@ -202,10 +213,17 @@ def warnings_of(
     `unsettled`, they may as well be why a contributor changes nothing.
     """
     run = drawn.run
+    unusual = (
+        UnusualParts(name, finding, part.scale)
+        for name, part in drawn.judged_parts.items()
+        for finding in part.warnings
+        if isinstance(finding, OF_STUDIES)
+    )
     if unsettled:
-        return tuple(map(StudyWarning, run.warnings))
+        return (*map(StudyWarning, run.warnings), *unusual)
     return (
         *warnings_of_run(run),
+        *unusual,
         *(
             UnchangedResponse(name, float(drawn.done(name)[0]), run.scales[name])
             for name in run.limits

@@ -78,6 +78,9 @@ class PartsUncertainty(NamedTuple):
         Ends of the deciding interval without the error of the trials.
     needed : int
         Measured parts that would decide; 0 if it is decided, or a thousand would not.
+        Of an entry of `lots` it counts lots, each with as many parts as now.
+    lots : dict of str to int
+        Measured lots by entry, where the mean errs more by lots than by parts.
     """
 
     entries: Mapping[str, int]
@@ -86,6 +89,7 @@ class PartsUncertainty(NamedTuple):
     for_any: Estimate
     of_parts: tuple[float, float]
     needed: int = 0
+    lots: Mapping[str, int] = {}
 
     @property
     def interval(self) -> Estimate:
@@ -96,6 +100,14 @@ class PartsUncertainty(NamedTuple):
     def fewest(self) -> int:
         """Measured parts of the entry that has the fewest."""
         return min(self.entries.values())
+
+    @property
+    def counts(self) -> dict[str, tuple[int, str]]:
+        """How many of what were measured, by entry: parts, or lots if these are few."""
+        return {
+            name: (self.lots[name], "lot") if name in self.lots else (parts, "part")
+            for name, parts in self.entries.items()
+        }
 
     def widened(self, share: Estimate) -> Estimate:
         """Return a fraction out of limit of the trials with both errors."""
@@ -140,10 +152,10 @@ class Yield(NamedTuple):
 
     @property
     def reason_words(self) -> str:
-        """Its reason, with the number of measured parts."""
+        """Its reason, with the number of measured parts or lots."""
         if self.measured and self.reason == Caveat.FEW_PARTS:
-            fewest = self.measured.fewest
-            return f"only {fewest} part{'s' * (fewest > 1)} measured"
+            fewest, kind = min(self.measured.counts.values())
+            return f"only {fewest} {kind}{'s' * (fewest > 1)} measured"
         return self.reason
 
     @property
