@@ -273,9 +273,9 @@ class AuditedResponse:
     def only_failures(self) -> bool:
         """Whether trials fail in one evaluation only, and nothing else is wrong."""
         both = np.isfinite(self.precise[self.third]) & np.isfinite(self.most_precise)
-        wrong = self.moved.any() or (self.unsettled & both).any()
+        wrong = bool(self.moved.any() or (self.unsettled & both).any())
         wrong = wrong or self.jumped_over or self.dominant
-        return bool(self._failed_once) and not wrong
+        return self._failed_once > 0 and not wrong
 
     def permits(self, met: bool, least_out: float, permitted_out: float) -> bool:
         """Return whether a verdict stands beside what the audit shows.
