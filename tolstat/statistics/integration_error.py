@@ -280,7 +280,7 @@ class AuditedResponse:
         both = np.isfinite(self.precise[self.third]) & np.isfinite(self.most_precise)
         wrong = bool(self.moved.any() or (self.unsettled & both).any())
         wrong = wrong or self.jumped_over or self.dominant
-        again, before = self._failed_once.any(axis=1).tolist()
+        again, before = (bool(trials.any()) for trials in self._failed_once)
         return again and not (before or wrong)
 
     def permits(self, met: bool, least_out: float, permitted_out: float) -> bool:
