@@ -40,7 +40,7 @@ def test_the_audit_finds_the_true_error(measured):
 
 
 def test_responses_err_by_little_of_their_sigma(measured):
-    """Those of the meshes have small sigmas: within 0.8 % of it, others 0.1 %."""
+    """Those of the meshes have small sigmas: within 1 % of it, others 0.1 %."""
     study, deviations, truth = measured
     settings = study.settings
     default, _ = responses(study, deviations, settings.rtol, settings.max_step)
@@ -49,5 +49,5 @@ def test_responses_err_by_little_of_their_sigma(measured):
         for name, values in truth.items()
         if values.std() > 0.0 and name != "energy_residual"  # zero but for the error
     }
-    assert max(largest.values()) < 8e-3, largest
+    assert max(largest.values()) < 1e-2, largest
     assert sum(error > 1e-3 for error in largest.values()) <= 5, largest
