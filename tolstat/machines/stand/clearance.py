@@ -25,7 +25,7 @@ Play = namedtuple("Play", "D1 D2 D1_ D2_ w1 w2")
 # ends where one of them is zero
 Excess = namedtuple("Excess", "pulled_1 pressed_1 pulled_2 pressed_2")
 # of each crossing, `Motion.turns` last
-Sides = namedtuple("Sides", (*Excess._fields, "turns"))
+Sides = namedtuple("Sides", "pulled_1 pressed_1 pulled_2 pressed_2 turns")
 
 
 def joints_of(contacts: Contacts, p: Parameters) -> Joints:
