@@ -72,7 +72,7 @@ def scales(p, y):
     speed = 20.0
     powers = [mesh * N.r1 * speed] + [(rod + mesh) * speed] * 6
     loads = [rod, rod, shaft9, shaft12, mesh, mesh, mesh, mesh * N.r1, 1]
-    return np.stack(np.broadcast_arrays(*derivative, *powers, *loads, 1.0, rod))
+    return np.stack(np.broadcast_arrays(*derivative, *powers, *loads, 1.0, 1.0, rod))
 
 
 @pytest.mark.parametrize("variant", ["indeterminate", "equalized"])
@@ -86,10 +86,10 @@ def test_compiled_equations_are_the_numpy_ones(variant, drive):
     moment = Moment(rng.uniform(0, 3.5, len(p.m)), np.zeros(len(p.m)))
     at = motion(moment, y, p)
     expected = np.stack(
-        [*at.derivative, *at.powers, *at.loads, *at.jam, *at.relaxation]
+        [*at.derivative, *at.powers, *at.loads, *at.jam, *at.turns, *at.relaxation]
     )
     found = np.empty_like(expected)
-    watched = np.empty((len(at.loads) + 1, len(p.m)))
+    watched = np.empty((len(at.loads) + 2, len(p.m)))
     for first in range(0, len(p.m), WIDTH):
         lanes = slice(first, first + WIDTH)
         block = [

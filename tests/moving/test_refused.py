@@ -153,6 +153,16 @@ def test_a_typed_number_may_have_any_unit():
         motion_of(lambda t, y, p, b=number: good(y) | {"v": b * y.x - b * y.v})
 
 
+def test_broken_powers_have_any_unit():
+    """No unit can be written for them: of a weir, an orifice, Hertz's contact."""
+    c = Part(0.1, "m/s^2", "of a weir, at 1 m")
+    for power in (np.sqrt, lambda x: x**1.5):
+        motion_of(
+            lambda t, y, p, power=power: good(y) | {"v": p.c * power(y.x) - p.k * y.x},
+            c=c,
+        )
+
+
 def test_events_outside_of_motion_are_refused():
     for call in (lambda: held(1.0, every=1.0), lambda: ends(True)):
         with pytest.raises(ModelError, match="inside `motion` alone"):

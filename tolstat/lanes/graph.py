@@ -171,10 +171,11 @@ def dimension_of(graph: Graph, op: str, args: tuple[Value, ...]) -> Any:
                 f"np.{op} of {unit}; an angle or a plain number is needed"
             )
         return plain
-    if op == "sqrt" and known[0] is not None:
-        return known[0] ** 0.5
-    if op == "**" and known[0] is not None and not isinstance(args[1], Node):
-        return known[0] ** args[1]
+    exponent = 0.5 if op == "sqrt" else args[1] if op == "**" else None
+    if exponent is not None and known[0] is not None and not isinstance(exponent, Node):
+        raised = known[0] ** exponent
+        # of m^1.5 no unit can be written: as of a typed number, nothing is known
+        return raised if all(x == int(x) for x in raised.values()) else None
     return plain if op == "side" else known[0] if op in ("rint", "floor") else None
 
 

@@ -24,6 +24,8 @@ Play = namedtuple("Play", "D1 D2 D1_ D2_ w1 w2")
 # by how much each rod is beyond its play, pulled and pressed, m: a contact begins or
 # ends where one of them is zero
 Excess = namedtuple("Excess", "pulled_1 pressed_1 pulled_2 pressed_2")
+# of each crossing, `Motion.turns` last
+Sides = namedtuple("Sides", "pulled_1 pressed_1 pulled_2 pressed_2 turns")
 
 
 def joints_of(contacts: Contacts, p: Parameters) -> Joints:
@@ -59,7 +61,7 @@ def excess_of(play: Play) -> Excess:
 
 
 def met(
-    contacts: Contacts, sides: Excess, play: Play, counts: Truths | bool
+    contacts: Contacts, sides: Excess | Sides, play: Play, counts: Truths | bool
 ) -> Contacts:
     """Return the contacts behind new sides, above 0 beyond the play; count or not."""
     pressed1 = np.where(sides.pressed_1 > 0.0, -1.0, 0.0)

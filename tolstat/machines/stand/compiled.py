@@ -14,14 +14,14 @@ motion = compiled(within=True)(equations.motion)
 def rates(moment, y, p, out):
     """Fill derivatives, powers, loads, and the yaw's relaxation."""
     m = motion(named(Moment, moment), named(State, y), named(Parameters, p), CLOSED)
-    write(out, 0, (m.derivative, m.powers, m.loads, m.jam, m.relaxation))
+    write(out, 0, (m.derivative, m.powers, m.loads, m.jam, m.turns, m.relaxation))
 
 
 @compiled(rates_signature)
 def watch(moment, y, p, out):
     """Fill the loads alone; the compiler drops the rest of the equations."""
     m = motion(named(Moment, moment), named(State, y), named(Parameters, p), CLOSED)
-    write(out, 0, (m.loads, m.jam))
+    write(out, 0, (m.loads, m.jam, m.turns))
 
 
 SYSTEM = System(
@@ -30,6 +30,7 @@ SYSTEM = System(
     watch,
     n_quadratures=len(Powers._fields),
     n_extremes=len(Loads._fields),
-    n_above=1,
+    n_above=2,
     damped=(State._fields.index("alpha_"),),
+    crossings=(len(Loads._fields) + 1,),
 )

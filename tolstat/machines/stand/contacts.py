@@ -3,7 +3,7 @@
 import numpy as np
 
 from tolstat.machines.stand import clearance
-from tolstat.machines.stand.clearance import Contacts, Excess
+from tolstat.machines.stand.clearance import Contacts, Excess, Sides
 from tolstat.machines.stand.compiled import motion
 from tolstat.machines.stand.declarations import WINDOW
 from tolstat.machines.stand.motion import SCALE, Loads, Powers, State
@@ -22,7 +22,7 @@ joints_of = compiled(within=True)(clearance.joints_of)
 play_of = compiled(within=True)(clearance.play_of)
 excess_of = compiled(within=True)(clearance.excess_of)
 met = compiled(within=True)(clearance.met)
-N = len(State._fields)
+N, N_LOADS, N_EXCESS = len(State._fields), len(Loads._fields), len(Excess._fields)
 
 
 @compiled(rates_signature)
@@ -39,7 +39,17 @@ def rates(moment, y, p, out):
     write(
         out,
         0,
-        (m.derivative, held, m.powers, m.loads, excess, m.jam, free, m.relaxation),
+        (
+            m.derivative,
+            held,
+            m.powers,
+            m.loads,
+            excess,
+            m.jam,
+            free,
+            m.turns,
+            m.relaxation,
+        ),
     )
 
 
@@ -50,7 +60,7 @@ def jump(moment, y, p, out):
     contacts = named(Contacts, y[N:])
     state, instant = named(State, y), named(Moment, moment)
     m = motion(instant, state, p, joints_of(contacts, p))
-    sides = named(Excess, moment[SIDES:])
+    sides = named(Sides, moment[SIDES:])
     after = met(contacts, sides, play_of(m.rods, p), instant.phase >= WINDOW)
     write(out, 0, (state, after, sides))
 
@@ -59,9 +69,9 @@ SYSTEM = System(
     rates,
     np.array([*SCALE, *(1.0 for _ in Contacts._fields)]),
     n_quadratures=len(Powers._fields),
-    n_extremes=len(Loads._fields) + len(Excess._fields),
-    n_above=3,
+    n_extremes=N_LOADS + N_EXCESS,
+    n_above=4,
     damped=(State._fields.index("alpha_"),),
-    crossings=tuple(len(Loads._fields) + i for i in range(len(Excess._fields))),
+    crossings=(*(N_LOADS + i for i in range(N_EXCESS)), N_LOADS + N_EXCESS + 3),
     jump=jump,
 )

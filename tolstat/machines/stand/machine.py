@@ -112,7 +112,8 @@ def simulated(
     rigid = solved(SYSTEM, start[~loose], ~loose)
     wider = (0, 0), (0, 0), (0, len(Contacts._fields))
     states, history = (np.pad(y, wider) for y in (rigid.states, rigid.history))
-    above = np.pad(rigid.above, ((0, 0), (0, 2)))
+    # without the turns, which are watched only to end steps there
+    above = np.pad(rigid.above[:, :1], ((0, 0), (0, 2)))
     rigid = rigid._replace(states=states, history=history, above=above)
     if not loose.any():
         return rigid
@@ -121,7 +122,11 @@ def simulated(
     begun = np.hstack([start, np.stack(contacts_at_start(start, p), axis=1)])
     played = solved(contacts.SYSTEM, begun[loose], loose)
     n = rigid.greatest.shape[1]
-    played = played._replace(greatest=played.greatest[:, :n], least=played.least[:, :n])
+    played = played._replace(
+        greatest=played.greatest[:, :n],
+        least=played.least[:, :n],
+        above=played.above[:, :-1],
+    )
     # in the order of the trials
     order = np.argsort(np.argsort(loose, kind="stable"))
     both = zip(rigid, played, strict=True)

@@ -34,9 +34,11 @@ Loads = namedtuple(
 
 # The scale of each state's error. The yaw is the sharpest: the gate
 # of the guides opens within 1e-8 rad, and friction holds the carriage on that edge.
+# Friction turns within some microseconds where the carriage does: a loose error of its
+# speed would take that in one step.
 SCALE = State(
-    phi31=1e-3, phi32=1e-3, x=3e-3, alpha=5e-7,
-    phi31_=0.1, phi32_=0.1, x_=0.3, alpha_=0.15,
+    phi31=1e-3, phi32=1e-3, x=3e-3, alpha=5e-8,
+    phi31_=0.1, phi32_=0.1, x_=1e-4, alpha_=0.15,
 )  # fmt: skip
 
 
@@ -64,6 +66,7 @@ class Motion(NamedTuple):
     powers: Powers
     loads: Loads
     jam: tuple[Array]  # rad, yaw in excess of the guides' clearance
+    turns: tuple[Array]  # changes its sign where a law turns within microseconds
     relaxation: tuple[Array]  # 1/s, at which friction and guides hold the yaw rate
     rods: Rods
     stored: Array  # J, kinetic and elastic energy without the guide contact
@@ -179,6 +182,10 @@ def motion(moment: Moment, y: State, p: Parameters, joints: Joints = CLOSED) -> 
     F_fr2 = free * p.mu * np.abs(couple) * leverage * gate * forward
     M_spin = free * p.mu_rot * pressure * (two_over_pi * np.arctan(p.beta5 * alpha_))
 
+    # friction and rolling turn with the carriage, rolling begins, guides touch: steps
+    # end there. A step over one of these may err 70 times as much as it estimates
+    turns = x_ * (x - p.x_roll) * jam
+
     # (2)
     phi31__ = p.per_I1 * (M_shaft9 - M_mesh1 + Q1 * p1)
     phi32__ = p.per_I2 * (-M_shaft9 - M_mesh2 + Q2 * p2)
@@ -217,6 +224,7 @@ def motion(moment: Moment, y: State, p: Parameters, joints: Joints = CLOSED) -> 
             drive_moment=M_drive, yaw=alpha,
         ),
         jam=(jam,),
+        turns=(turns,),
         relaxation=(relaxation,),
         rods=rods,
         stored=stored,
