@@ -46,8 +46,9 @@ def _looks(run: Run) -> set[int]:
 
 def _share(run: Run, name: str, limit: Limit) -> Estimate:
     """Return the fraction out of limit of the trials of a run."""
-    drawn = drawn_trials(run)
-    assert drawn
+    sampled = drawn_trials(run)
+    assert sampled
+    drawn = sampled.judged
     sample = drawn.sample_for(name)
     good = within(drawn.values(name), limit.permitted) & sample.done
     return sample.share(~good, sample.ran)
