@@ -127,3 +127,47 @@ def test_a_coarse_step():
     assert checks.is_coarse(0.01, 0.01, Tolerance())
     assert checks.is_coarse(0.01, 1.0, Tolerance(0, 0.1))
     assert not checks.is_coarse(0.001, 0.01, Tolerance(0, 0.1))
+
+
+def test_of_lots_that_differ_intervals_rest_on_the_number_of_lots():
+    """As closed forms of balanced lots have them: Student's t of the means of lots."""
+    rng, lots = np.random.default_rng(5), np.repeat(np.arange(6), 30)
+    values = rng.standard_normal(6)[lots] + rng.standard_normal(180)
+    names, tolerance = [*map(str, lots)], Tolerance(-5.0, 5.0)
+    found, alone = (capability_of(values, tolerance, x) for x in (names, []))
+    means = values.reshape(6, 30).mean(axis=1)
+    ends = stats.t.interval(0.95, 5, means.mean(), stats.sem(means))
+    assert (found.mean.lower, found.mean.upper) == pytest.approx(ends)
+    # all parts of a lot alike: then sigma is worth as many parts as there are lots
+    widest = stats.chi2.ppf([0.975, 0.025], 5) / 5
+    ratios = (found.sigma.value / np.array(found.sigma[1:3])) ** 2
+    assert widest[1] <= ratios[1] < 0.5 and 1.5 < ratios[0] <= widest[0]
+    for one, other in ((found.ppk, alone.ppk), (found.outside, alone.outside)):
+        assert one.value == other.value
+        assert one.upper - one.lower > 1.4 * (other.upper - other.lower)
+    assert capability_of(values[:90], tolerance, names[:90]).ppk.lack is (
+        Lack.FEWEST_LOTS
+    )
+    # lots that differ by chance alone leave all as it is
+    same = capability_of(rng.standard_normal(180), tolerance, [*"ABCDEF"] * 30)
+    assert same.mean.sure
+
+
+def test_intervals_of_lots_hold():
+    """Coverage of 95 % intervals, six lots of 12 parts, half of the variance between.
+
+    `tests.studies.coverage.lots` has all cells.
+    """
+    rng, names, hits = (
+        np.random.default_rng(8),
+        [*map(str, np.repeat(range(6), 12))],
+        [],
+    )
+    tolerance = Tolerance(upper=2.0)
+    for _ in range(200):
+        values = np.repeat(rng.normal(0, 0.7071, 6), 12) + rng.normal(0, 0.7071, 72)
+        found = capability_of(values, tolerance, names)
+        truths = (found.mean, 0.0), (found.sigma, 1.0), (found.ppk, 2 / 3)
+        truths += ((found.outside, stats.norm.sf(2.0)),)
+        hits.append([x.lower <= truth <= x.upper for x, truth in truths])
+    assert np.mean(hits, axis=0).min() > 0.91

@@ -180,14 +180,34 @@ def test_few_lots_tell_little_of_their_mean():
     sample = MeasuredSample(
         "x", ("x",), np.sort(parts), order=order, lot=lot, lot_names=tuple("ABCDE")
     )
-    assert sample.between_lots == pytest.approx(
-        6.0 * np.std(range(5), ddof=1), rel=0.01
-    )
+    between = sample.lot_effect.between
+    assert between == pytest.approx(6.0 * np.std(range(5), ddof=1), rel=0.01)
+    assert sample.few_lots == 5
     u = (np.arange(1000) + 0.5) / 1000
     for tails in (True, False):
         drawn = sample.populations(2000, rng, fitted=False, tails=tails)
         means = np.array([population(u).mean() for population in drawn])
-        ends = stats.t(lots - 1, 12.0, sample.between_lots / np.sqrt(lots)).interval(
-            0.9
-        )
+        ends = stats.t(lots - 1, 12.0, between / np.sqrt(lots)).interval(0.9)
         np.testing.assert_allclose(np.quantile(means, [0.05, 0.95]), ends, atol=1.5)
+
+
+def test_few_lots_are_what_is_few():
+    """A thousand parts of four lots: more of the same lots decide nothing."""
+    rng, lots = np.random.default_rng(3), 4
+    lot = np.repeat(np.arange(lots), 250)
+    parts = 0.6 * np.array([-1, 1, 0.3, -0.3])[lot] + rng.standard_normal(len(lot))
+    order = np.argsort(np.argsort(parts, kind="stable"))
+    sample = MeasuredSample(
+        "x", ("x",), np.sort(parts), order=order, lot=lot, lot_names=tuple("ABCD")
+    )
+    x, limit = rng.choice(parts, TRIALS), Limit(-np.inf, 4.0)
+    trials = MeasuredTrials((sample,), {"x": x}, {"gap": x}, {"gap": limit})
+    share = uncertainties_of(trials, (0.5,))["gap"].share
+    assert share.lots == {"x": 4} and share.counts == {"x": (4, "lot")}
+    assert share.interval.upper > 0.0027 and 4 < share.needed <= 100
+    sample = Sample(np.full(TRIALS, Status.DONE))
+    judged = yield_of(x, sample, limit.permitted, measured=share)
+    assert judged.words == "undecided (only 4 lots measured)"
+    alone = MeasuredSample("x", ("x",), np.sort(parts))
+    share = uncertainties_of(trials._replace(samples=(alone,)), (0.5,))["gap"].share
+    assert share.lots == {} and share.interval.upper < 0.0022

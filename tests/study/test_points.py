@@ -119,6 +119,25 @@ def test_a_table_is_built_row_by_row(toy, study, tmp_path):
     assert "3 trials of machines.csv" in run.notes[0]
 
 
+def test_heads_of_another_program_are_named_by_columns(toy, study, tmp_path):
+    (tmp_path / "adams.csv").write_text(
+        "Nr;Teil 1 [um];Teil 2;T;Winkel [deg]\n1;100;0,2;21,5;90\n2;-50;0,1;22;0\n"
+    )
+    columns = '{ part_1 = "Teil 1", part_2 = "Teil 2 [mm]", angle = "Winkel" }'
+    text = 'model = "toy"\nsampling = "table"\n[table]\ndata = "adams.csv"\n'
+    text += f"columns = {columns}\n"
+    run = tolstat.run(study(text), model=toy)
+    np.testing.assert_allclose(run.column("part_2"), [2e-4, 1e-4])
+    np.testing.assert_allclose(run.column("angle"), [np.pi / 2, 0])
+    assert any("no entry names the column T;" in w for w in run.warnings)
+    for before, after, words in (
+        ('"Winkel"', '"Wink"', "has no column 'Wink'"),
+        ('"Teil 1"', '"Teil 1 [mm]"', "column Teil 1 in um, the key columns in mm"),
+    ):
+        with pytest.raises(StudyError, match=words):
+            load(study(text.replace(before, after)), model=toy)
+
+
 def test_fig_4_by_the_shipped_study(tmp_path):
     """To 0.02 percentage points at every point of the spec's table."""
     run = tolstat.run("runs/khpt75-fig4.toml", output=tmp_path / "fig4.h5")

@@ -208,18 +208,58 @@ def test_what_cannot_be_read_is_said_with_its_place(study, table, keys, words):
 
 def test_what_is_doubtful_is_said_before_the_verdict(study):
     table = rows(400)
-    table.loc[50] = table.loc[20]
     table.loc[30, "offset [mm]"] = 0.5
     table["note"] = 1.0
     table["rod [mm]"] = 150 + 3 * (table["rod [mm]"] - 150)
     run = tolstat.run(study(table))
     words = "\n".join(run.warnings)
-    assert "line 52 has the same numbers as row 22" in words
     assert "line 32: offset is 0.5 mm, outside its tolerance" in words
     assert "no entry names the column note" in words
     assert "rod: the rows are not distributed as stated" in words
     assert "line 2:" in words or "rod is" in words  # far more than 0.27 % outside
     assert "crank: the rows" not in words
+
+
+def test_copies_of_rows_are_refused_unless_they_are_units(study):
+    table = rows(400)
+    table.loc[[50, 60]] = table.loc[[20, 21]].to_numpy()
+    with pytest.raises(StudyError, match="line 52 has the same numbers as line 22, and "
+                       "62 repeat others"):  # fmt: skip
+        tolstat.run(study(table))
+    run = tolstat.run(study(table, keys=SAMPLED + "\nrepeats = true"))
+    assert run.trials == 400 and run.warnings == ()
+    grid = SAMPLED.replace("random", "grid")  # no sample: nothing rests on it
+    assert (
+        "counts twice" in tolstat.run(study(table, keys=grid), force=True).warnings[0]
+    )
+
+
+def test_rounded_rows_agree_by_chance(study):
+    """Parts of a fifth of sigma: 1500 rows of three inputs agree in dozens of pairs."""
+    table = rows(1500).round({"crank [mm]": 2, "rod [mm]": 2, "offset [mm]": 1})
+    table["slide [mm]"] = table["crank [mm]"] + 118.6
+    table["force [kN]"] = 3.0 + 0.4 * (table["crank [mm]"] - 50)
+    assert table.duplicated().sum() > 20
+    tolstat.run(study(table))
+
+
+@pytest.mark.parametrize("code", ["-999", "9.9e37", "99999.0"])
+def test_codes_for_no_value_are_refused_or_named(study, code):
+    table = changed("slide [mm]", 3, code)
+    table.loc[9, "slide [mm]"] = code
+    with pytest.raises(StudyError) as error:
+        tolstat.run(study(table))
+    for words in (
+        "line 5, column slide",
+        "also in 11",
+        f"no_value = [{float(code):.10g}",
+    ):
+        assert words in str(error.value)
+    run = tolstat.run(study(table, keys=SAMPLED + f"\nno_value = [{code}]"), force=True)
+    assert run.failures == {"failed elsewhere": 3}  # with one that did not converge
+    assert np.isnan(run.column("slide")[[3, 9]]).all()
+    taken = tolstat.run(study(table, keys=SAMPLED + "\nno_value = []"), force=True)
+    assert taken.column("slide")[3] == pytest.approx(1e-3 * float(code))
 
 
 def test_good_rows_have_no_warnings(study):
@@ -235,6 +275,22 @@ def test_correlated_inputs_are_said_unless_the_study_states_them(study):
     assert not any("rank correlation" in w for w in run.warnings)
 
 
+@pytest.mark.parametrize(
+    ("stated", "warned"), [(0.6, False), (0.2, True), (-0.6, True)]
+)
+def test_a_stated_correlation_is_that_of_the_rows(study, stated, warned):
+    table = rows()
+    score = (table["rod [mm]"] - 150) / (0.2 / 3)
+    r = 2 * np.sin(
+        np.pi * 0.6 / 6
+    )  # of normal deviations with a rank correlation of .6
+    other = (table["crank [mm]"] - 50) / (0.1 / 3)
+    table["crank [mm]"] = 50 + 0.1 / 3 * (r * score + np.sqrt(1 - r**2) * other)
+    text = STUDY + f"\n[correlation]\ncrank = {{ rod = {stated} }}\n"
+    words = tolstat.run(study(table, text=text)).warnings
+    assert warned == any(f"in the rows, {stated:g} in the study" in w for w in words)
+
+
 def test_heads_and_units_by_keys(study):
     table = rows(100).rename(columns={"force [kN]": "F max", "slide [mm]": "slide"})
     table["slide"] *= 1.0
@@ -242,6 +298,10 @@ def test_heads_and_units_by_keys(study):
     run = tolstat.run(study(table, keys=keys))
     assert run.column("force")[0] == pytest.approx(1e3 * table["F max"][0])
     assert run.column("slide")[0] == pytest.approx(1e-3 * table["slide"][0])
+    keys = SAMPLED + '\ncolumns = { force = "F max [N]" }'  # the file has no unit
+    again = tolstat.run(study(table, keys=keys), force=True)
+    assert again.column("force")[0] == pytest.approx(table["F max"][0])
+    keys = SAMPLED + '\ncolumns = { force = "F max" }'
     table["slide"] /= 1000  # in the head, another unit of the same kind
     table = table.rename(columns={"slide": "slide [m]"})
     again = tolstat.run(study(table, keys=keys), force=True)

@@ -9,6 +9,7 @@ from tolstat.statistics.measured.populations import LEAST_PARTS
 from tolstat.units.scale import PPM
 
 FIGURES = 3
+MOST = 1000  # parts or lots that are tried
 ALL_THERE_ARE = "All numbers hold only if these parts are all there are."
 
 
@@ -42,21 +43,26 @@ def condition(judged: Yield) -> Parts:
 
 def to_measure(share: PartsUncertainty) -> Parts:
     """Say how many parts to measure."""
-    names = listed([Name(name) for name in few_entries(share)])
-    if share.fewest < LEAST_PARTS:
-        return say("measure 50 parts of {}", names)
-    if not share.needed:
-        return say("measure more than 1000 parts of {}", names)
-    return say("measure {} of {}", counted(share.needed, "part"), names)
+    few, least = few_entries(share), 50 if share.fewest < LEAST_PARTS else 0
+    number = least or share.needed or MOST
+    more = "" if least or share.needed else "more than "
+    kinds = {name: "part" if least else share.counts[name][1] for name in few}
+    actions = [
+        say(f"{more}{{}} of {{}}", counted(number, kind), listed(
+            [Name(name) for name in few if kinds[name] == kind]
+        ))
+        for kind in dict.fromkeys(kinds.values())
+    ]  # fmt: skip
+    return text("measure ", listed(actions))
 
 
 def few_entries(share: PartsUncertainty) -> list[str]:
-    """Return the entries whose parts are fewer than those that would decide."""
-    entries = share.entries
-    most = share.needed or max(entries.values()) + 1
+    """Return the entries whose parts or lots are fewer than those that would decide."""
     if share.fewest < LEAST_PARTS:
-        most = LEAST_PARTS
-    return [name for name, parts in entries.items() if parts < most]
+        return [name for name, parts in share.entries.items() if parts < LEAST_PARTS]
+    numbers = {name: number for name, (number, _) in share.counts.items()}
+    most = share.needed or max(numbers.values()) + 1
+    return [name for name, number in numbers.items() if number < most]
 
 
 def warning_words(warning: PartsWarning | AllPartsWarning) -> Parts:
@@ -68,18 +74,17 @@ def warning_words(warning: PartsWarning | AllPartsWarning) -> Parts:
 
 def few_parts(response: str, share: PartsUncertainty) -> Parts:
     """Say what a limit is in uncertainty by, and how many parts would decide."""
-    entries = share.entries
-    numbers = listed([
-        say("{} of {}", counted(entries[name], "part"), Name(name))
-        for name in few_entries(share)
-    ])  # fmt: skip
+    few = few_entries(share)
     if share.fewest < LEAST_PARTS:
         return say(
             "Only {} measured: at least 10 are needed for a verdict, 50 decide most "
             f"limits. {ALL_THERE_ARE}",
-            numbers,
+            _parts_of({name: share.entries[name] for name in few}),
         )
-    more = "Measure {}." if share.needed else "More than 1000 would be needed."
+    numbers = listed(
+        [say("{} of {}", counted(*share.counts[name]), Name(name)) for name in few]
+    )
+    more = "Measure {}." if share.needed else f"More than {MOST} would be needed."
     return say(
         f"{{}}: only {{}} measured: {{}} out of limit. {more}",
         Name(response), numbers, ends(share),
@@ -89,7 +94,10 @@ def few_parts(response: str, share: PartsUncertainty) -> Parts:
 
 def measured_alone(entries: Mapping[str, int]) -> Parts:
     """Say that numbers take measured parts as the population."""
-    parts = listed(
+    return say(f"{{}} measured. {ALL_THERE_ARE}", _parts_of(entries))
+
+
+def _parts_of(entries: Mapping[str, int]) -> Parts:
+    return listed(
         [say("{} of {}", counted(n, "part"), Name(name)) for name, n in entries.items()]
     )
-    return say(f"{{}} measured. {ALL_THERE_ARE}", parts)

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.answers.parts.judged_parts import JudgedParts, judged_parts_of
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.samplers import AS_STUDY, DISTANCE, OWN, WEIGHT, Saltelli
 from tolstat.errors import Advice, QuestionError, Remedy
@@ -97,6 +98,11 @@ class Drawn:
         """Return the contributors that deviate among some of these trials, SI."""
         columns = {n.name: self.values(n.name)[among] for n in self.run.contributors}
         return {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
+
+    @cached_property
+    def judged_parts(self) -> dict[str, JudgedParts]:
+        """The measured parts, judged as deviations, by entry."""
+        return judged_parts_of(self.run)
 
     @cached_property
     def uncertainties(self) -> dict[str, ResponseUncertainty]:

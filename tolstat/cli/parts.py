@@ -1,6 +1,7 @@
 """The command that judges measured parts of a file."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -30,16 +31,25 @@ from tolstat.cli import options
 @click.option("--encoding", metavar="NAME", help="Of a text, such as cp850.")
 @click.option("--sheet", metavar="NAME", help="The sheet of a workbook.")
 @click.option("--part", metavar="NUMBER", help="The part of a Q-DAS file.")
-@options.output_option("Also write a file: .html, .csv, .json or .xlsx.")
+@click.option(
+    "--no-value",
+    multiple=True,
+    metavar="TEXT",
+    help='What cells without a value have, such as -999; "" for none.',
+)
+@options.also_written
 @options.form
+@options.figure
 def parts(
     file: Path,
     columns: tuple[str, ...],
     tolerance: str,
     nominal: str,
     lots: str,
+    no_value: tuple[str, ...],
     output: Path | None,
     form: str | None,
+    figure: str,
     **keys: str | None,
 ) -> None:
     """Judge measured parts of a file by the tolerance of their drawing.
@@ -49,9 +59,11 @@ def parts(
     """
     from tolstat.answers.parts.parts_answer import parts as judged
 
-    options.check_delivery(output, form)
-    typed = {key: value for key, value in keys.items() if value is not None}
+    options.check_delivery(output, form, figure)
+    typed: dict[str, Any] = {k: value for k, value in keys.items() if value is not None}
+    if no_value:
+        typed["no_value"] = [*no_value]
     answer = judged(
         file, columns, tolerance=tolerance, nominal=nominal, lots=lots, **typed
     )
-    options.deliver(answer, output, form)
+    options.deliver(answer, output, form, figure)

@@ -13,14 +13,20 @@ from scipy.special import ndtr
 
 from tolstat.arrays import Array, Integers
 from tolstat.deviations.density_ratio import Density
-from tolstat.deviations.dependence import Dependence, dependent_groups, equal_parts
+from tolstat.deviations.dependence import (
+    CLOSEST,
+    Dependence,
+    correlations,
+    rank_of_scores,
+)
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.samplers import Sampler
 from tolstat.deviations.spread import zone_of
 from tolstat.errors import DistributionError
 
 DOUBTFUL = 1e-4  # probability of what is seen: a smaller one is no chance
-FARTHEST = 5.0  # times its sigma that a correlation of independent rows lies from 0
+FARTHEST = 5.0  # times its sigma that a correlation of rows lies from the stated one
+LEAST = 0.005  # by which a correlation differs: rounding changes it by less
 ROUNDING = 1e-9  # of a tolerance
 FEWEST = 20  # rows that are compared with a distribution
 
@@ -62,10 +68,11 @@ class Misfit(NamedTuple):
 
 
 class Correlated(NamedTuple):
-    """Inputs that are said to be independent, and are not."""
+    """Inputs with another rank correlation than the study states."""
 
     names: tuple[str, str]
-    correlation: float  # of ranks
+    correlation: float
+    stated: float  # 0 for independent ones
 
 
 Contradiction = Outside | Misfit | Correlated
@@ -102,14 +109,8 @@ def contradictions(
         if p_value < DOUBTFUL:
             yield Misfit(name, p_value)
     if sample:
-        joint = [{*group} for group in dependent_groups(stated, dependence)]
-        joint += [{n, *equal_parts(n, dependence)} for n in dependence.batches]
-        alone = {n: x for n, x in deviations.items() if n in stated and np.ptp(x) > 0}
-        yield from (
-            pair
-            for pair in _correlated(alone)
-            if not any(group >= {*pair.names} for group in joint)
-        )
+        varying = {n: x for n, x in deviations.items() if n in stated and np.ptp(x) > 0}
+        yield from _correlated(varying, dependence)
 
 
 def _expected(outside: int, rows: int, distribution: Distribution) -> bool:
@@ -138,13 +139,22 @@ def _p_value(values: Array, distribution: Distribution) -> float:
     return float(kstest(ndtr(scores), "uniform").pvalue)
 
 
-def _correlated(deviations: Mapping[str, Array]) -> Iterator[Correlated]:
-    """Yield pairs of inputs whose ranks are correlated by more than chance."""
+def _correlated(
+    deviations: Mapping[str, Array], dependence: Dependence
+) -> Iterator[Correlated]:
+    """Yield pairs whose ranks are correlated by more, or less, than chance.
+
+    Fisher's transformation of both correlations compares them.
+    """
     ranks = {n: np.argsort(np.argsort(x)) for n, x in deviations.items()}
     rows = len(next(iter(ranks.values()), ()))
     if rows < FEWEST or len(ranks) < 2:
         return
     table = np.corrcoef(np.array([*ranks.values()]))
+    scores = correlations([*ranks], dependence)
     for (i, first), (j, second) in combinations(enumerate(ranks), 2):
-        if abs(table[i, j]) * math.sqrt(rows - 1) > FARTHEST:
-            yield Correlated((first, second), float(table[i, j]))
+        correlation, stated = float(table[i, j]), rank_of_scores(scores[i, j])
+        ends = np.clip([correlation, stated], -CLOSEST, CLOSEST)
+        distance = abs(float(np.diff(np.arctanh(ends))[0])) * math.sqrt(rows - 1)
+        if distance > FARTHEST and abs(correlation - stated) > LEAST:
+            yield Correlated((first, second), correlation, stated)

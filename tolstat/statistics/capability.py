@@ -1,7 +1,7 @@
 """Capability of measured parts against a tolerance: Cp, Cpk, Pp, Ppk.
 
 Intervals are those of normal parts: Student's of the mean, chi-square of sigma and Pp,
-noncentral t of Ppk.
+noncentral t of Ppk. Where lots differ they rest on the number of lots.
 
 References
 ----------
@@ -17,12 +17,12 @@ import numpy as np
 from scipy.special import chdtri, nctdtrinc, stdtrit
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import CONFIDENCE, Estimate, Lack, NoInterval
+from tolstat.statistics.estimate import Estimate, Lack, NoInterval
 from tolstat.statistics.intervals.shares import proportion
+from tolstat.statistics.lots import TAIL, LotEffect, lot_effect, sigma_within
 from tolstat.statistics.summary import NO_SPREAD, ONE_END
 
-TAIL = (1 - CONFIDENCE) / 2
-FEWEST = 5  # parts with an interval
+FEWEST = 5  # parts with an interval; lots, where there are several
 MANY = 30  # parts whose mean is normal, whatever they are
 ABNORMAL = NoInterval(Lack.NORMAL_PARTS)
 
@@ -77,54 +77,66 @@ def capability_of(
         and the mean of many.
     """
     parts, mean = len(values), float(values.mean())
-    freedom = parts - 1
     # equal parts have none, whatever their mean is rounded to
     spread = float(values.std(ddof=1)) if parts > 1 else math.nan
     sigma = spread if parts < 2 or np.ptp(values) > 0 else 0.0
-    reason: str = "" if normal else ABNORMAL
-    if parts < FEWEST:
-        reason = NoInterval(Lack.FEWEST_PARTS, needed=FEWEST)
+    effect = lot_effect(values, lots)
+    within, degrees = sigma_within(values, lots)
+    reason = _reason(parts, len({*lots}) if degrees else 0, normal=normal)
+    of_mean = "" if parts >= MANY and reason == ABNORMAL else reason
+    freedom: float = parts - 1
     half = float(stdtrit(max(freedom, 1), 1 - TAIL)) * sigma / math.sqrt(parts)
+    if effect:
+        freedom = effect.freedom
+        half = float(stdtrit(effect.lots - 1, 1 - TAIL)) * effect.of_mean
+
+    def indices(sigma: float, freedom: float) -> tuple[Estimate, Estimate]:
+        worth: float = parts  # that the mean rests on
+        if effect:
+            worth = min(worth, (float(stdtrit(freedom, 1 - TAIL)) * sigma / half) ** 2)
+        return _indices(mean, sigma, worth, freedom, tolerance, reason)
+
+    pp, ppk = indices(sigma, freedom)
+    cp, cpk = indices(within, degrees) if degrees else (NONE, NONE)
+    widest, narrowest = _ratios(freedom)
     below = int(np.count_nonzero(values < tolerance.lower))
     above = int(np.count_nonzero(values > tolerance.upper))
-    pp, ppk = _indices(mean, sigma, parts, freedom, tolerance, reason)
-    within, degrees = sigma_within(values, lots)
-    widest, narrowest = _ratios(freedom)
-    cp = cpk = NONE
-    if degrees:
-        cp, cpk = _indices(mean, within, parts, degrees, tolerance, reason)
     return Capability(
         parts,
-        _with_interval(
-            mean, mean - half, mean + half, "" if parts >= MANY else reason
-        ),
+        _with_interval(mean, mean - half, mean + half, of_mean),
         _with_interval(sigma, sigma / widest, sigma / narrowest, reason),
         pp, ppk, cp, cpk, below, above,
-        proportion(below + above, parts) if tolerance.finite else NONE,
+        _share_outside(values, tolerance, lots, effect) if tolerance.finite else NONE,
     )  # fmt: skip
 
 
-def by_lot(values: Array, lots: Sequence[str]) -> dict[str, Array]:
-    """Return the parts of each lot, in the order of the lots; none without lots."""
-    names = np.array(lots)
-    return {lot: values[names == lot] for lot in dict.fromkeys(lots)}
+def _reason(parts: int, lots: int, *, normal: bool) -> str:
+    """Return why there is no interval; empty if there is one.
+
+    Few lots that look alike may differ all the same, so they have none either.
+    """
+    if parts < FEWEST:
+        return NoInterval(Lack.FEWEST_PARTS, needed=FEWEST)
+    if 1 < lots < FEWEST:
+        return NoInterval(Lack.FEWEST_LOTS, needed=FEWEST)
+    return "" if normal else ABNORMAL
 
 
-def sigma_within(values: Array, lots: Sequence[str]) -> tuple[float, int]:
-    """Return the pooled sigma within lots, and its degrees of freedom; 0 without."""
-    groups = by_lot(values, lots).values()
-    freedom = len(values) - len(groups)
-    if len(groups) < 2 or freedom < 1:
-        return math.nan, 0
-    squares = sum(float(((group - group.mean()) ** 2).sum()) for group in groups)
-    return math.sqrt(squares / freedom), freedom
+def _share_outside(
+    values: Array, tolerance: Tolerance, lots: Sequence[str], effect: LotEffect | None
+) -> Estimate:
+    """Return the share outside; parts of one lot tell less than as many of others."""
+    outside = (values < tolerance.lower) | (values > tolerance.upper)
+    of_share = lot_effect(outside.astype(np.float64), lots)
+    repeats = max(x.design_effect if x else 1.0 for x in (effect, of_share))
+    return proportion(np.count_nonzero(outside) / repeats, len(values) / repeats)
 
 
 def _indices(
     mean: float,
     sigma: float,
-    parts: int,
-    freedom: int,
+    parts: float,
+    freedom: float,
     tolerance: Tolerance,
     reason: str,
 ) -> tuple[Estimate, Estimate]:
@@ -151,7 +163,7 @@ def _indices(
     return _with_interval(pp, least, most, reason), nearer
 
 
-def _ratios(freedom: int) -> tuple[float, float]:
+def _ratios(freedom: float) -> tuple[float, float]:
     """Return the ends of the interval of s over sigma."""
     if freedom < 1:
         return math.nan, math.nan

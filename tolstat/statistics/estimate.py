@@ -29,6 +29,7 @@ class Lack(Enum):
     LIGHT_WEIGHTS = "{trials} trials are too few with these weights"
     EFFECTIVE_TRIALS = "effective sample size {effective}; {needed} needed"
     FEWEST_PARTS = "needs {needed} parts"
+    FEWEST_LOTS = "needs {needed} lots"
     NORMAL_PARTS = "the parts are not normal"
     SECOND_END = "the limit has one end"
     SPREAD = "the response does not spread"

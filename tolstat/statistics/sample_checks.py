@@ -13,7 +13,8 @@ import numpy as np
 from scipy.special import bdtr, stdtrit
 
 from tolstat.arrays import Array, Integers
-from tolstat.statistics.capability import Tolerance, by_lot
+from tolstat.statistics.capability import Tolerance
+from tolstat.statistics.lots import by_lot
 
 FEWEST = 10  # parts that are checked
 LEVEL = 0.01
@@ -28,6 +29,7 @@ BAND = 0.5  # of sigma: beside a limit
 STEPS = 1.0, 2.0, 5.0  # times powers of ten, in which a gauge rounds
 MOST_STEP = 0.05, 0.5  # of the tolerance; of sigma
 MOST_OUTLIERS = 10
+MOST_SLOPES = 1000  # parts that the slope of a trend is taken from
 NOTHING = np.empty(0, np.int64)
 
 
@@ -199,7 +201,8 @@ def trend(values: Array, level: float = LEVEL / 10) -> Trend | None:
     tau, p_value = stats.kendalltau(order, values)
     if not p_value < level:
         return None
-    slope = float(stats.theilslopes(values, order)[0])
+    few = slice(None, None, -(-len(values) // MOST_SLOPES))  # it takes all pairs
+    slope = float(stats.theilslopes(values[few], order[few])[0])
     return Trend(slope * (len(values) - 1), float(tau), float(p_value))
 
 

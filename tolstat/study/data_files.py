@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.errors import DataError
+from tolstat.errors import DataError, allowed_names
 from tolstat.study.files import beside, content
 from tolstat.study.study_schema import FileEntry, PartsEntry
 from tolstat.tables import qdas
 from tolstat.tables.grid import Row
+from tolstat.tables.heads import split_head
 from tolstat.tables.numerals import COMMA, is_torn
 from tolstat.tables.read import MOST_MEGABYTES, Form, read_qdas, read_table
 from tolstat.tables.table import MeasuredColumn, Table
@@ -58,7 +59,7 @@ class MeasuredFile:
         if isinstance(self._file, qdas.QdasFile):
             return self._file.names
         numeric = [name for name in self._file.numeric if name != lots]
-        columns = [name for name in numeric if not counts_rows(self._file, name)]
+        columns = [name for name in numeric if not self._file.counts_rows(name)]
         return columns or self._file.partly_numeric
 
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
@@ -79,14 +80,6 @@ class MeasuredFile:
         return torn_by_commas(self._file.rows, self._file.columns[name])
 
 
-def counts_rows(table: Table, name: str) -> bool:
-    """Return whether a column counts the rows."""
-    if name not in table.numeric:
-        return False
-    numbers = table.measured(name).numbers
-    return len(numbers) > 1 and bool((np.diff(numbers) == 1).all())
-
-
 def _values_beside(path: Path) -> tuple[Path, bytes] | None:
     """Return the file of values that belongs to a DFD file; None for a DFQ file."""
     if path.suffix.lower() != ".dfd":
@@ -101,6 +94,8 @@ def form_of(entry: FileEntry) -> Form:
     return Form(
         entry.decimal or "", entry.delimiter or "", entry.encoding or "",
         sheet=entry.sheet or "", part=part or "",
+        no_value=None
+        if entry.no_value is None else tuple(map(str, entry.no_value)),
     )  # fmt: skip
 
 
@@ -118,9 +113,28 @@ def unit_of_column(column: MeasuredColumn, typed: str | None, source: str) -> st
     return unit
 
 
-def si_values(table: Table, name: str, unit: str) -> Array:
-    """Return the numbers of a column, SI."""
-    written = table.units[name]
+def named_column(table: Table, name: str, typed: str) -> tuple[str, str]:
+    """Return the head that a study names for an entry, and its unit.
+
+    `typed` may have the unit that the file does not give, "F peak [kN]".
+    """
+    head, unit = (typed, "") if typed in table.columns else split_head(typed)
+    if head not in table.columns:
+        raise DataError(
+            f"{table.path} has no column '{head}'; "
+            f"{allowed_names(head, table.columns)}; name another one by "
+            f"columns = {{ {name} = ... }}"
+        )
+    written = table.units[head]
+    if unit and written and unit != written:
+        raise DataError(
+            f"{table.path} gives column {head} in {written}, the key columns in {unit}"
+        )
+    return head, written or unit
+
+
+def si_values(table: Table, name: str, written: str, unit: str) -> Array:
+    """Return the numbers of a column in a written unit, SI."""
     try:
         factor = to_si(1.0, "" if written == "1" else written, unit)
     except ValueError as error:

@@ -1,19 +1,27 @@
 """Rows of a file as trials, which a model evaluates."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tolstat.arrays import Array
 from tolstat.deviations.names import expand
 from tolstat.deviations.rows import ROWS
-from tolstat.errors import DataError, DistributionError, ModelError, UnitError
+from tolstat.errors import (
+    DataError,
+    DistributionError,
+    ModelError,
+    UnitError,
+)
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
 from tolstat.study import study_schema as schema
 from tolstat.study.given_points import Case, Points
 from tolstat.study.nominal_size import HOLDS, DeviationReader, Holds
+
+NAMED = 5  # columns in a sentence
 
 
 def read_table(
@@ -25,33 +33,48 @@ def read_table(
 ) -> Points:
     """Return the trials of a file, which the model evaluates.
 
-    Heads are contributors with their unit, `rod_length_1 [mm]`; a row is a trial, with
-    its deviations, or sizes. `rod_length_1 sizes [mm]` says which.
+    Heads are contributors with their unit, `rod_length_1 [mm]`, or have their names by
+    `columns`; a row is a trial, with its deviations, or sizes. `rod_length_1 sizes
+    [mm]` says which.
     """
-    from tolstat.study.data_files import read_data, source_words  # few studies do
+    from tolstat.study.data_files import (  # few studies do
+        named_column,
+        read_data,
+        source_words,
+    )
+    from tolstat.study.repeated_rows import SAMPLES, repeated_rows
 
     entry = table_entry(document)
     for key in schema.OF_RESULTS:
         if getattr(entry, key):
             raise DataError(f'{key}: only model = "{schema.RESULTS}" has this key')
-    table = read_data(folder, entry)
-    path = table.path
+    table = read_data(folder, entry, [*entry.columns.values()])
+    path, renamed, typed_units = table.path, dict[str, str](), dict[str, str]()
+    for name, typed in entry.columns.items():
+        head, typed_units[head] = named_column(table, name, typed)
+        renamed[head] = name
     parts = {part.name: part for part in description.contributors}
     deviations = np.zeros((len(table.rows), len(parts)))
     names, units, warnings = [*parts], dict[str, str](), dict[str, None]()
-    for head, written in table.units.items():
+    columns, unnamed = list[Array](), list[str]()
+    for head in table.columns:
+        written = typed_units.get(head, table.units[head])
         part, holds = part_of_head(head)
         try:
-            members = expand(part, names)
+            members = expand(renamed.get(head, part), names)
         except ModelError as error:
+            if renamed and head not in renamed:  # a table of another program
+                unnamed += [] if table.counts_rows(head) else [head]
+                continue
             raise DataError(f"{path}, column {head}: {error}") from None
+        columns.append(np.array(table.column(head)))
         for member in members:
             if member in units:
                 raise DataError(f"{path}: {member} is given twice")
             reader = DeviationReader(parts[member])
             try:
                 column, sizes = reader.column(
-                    table.column(head), written, holds, table.places
+                    columns[-1].tolist(), written, holds, table.places
                 )
             except (UnitError, DistributionError) as error:
                 raise DataError(f"{path}, column {head}: {error}") from None
@@ -60,6 +83,10 @@ def read_table(
             deviations[:, names.index(member)] = column
             if sizes and not holds:
                 warnings[f"{path.name}: column {head} is taken as sizes"] = None
+    if unnamed:
+        warnings[not_read(path.name, unnamed)] = None
+    if entry.sampled in SAMPLES:
+        repeated_rows(table, entry, columns, ())
     return Points(
         deviations,
         (Case(0, len(deviations), settings),),
@@ -76,6 +103,13 @@ def table_entry(document: schema.Document) -> schema.TableEntry:
     file = document.table
     keys: Mapping[str, Any] = file if isinstance(file, dict) else {"data": file}
     return schema.read_entry(schema.TableEntry, keys, "a table has")
+
+
+def not_read(file: str, heads: Sequence[str]) -> str:
+    """Return a warning about columns that no entry names."""
+    words = f"the column{'s' * (len(heads) > 1)} {', '.join(heads[:NAMED])}"
+    more = f" and {len(heads) - NAMED} more" if len(heads) > NAMED else ""
+    return f"{file}: no entry names {words}{more}; not read"
 
 
 def part_of_head(head: str) -> tuple[str, Holds]:

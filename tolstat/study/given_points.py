@@ -262,21 +262,26 @@ def read_reference(
     """Return the label of the section [reference], and the columns of its points, SI.
 
     The first column is swept. The others are responses, or swept too if the grid has
-    several axes. Each head has its unit.
+    several axes. Each head has its unit; `columns` renames heads, and others are not
+    read then.
     """
-    from tolstat.study.data_files import read_data, si_values
+    from tolstat.study.data_files import named_column, read_data, si_values
 
     entry = schema.read_entry(schema.ReferenceEntry, keys, "there is")
-    table = read_data(folder, entry)
+    table = read_data(folder, entry, [*entry.columns.values()])
+    columns = {head: (head, unit) for head, unit in table.units.items()}
+    if entry.columns:
+        columns = {n: named_column(table, n, head) for n, head in entry.columns.items()}
     units = {axis.name: axis.unit for axis in swept if axis.words is None}
-    if (first := next(iter(table.units))) not in units:
+    if (first := next(iter(columns))) not in units:
         raise DataError(
             f"{table.path}: the first column, '{first}', must be swept by [grid]; "
             f"{allowed_names(first, units)}"
         )
     units |= {response.name: response.unit for response in description.responses}
-    if wrong := [head for head in table.units if head not in units]:
+    if wrong := [name for name in columns if name not in units]:
         allowed = allowed_names(wrong[0], units)
         raise DataError(f"{table.path}, column {wrong[0]}: {allowed}")
-    columns = {head: si_values(table, head, units[head]) for head in table.units}
-    return entry.label, columns
+    return entry.label, {
+        name: si_values(table, *column, units[name]) for name, column in columns.items()
+    }

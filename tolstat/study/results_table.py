@@ -1,6 +1,6 @@
 """Results from elsewhere: rows of a file with inputs, responses and failures."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,16 +20,20 @@ from tolstat.machines.results.machine import FAILED
 from tolstat.model.checked import complete
 from tolstat.model.contract import Model, Outcome
 from tolstat.model.description import Description
-from tolstat.study.data_files import counts_rows, read_data, source_words
-from tolstat.study.evaluated_table import part_of_head, table_entry
+from tolstat.study.data_files import named_column, read_data, source_words
+from tolstat.study.evaluated_table import (
+    not_read,
+    part_of_head,
+    table_entry,
+)
 from tolstat.study.given_points import Case, Points
-from tolstat.study.nominal_size import DeviationReader
+from tolstat.study.nominal_size import DeviationReader, Holds
+from tolstat.study.repeated_rows import repeated_rows
 from tolstat.study.study_schema import Document, TableEntry
 from tolstat.tables.table import Table
 from tolstat.units.conversion import to_si
 
 LEAST, FEW = 2, 30  # rows: fewer are refused, warned of
-NAMED = 5  # columns or rows in a sentence
 # what a column of failures says, if the study does not tell the word of `done`
 YES, NO = {"1", "true", "yes", "failed"}, {"", "0", "false", "no", "done"}
 UNKNOWN = (
@@ -78,37 +82,40 @@ def read_results(
     if rows < LEAST:
         raise DataError(f"{table.path}: {rows} row; trials are {LEAST} rows or more")
     failed = _failed(table, entry)
-    without = {*np.flatnonzero(failed).tolist()}
     columns = _Columns(table, heads)
+    if entry.no_value:  # what has no answer failed
+        for response in responses:
+            failed[[*table.empty_rows(heads[response.name])]] = True
+    without = {*np.flatnonzero(failed).tolist()}
     deviations = np.zeros((rows, len(contributors)))
     units, warnings = dict[str, str](), dict[str, None]()
+    inputs, outputs = list[Array](), list[Array]()
     for number, part in enumerate(contributors):
-        head, holds = columns.of_input(part.name)
-        unit, reader = table.units[head] or part.shown, DeviationReader(part)
+        head, unit, holds = columns.of_input(part.name)
+        unit, reader = unit or part.shown, DeviationReader(part)
+        written = table.column(head)
+        inputs.append(np.array(written))
         try:
-            deviations[:, number], _ = reader.column(
-                table.column(head), unit, holds, table.places
-            )
+            deviations[:, number], _ = reader.column(written, unit, holds, table.places)
         except (UnitError, DistributionError) as error:
             raise DataError(f"{table.path}, column {head}: {error}") from None
         units[part.name] = reader.shown_unit(unit)
         warnings |= dict.fromkeys(reader.warnings)
     answers = np.full((rows, len(responses)), np.nan)
     for number, response in enumerate(responses):
-        head = columns.of_response(response.name)
-        unit = table.units[head] or response.shown
+        head, unit = columns.of_response(response.name)
+        unit = unit or response.shown
         try:
             factor = to_si(1.0, "" if unit == "1" else unit, response.unit)
         except UnitError as error:
             raise DataError(f"{table.path}, column {head}: {error}") from None
-        answers[:, number] = factor * np.array(table.column(head, without))
+        outputs.append(np.array(table.column(head, without)))
+        answers[:, number] = factor * outputs[-1]
     unnamed = [n for n in table.columns if n not in {*columns.read, entry.failed}]
-    if unnamed := [n for n in unnamed if not counts_rows(table, n)]:
-        warnings[f"{name}: no entry names {_listed('column', unnamed)}; not read"] = (
-            None
-        )
-    for sentence in _repeated(table, np.hstack([deviations, answers])):
-        warnings[sentence] = None
+    if unnamed := [n for n in unnamed if not table.counts_rows(n)]:
+        warnings[not_read(name, unnamed)] = None
+    if repeated := repeated_rows(table, entry, inputs, outputs):
+        warnings[repeated] = None
     if rows < FEW:
         warnings[f"{name}: only {rows} rows; most statistics need more"] = None
     if entry.sampled == "unknown":
@@ -134,27 +141,22 @@ class _Columns:
         self.table, self.heads = table, heads
         self.read: list[str] = []
 
-    def of_response(self, name: str) -> str:
-        """Return the head of a response."""
-        if (head := self.heads[name]) not in self.table.columns:
-            raise DataError(
-                f"{self.table.path} has no column '{head}'; "
-                f"{allowed_names(head, self.table.columns)}; [table] names another one "
-                f"by columns = {{ {name} = ... }}"
-            )
+    def of_response(self, name: str) -> tuple[str, str]:
+        """Return the head of a response, and its unit; empty where it has none."""
+        head, unit = named_column(self.table, name, self.heads[name])
         if head in self.read:
             raise DataError(f"{self.table.path}: column {head} is named twice")
         self.read.append(head)
-        return head
+        return head, unit
 
-    def of_input(self, name: str) -> tuple[str, Any]:
-        """Return the head of an input, and what it says that the column holds."""
+    def of_input(self, name: str) -> tuple[str, str, Holds]:
+        """Return the same of an input, and what the head says that it holds."""
         for head in self.table.columns:
             part, holds = part_of_head(head)
             if holds and part == self.heads[name] and head not in self.read:
                 self.read.append(head)
-                return head, holds
-        return self.of_response(name), ""
+                return head, self.table.units[head], holds
+        return *self.of_response(name), ""
 
 
 def _failed(table: Table, entry: TableEntry) -> NDArray[np.bool_]:
@@ -173,28 +175,3 @@ def _failed(table: Table, entry: TableEntry) -> NDArray[np.bool_]:
                 'give the word of rows that are done, such as done = "converged"'
             )
     return np.array([word in YES for word in words])
-
-
-def _repeated(table: Table, numbers: Array) -> Iterator[str]:
-    """Yield a sentence about rows that have the same numbers in all columns."""
-    if numbers.shape[1] < LEAST:
-        return  # of one column equal numbers are no surprise
-    first = dict[bytes, int]()
-    pairs = [
-        (before, row)
-        for row, values in enumerate(numbers)
-        if (before := first.setdefault(values.tobytes(), row)) != row
-    ]
-    if pairs:
-        before, row = pairs[0]
-        more = f", and {len(pairs) - 1} more" if len(pairs) > 1 else ""
-        yield (
-            f"{table.places[row]} has the same numbers as row {table.rows[before].line}"
-            f"{more}: a row that stands twice counts twice"
-        )
-
-
-def _listed(kind: str, names: Sequence[str]) -> str:
-    words = f"the {kind}s" if len(names) > 1 else f"the {kind}"
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return f"{words} {', '.join(names[:NAMED])}{more}"

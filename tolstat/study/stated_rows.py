@@ -68,11 +68,14 @@ def _contradicted(
                     f"({deviating.words[name]}; Kolmogorov-Smirnov, p = "
                     f"{figures(p_value, 2)}); what-if rests on that distribution"
                 )
-            case Correlated((first, second), correlation) if pairs < MOST_PAIRS:
+            case Correlated((first, second), correlation, by_study) if (
+                pairs < MOST_PAIRS
+            ):
                 pairs += 1
                 yield (
                     f"{first} and {second}: rank correlation "
-                    f"{figures(correlation, 2)} in the rows, none in the study"
+                    f"{figures(correlation, 2)} in the rows, "
+                    f"{figures(by_study, 2) if by_study else 'none'} in the study"
                 )
 
 

@@ -158,6 +158,9 @@ class CorrelationEntry(Entry):
     spearman: float | None = key("a number such as spearman = 0.6", None)
 
 
+COLUMNS = 'heads by name of an input or a response, such as { stroke = "Hub [mm]" }'
+
+
 class FileEntry(Entry):
     """A file with a table, and what it does not tell about itself."""
 
@@ -166,6 +169,9 @@ class FileEntry(Entry):
     delimiter: str | None = key('a character such as ";", or "tab" or "space"', None)
     encoding: str | None = key('a text such as "utf-8" or "cp1252"', None)
     sheet: str | None = key("the name of a sheet or of an HDF5 group, in quotes", None)
+    no_value: list[str | int | float] | None = key(
+        'a list of what cells without a value have, such as [-999, "9.9e37"]', None
+    )
 
 
 class TableEntry(FileEntry):
@@ -174,15 +180,14 @@ class TableEntry(FileEntry):
     sampled: Literal["random", "latin", "grid", "unknown"] = key(
         "one of random, latin, grid, unknown", "unknown"
     )
+    columns: dict[str, str] = key(COLUMNS, {})
+    repeats: bool = key("true if rows with the same numbers are units, too", False)
     # of results from elsewhere alone
     failed: str | None = key("the name of the column that tells failed rows", None)
     done: str | None = key("what that column has in rows that are done", None)
-    columns: dict[str, str] = key(
-        'heads by the name of an input or a response, such as { stroke = "Hub" }', {}
-    )
 
 
-OF_RESULTS = ("failed", "done", "columns")  # keys of results from elsewhere
+OF_RESULTS = ("failed", "done")  # keys of results from elsewhere
 
 
 class PartsEntry(FileEntry):
@@ -214,6 +219,7 @@ class ReferenceEntry(FileEntry):
     """Known points of a publication or a measurement."""
 
     label: str = key('a text such as "measured"')
+    columns: dict[str, str] = key(COLUMNS, {})
 
 
 class ShiftKeys(Entry):

@@ -23,6 +23,8 @@ class Form:
     encoding: str = ""  # of a text, as Python names it
     sheet: str = ""  # of a workbook, or the group of an HDF5 file
     part: str = ""  # of a Q-DAS file
+    # codes of cells without a value; None: what looks like one is refused
+    no_value: tuple[str, ...] | None = None
 
 
 AS_IS = Form()
@@ -66,7 +68,7 @@ def read_table(
             path, digest, text_of_data(path, raw, form.encoding),
             delimiter=form.delimiter, decimal=form.decimal, requested=requested,
         )  # fmt: skip
-    return Table(grid, form.decimal)
+    return Table(grid, form.decimal, form.no_value)
 
 
 def read_qdas(

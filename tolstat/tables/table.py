@@ -1,16 +1,21 @@
 """A table of a file: columns by name, their numbers, and how they were read."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from tolstat.errors import DataError, UnitError, allowed_names
 from tolstat.tables.grid import Grid, Head, Row, Unusable
 from tolstat.tables.heads import is_empty, is_number, split_head, summary_word
+from tolstat.tables.no_value import suspected_codes, without_codes
 from tolstat.tables.numerals import COMMA, NAMES, POINT, number, settled_decimal
+
+NAMED = 5  # more rows in a sentence
 
 
 class MeasuredColumn(NamedTuple):
@@ -43,10 +48,19 @@ class Table:
         Its head, and its rows from there on.
     typed_decimal : str
         The decimal sign that the study names; empty for none.
+    no_value : tuple of str or None
+        Codes of cells without a value; None where the study does not name them: what
+        looks like one is refused.
     """
 
     grid: Grid
     typed_decimal: str = ""
+    no_value: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Empty the cells that have a code."""
+        if self.no_value:
+            object.__setattr__(self, "grid", without_codes(self.grid, self.no_value))
 
     @property
     def head(self) -> Head:
@@ -149,6 +163,7 @@ class Table:
         Rows `without` one, by their index, are NaN.
         """
         numbers = self._numbers(name, without)
+        self._refuse_codes(numbers, name)
         for i, (row, value) in enumerate(zip(self.rows, numbers, strict=True)):
             if value is None and i not in without:
                 cell = row.cells[self._index(name)]
@@ -159,6 +174,7 @@ class Table:
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
         """Return the measured values of a column; empty cells are left out."""
         numbers = self._numbers(name)
+        self._refuse_codes(numbers, name)
         filled = [i for i, value in enumerate(numbers) if value is not None]
         if not filled:
             raise DataError(f"{self.path}, column {name}: no number")
@@ -183,6 +199,18 @@ class Table:
             left_out=left_out,
             lots=tuple(words[i] for i in filled) if words else (),
         )
+
+    def empty_rows(self, name: str) -> set[int]:
+        """Return the rows without a value in a column, by their index."""
+        index = self._index(name)
+        return {i for i, row in enumerate(self.rows) if is_empty(row.cells[index])}
+
+    def counts_rows(self, name: str) -> bool:
+        """Return whether a column counts the rows: 1, 2, 3."""
+        if name not in self.numeric:
+            return False
+        numbers = [value for value in self._numbers(name) if value is not None]
+        return len(numbers) > 1 and bool((np.diff(numbers) == 1).all())
 
     def texts(self, name: str) -> list[str]:
         """Return the cells of a column as texts."""
@@ -211,6 +239,24 @@ class Table:
             None if i in without else self._number(row, index, name)
             for i, row in enumerate(self.rows)
         ]
+
+    def _refuse_codes(self, numbers: Sequence[float | None], name: str) -> None:
+        """Refuse a number that looks like a code for no value."""
+        if self.no_value is not None:
+            return
+        filled = [i for i, value in enumerate(numbers) if value is not None]
+        suspected = suspected_codes(np.array([numbers[i] for i in filled], np.float64))
+        if not len(suspected):
+            return
+        rows = [self.rows[filled[i]] for i in suspected.tolist()]
+        code = f"{numbers[filled[suspected[0]]]:.10g}"
+        also = ", ".join(str(row.line) for row in rows[1 : NAMED + 1])
+        others = f" (also in {also}{', ...' if len(rows) > NAMED + 1 else ''})"
+        raise DataError(
+            f"{self.grid.address(rows[0].line, self._index(name), name)}: "
+            f'{code} may mean "no value"{others if also else ""}; give no_value = '
+            f"[{code}] if it does, or no_value = [] if it is a number"
+        )
 
     def _number(self, row: Row, index: int, name: str) -> float | None:
         cell = row.cells[index]

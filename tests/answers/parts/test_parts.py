@@ -18,6 +18,7 @@ from tolstat.answers.parts.judged_parts import (
     judged_parts_of,
 )
 from tolstat.answers.parts.parts_figures import figures_of
+from tolstat.answers.report.report_warnings import UnusualParts
 from tolstat.cli.main import main
 from tolstat.document.plot import Histogram
 from tolstat.errors import DataError, TolstatError
@@ -180,12 +181,23 @@ def test_a_run_holds_order_lots_and_tolerance(run, judged):
 
 def test_the_report_judges_the_parts_as_the_command_does(run, judged, tmp_path):
     part, alone = judged_parts_of(run)["A"], judged.characteristics["Länge"]
-    assert part.capability.ppk == pytest.approx(alone.capability.ppk)
-    assert part.capability.cpk == pytest.approx(alone.capability.cpk)
+    assert part.capability.ppk == pytest.approx(alone.capability.ppk, nan_ok=True)
+    assert part.capability.cpk == pytest.approx(alone.capability.cpk, nan_ok=True)
     assert [type(warning) for warning in part.warnings] == [OtherLots]
     page = tolstat.report(run).html()
     assert "Numbers are deviations from the nominal." in page
     assert "A in the order of the parts" in page
+
+
+def test_what_is_unusual_in_parts_is_a_warning_of_the_study(run):
+    report = tolstat.report(run)
+    (warning,) = (x for x in report.warnings if isinstance(x, UnusualParts))
+    assert warning.entry == "A" and isinstance(warning.finding, OtherLots)
+    assert "Lots differ" in report.html().partition("<h2")[0]
+    (stored,) = (
+        x for x in json.loads(report.json())["warnings"] if x["kind"] == warning.kind
+    )
+    assert stored["finding"]["lots"]["highest"] == "B"
 
 
 def test_the_data_of_a_report_have_the_measured_parts(run):

@@ -1,9 +1,9 @@
 """Measured parts against the tolerance of their drawing, decided; no words."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from tolstat.arrays import Array
 from tolstat.deviations.measured import fit
 from tolstat.errors import DistributionError
 from tolstat.statistics import sample_checks
-from tolstat.statistics.capability import Capability, Tolerance, by_lot, capability_of
+from tolstat.statistics.capability import Capability, Tolerance, capability_of
+from tolstat.statistics.lots import by_lot
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -76,9 +77,12 @@ class FarParts(NamedTuple):
     kind: str = "far from all others"
 
 
-PartsWarning = (
+PartsFinding = (
     FewParts | NotNormal | TwoKinds | Sorted | Drift | OtherLots | CoarseStep | FarParts
 )
+# what concerns a study that samples from the parts: its intervals count how few they
+# are, and it needs no normal ones
+OF_STUDIES = TwoKinds | Sorted | Drift | OtherLots | CoarseStep | FarParts
 
 
 class Lot(NamedTuple):
@@ -115,7 +119,7 @@ class JudgedParts:
     p_value: float  # of normal parts (Anderson-Darling); NaN where not tested
     in_order: bool  # whether they stand in an order other than that of their size
     lots: Mapping[str, Lot]
-    warnings: tuple[PartsWarning, ...]
+    warnings: tuple[PartsFinding, ...]
     # the parts in their order, and the lot of each
     values: Array = field(metadata={"json": False})
     lot_of_each: tuple[str, ...] = field(metadata={"json": False})
@@ -171,7 +175,7 @@ def _p_value(values: Array) -> float:
         return NO_TEST
 
 
-def _warnings(sample: Sample, p_value: float) -> Any:
+def _warnings(sample: Sample, p_value: float) -> Iterator[PartsFinding]:
     """Yield what a quality engineer would look at first."""
     values, tolerance = sample.values, sample.tolerance
     if len(values) < FEW:

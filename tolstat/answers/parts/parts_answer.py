@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +66,7 @@ def parts(
     tolerance: str = "",
     nominal: str = "",
     lots: str = "",
-    **keys: str,
+    **keys: Any,
 ) -> PartsAnswer:
     """Return measured parts of a file, judged against the tolerance of their drawing.
 
@@ -82,9 +83,9 @@ def parts(
         Such as "20 mm".
     lots : str
         The column that names the lot of each part.
-    **keys : str
+    **keys
         `unit`, and how the file is written: `decimal`, `delimiter`, `encoding`,
-        `sheet`, `part`, as in a study.
+        `sheet`, `part`, `no_value`, as in a study.
 
     Returns
     -------

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tolstat.answers.parts.judged_parts import JudgedParts, judged_parts_of
+from tolstat.answers.parts.judged_parts import JudgedParts
 from tolstat.answers.parts.parts_cells import named_cells
 from tolstat.answers.report.gather import summary_of
 from tolstat.answers.report.integration import integration_of
@@ -95,7 +95,7 @@ def report_of(
         focus=tuple(focus),
         # the worst limits come first; what was requested by name is drawn
         illustrated=tuple(focus if chosen else focus[:MOST_ILLUSTRATED]),
-        measured_parts=judged_parts_of(run),
+        measured_parts=drawn.judged_parts,
     )
 
 

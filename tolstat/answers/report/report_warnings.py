@@ -9,14 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tolstat.answers.parts.judged_parts import OF_STUDIES
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array, Integers
 from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import Movement
 from tolstat.statistics.limits.yields import (
-    INTEGRATION_ERROR,
     MET,
+    Caveat,
     PartsUncertainty,
 )
 from tolstat.statistics.summary import Limited
@@ -50,11 +51,12 @@ class JumpWarning(NamedTuple):
 
 
 class VerdictWarning(NamedTuple):
-    """A verdict that integration errors leave undecided."""
+    """A verdict that the audit leaves undecided."""
 
     response: str
     movement: Movement
     scale: Scale
+    reason: Caveat
     kind: str = "verdict"
 
 
@@ -127,8 +129,18 @@ class AllPartsWarning(NamedTuple):
     kind: str = "all measured parts"
 
 
+class UnusualParts(NamedTuple):
+    """What is unusual in measured parts: two kinds, a cut tail, a trend, lots."""
+
+    entry: str
+    finding: OF_STUDIES
+    scale: Scale
+    kind: str = "unusual parts"
+
+
 ReportWarning = (
     StudyWarning
+    | UnusualParts
     | PartsWarning
     | AllPartsWarning
     | IdleContributors
@@ -146,8 +158,9 @@ def decided_by_errors(
 ) -> list[str]:
     """Return the limited responses that integration errors decide.
 
-    Their verdict is undecided by errors, or the limit is not met and errors exceed an
-    interval or a tenth of sigma. No tolerance explains these.
+    Their verdict is undecided by errors, or by trials that fail in one of two
+    evaluations; or the limit is not met and errors exceed an interval or a tenth of
+    sigma. No tolerance explains these.
     """
     visible = set[str]()
     for warning in warnings:
@@ -158,7 +171,7 @@ def decided_by_errors(
     return [
         name
         for name, limited in limits.items()
-        if limited.yields.reason == INTEGRATION_ERROR
+        if limited.yields.reason in Caveat.of_audit()
         or (limited.yields.verdict != MET and name in visible)
     ]
 
@@ -200,10 +213,17 @@ def warnings_of(
     `unsettled`, they may as well be why a contributor changes nothing.
     """
     run = drawn.run
+    unusual = (
+        UnusualParts(name, finding, part.scale)
+        for name, part in drawn.judged_parts.items()
+        for finding in part.warnings
+        if isinstance(finding, OF_STUDIES)
+    )
     if unsettled:
-        return tuple(map(StudyWarning, run.warnings))
+        return (*map(StudyWarning, run.warnings), *unusual)
     return (
         *warnings_of_run(run),
+        *unusual,
         *(
             UnchangedResponse(name, float(drawn.done(name)[0]), run.scales[name])
             for name in run.limits

@@ -11,8 +11,10 @@ from tolstat.statistics.estimate import Estimate
 PRIOR = 0.5  # of Jeffreys' beta distribution, both parameters: it mixes the bets
 
 
-def proportion(count: int, trials: int, confidence: float = 0.95) -> Estimate:
+def proportion(count: float, trials: float, confidence: float = 0.95) -> Estimate:
     """Estimate a share from a count, with the interval of Clopper and Pearson.
+
+    Count and trials may be those that dependent ones are worth.
 
     References
     ----------

@@ -31,6 +31,7 @@ class Caveat(StrEnum):
 
     NONE = ""
     INTEGRATION_ERROR = "integration error"
+    FAILED_ONCE = "trials fail one of two times"
     JUMP = "the response jumps as an angle does"
     MISSED_KIND = "if no kind of failure was missed"
     FEW_PARTS = "few parts measured"
@@ -42,6 +43,11 @@ class Caveat(StrEnum):
     def of_parts(cls) -> tuple[Caveat, ...]:
         """Return the conditions on measured parts."""
         return cls.NORMAL_PARTS, cls.LOGNORMAL_PARTS, cls.FITTED_PARTS
+
+    @classmethod
+    def of_audit(cls) -> tuple[Caveat, ...]:
+        """Return what the audit of a run shows."""
+        return cls.INTEGRATION_ERROR, cls.FAILED_ONCE
 
 
 MET, NOT_MET, UNDECIDED = Verdict
@@ -72,6 +78,9 @@ class PartsUncertainty(NamedTuple):
         Ends of the deciding interval without the error of the trials.
     needed : int
         Measured parts that would decide; 0 if it is decided, or a thousand would not.
+        Of an entry of `lots` it counts lots, each with as many parts as now.
+    lots : dict of str to int
+        Measured lots by entry, where the mean errs more by lots than by parts.
     """
 
     entries: Mapping[str, int]
@@ -80,6 +89,7 @@ class PartsUncertainty(NamedTuple):
     for_any: Estimate
     of_parts: tuple[float, float]
     needed: int = 0
+    lots: Mapping[str, int] = {}
 
     @property
     def interval(self) -> Estimate:
@@ -90,6 +100,14 @@ class PartsUncertainty(NamedTuple):
     def fewest(self) -> int:
         """Measured parts of the entry that has the fewest."""
         return min(self.entries.values())
+
+    @property
+    def counts(self) -> dict[str, tuple[int, str]]:
+        """How many of what were measured, by entry: parts, or lots if these are few."""
+        return {
+            name: (self.lots[name], "lot") if name in self.lots else (parts, "part")
+            for name, parts in self.entries.items()
+        }
 
     def widened(self, share: Estimate) -> Estimate:
         """Return a fraction out of limit of the trials with both errors."""
@@ -134,10 +152,10 @@ class Yield(NamedTuple):
 
     @property
     def reason_words(self) -> str:
-        """Its reason, with the number of measured parts."""
+        """Its reason, with the number of measured parts or lots."""
         if self.measured and self.reason == Caveat.FEW_PARTS:
-            fewest = self.measured.fewest
-            return f"only {fewest} part{'s' * (fewest > 1)} measured"
+            fewest, kind = min(self.measured.counts.values())
+            return f"only {fewest} {kind}{'s' * (fewest > 1)} measured"
         return self.reason
 
     @property
@@ -240,7 +258,8 @@ def judged_with(
         audited
         and not audited.permits(judged == MET, 1 - within_limit.upper, 1 - demanded)
     ):
-        return UNDECIDED, INTEGRATION_ERROR
+        failures = audited is not None and audited.only_failures
+        return UNDECIDED, Caveat.FAILED_ONCE if failures else INTEGRATION_ERROR
     return judged, Caveat.NONE
 
 

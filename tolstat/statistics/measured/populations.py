@@ -2,17 +2,19 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import ndtr, ndtri
 
 from tolstat.arrays import Array, Integers
-from tolstat.statistics.capability import by_lot, sigma_within
+from tolstat.statistics.lots import LotEffect, lot_effect
 
 LEAST_PARTS = 5  # fewer tell nothing of the tails
 # of fewer, times the measured entries, tails as long as others are drawn too often
 FEW_PARTS = 40
+MOST_PARTS = 10_000  # that a population is drawn from: more tell no more
 DOUBTFUL_FIT = 0.05  # p-value below which a fit is not believed
 LOGNORMAL = "lognormal"
 
@@ -102,35 +104,48 @@ class MeasuredSample:
             drawn = self._any(draws, generator)
         else:
             drawn = self._inside(draws, generator)
-        if not (between := self.between_lots):
+        if not (effect := self.lot_effect):
             return drawn
-        lots = len(self.lot_names)
-        error = between / math.sqrt(lots) * generator.standard_t(lots - 1, draws)
+        error = effect.of_lots * generator.standard_t(effect.lots - 1, draws)
         return map(_shifted, drawn, error.tolist())
 
-    @property
-    def between_lots(self) -> float:
-        """Sigma of the means of lots, beyond what parts explain; 0 without lots."""
-        if self.lot is None or self.order is None or len(self.lot_names) < 2:
-            return 0.0
-        parts = self.values[self.order]
+    @cached_property
+    def lot_effect(self) -> LotEffect | None:
+        """How lots differ; None without lots, or if their parts explain it."""
+        if self.lot is None or self.order is None:
+            return None
         lots = [self.lot_names[number] for number in self.lot]
-        groups = by_lot(parts, lots).values()
-        within, freedom = sigma_within(parts, lots)
-        between = np.var([lot.mean() for lot in groups], ddof=1)
-        if freedom:  # beyond what the parts of a lot explain
-            between -= within**2 * np.mean([1 / len(lot) for lot in groups])
-        return math.sqrt(max(float(between), 0.0))
+        return lot_effect(self.values[self.order], lots)
 
-    def enlarged(self, parts: int) -> "MeasuredSample":
-        """Return so many parts as of the same population, with its mean and sigma."""
+    @property
+    def few_lots(self) -> int:
+        """How many lots there are, if the mean errs more by them than by its parts.
+
+        Otherwise 0: then parts are what is few.
+        """
+        if not (effect := self.lot_effect):
+            return 0
+        of_parts = float(self.values.std(ddof=1)) / math.sqrt(self.parts)
+        return effect.lots if effect.of_lots > of_parts else 0
+
+    def enlarged(self, number: int) -> "MeasuredSample":
+        """Return so many parts as of the same population, with its mean and sigma.
+
+        Where lots are what is few, so many lots of the same size.
+        """
+        parts, effect = number, self.lot_effect
+        if effect and self.few_lots:
+            parts = round(number * self.parts / effect.lots)
+            effect = effect._replace(lots=number)
         before = _scores(self.values, self.fit)
-        scores = _likely(before, parts)
+        scores = _likely(before, min(max(parts, self.parts), MOST_PARTS))
         sigma = scores.std(ddof=1)
         factor = before.std(ddof=1) / sigma if sigma > 0 else 1.0
         scores = before.mean() + factor * (scores - scores.mean())
         values = np.exp(scores) if self.fit == LOGNORMAL else scores
-        return replace(self, values=values, order=None, lot=None)  # of as many lots
+        return LargerSample(
+            self.name, self.contributors, values, self.fit, self.p_value, effect=effect
+        )
 
     @property
     def _moments(self) -> tuple[float, float]:
@@ -194,6 +209,18 @@ class MeasuredSample:
                 return _tailed(q, u, low, high, tails)
 
             yield deviations
+
+
+@dataclass(frozen=True, eq=False)
+class LargerSample(MeasuredSample):
+    """Parts that might be measured, and how their lots would differ."""
+
+    effect: LotEffect | None = None
+
+    @property
+    def lot_effect(self) -> LotEffect | None:
+        """How lots differ."""
+        return self.effect
 
 
 def _shifted(population: Population, shift: float) -> Population:

@@ -132,7 +132,8 @@ class _Uncertainties:
             if self._side(name, deciding) and not self._decided(name, deciding)
         ]
         needed = self._needed(open_limits) if open_limits else {}
-        entries = {sample.name: sample.parts for sample in self.trials.samples}
+        entries = {sample.name: sample.parts for sample in samples}
+        lots = {sample.name: few for sample in samples if (few := sample.few_lots)}
         uncertainties = {}
         for name in (*self.trials.responses, JOINT):
             share = None
@@ -141,7 +142,7 @@ class _Uncertainties:
                 fitted = interval if self.assumed else Estimate(math.nan)
                 share = PartsUncertainty(
                     entries, self.assumed, fitted, free.interval(name),
-                    deciding.of_parts(name), needed.get(name, 0),
+                    deciding.of_parts(name), needed.get(name, 0), lots,
                 )  # fmt: skip
             uncertainties[name] = ResponseUncertainty(share, deciding.numbers.get(name))
         return uncertainties
@@ -180,19 +181,20 @@ class _Uncertainties:
         return lower > permitted if self._side(name, drawn) > 0 else upper <= permitted
 
     def _needed(self, names: Sequence[str]) -> dict[str, int]:
-        """Return how many measured parts would decide limits."""
+        """Return how many measured parts, or lots, would decide limits."""
         trials, needed = self.trials.thinned(TRIALS_OF_MORE), dict[str, int]()
         movable = _Movable(trials, np.random.default_rng(0))
-        for parts in self.more:
-            samples = [
-                sample if sample.parts >= parts else sample.enlarged(parts)
-                for sample in trials.samples
-            ]
-            if all(sample.parts >= parts for sample in trials.samples):
+        for number in self.more:
+            many = [(x.few_lots or x.parts) >= number for x in trials.samples]
+            if all(many):
                 continue
+            samples = [
+                sample if enough else sample.enlarged(number)
+                for sample, enough in zip(trials.samples, many, strict=True)
+            ]
             drawn = self._drawn(movable, DRAWS_OF_MORE, samples, numbers=False)
             open_limits = [name for name in names if name not in needed]
-            needed |= {n: parts for n in open_limits if self._decided(n, drawn)}
+            needed |= {n: number for n in open_limits if self._decided(n, drawn)}
             if len(needed) == len(names):
                 break
         return needed

@@ -1,0 +1,74 @@
+"""What a quality engineer sees in measured parts, in sentences."""
+
+from tolstat.answers.parts.judged_parts import (
+    CoarseStep,
+    Drift,
+    FarParts,
+    FewParts,
+    NotNormal,
+    OtherLots,
+    PartsFinding,
+    Sorted,
+    TwoKinds,
+)
+from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
+from tolstat.units.scale import PART, Scale
+
+LISTED = 5  # parts that are named
+TWO = Scale("1", "1", most=2)
+
+
+def finding_words(finding: PartsFinding, scale: Scale) -> Parts:
+    """Return the sentence about measured parts in a unit."""
+
+    def number(value: float) -> Number:
+        return Number(value, scale)
+
+    match finding:
+        case FewParts(count):
+            return say(
+                "Only {}: 50 or more show the tails of a distribution.",
+                counted(count, "part"),
+            )
+        case FarParts(values, places):
+            far = [
+                say("{} ({})", number(value), place)
+                for value, place in zip(values, places, strict=True)
+            ]
+            if more := len(far) - LISTED:
+                far[LISTED:] = [text(f"{more} more")] if more > 0 else []
+            return say("Far from all others: {}. Check these parts.", listed(far))
+        case TwoKinds(peaks):
+            return say(
+                "Two kinds of parts: {} about {}, the others about {}. Look for two "
+                "machines, tools or batches; no index describes both.",
+                Number(peaks.share, PART), number(peaks.lower), number(peaks.upper),
+            )  # fmt: skip
+        case Sorted(cut):
+            return say(
+                "The parts end at {}, where about {} more would lie beyond: they may "
+                "have been sorted. Sigma and indices are too good then.",
+                number(cut.end), Number(cut.expected, TWO),
+            )  # fmt: skip
+        case Drift(trend):
+            return say(
+                "Trend in the order of the parts: {} from the first to the last "
+                "(Kendall's tau {}). Pp and Ppk hold for no later part.",
+                number(trend.drift), Number(trend.correlation, TWO),
+            )  # fmt: skip
+        case OtherLots(lots):
+            return say(
+                "Lots differ: {} is lowest, {} highest.",
+                Name(lots.lowest), Name(lots.highest),
+            )  # fmt: skip
+        case CoarseStep(step):
+            return say(
+                "Rounded to steps of {}: coarse beside tolerance or spread.",
+                number(step),
+            )
+        case NotNormal(p_value):
+            return say(
+                "Not normal (Anderson-Darling, p = {}): sigma and indices have no "
+                "interval; the share outside has.",
+                Number(p_value, TWO),
+            )
