@@ -11,7 +11,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import logsumexp
 
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.statistics.estimate import CONFIDENCE, Estimate
@@ -79,12 +78,10 @@ class Stages(NamedTuple):
         stage = self.stage[later] - 1
         counted = np.bincount(stage, minlength=len(bets))
         gains = np.log1p(-side * bets * share) * (self.drawn[1:] - counted)[:, None]
-        np.add.at(
-            gains,
-            stage,
-            np.log1p(side * bets[stage] * (self.counts[later, None] - share)),
-        )
-        capital = logsumexp(np.cumsum(gains, axis=0) + parts, axis=1)
+        won = np.log1p(side * bets[stage].T * (self.counts[later] - share))
+        for bet, gains_of_units in enumerate(won):
+            gains[:, bet] += np.bincount(stage, gains_of_units, minlength=len(bets))
+        capital = np.logaddexp.reduce(np.cumsum(gains, axis=0) + parts, axis=1)
         return max(first, NEVER) + float(np.max(capital, initial=0.0))
 
 
@@ -121,8 +118,7 @@ def thinned_share(
     """
     if 2 * np.count_nonzero(units) > len(units):
         return thinned_share(~units, thinned, confidence).complement
-    stages = counted_stages(units, thinned)
-    needed = math.log(2 / (1 - confidence))
+    stages, needed = counted_stages(units, thinned), _needed(confidence)
     value = min(stages.share, 1.0)
     ends = []
     for side, far in ((1, 0.0), (-1, 1.0)):
@@ -137,6 +133,13 @@ def thinned_share(
     return Estimate(value, min(ends[0], value), max(ends[1], value))
 
 
+def is_settled(units: Truths, thinned: Thinned, share: float) -> bool:
+    """Return whether the interval of `thinned_share` excludes a share."""
+    stages = counted_stages(units, thinned)
+    side = 1 if stages.share > share else -1
+    return stages.evidence(share, side) >= _needed()
+
+
 def trials_settling(units: Truths, thinned: Thinned, share: float) -> float:
     """Return how many evaluated trials are likely to tell a share from another one.
 
@@ -145,5 +148,9 @@ def trials_settling(units: Truths, thinned: Thinned, share: float) -> float:
     stages = counted_stages(units, thinned)
     side = 1 if stages.share > share else -1
     evidence = stages.evidence(share, side)
-    needed = math.log(2 / (1 - CONFIDENCE))
-    return len(units) * needed / evidence if evidence > 0 else math.inf
+    return len(units) * _needed() / evidence if evidence > 0 else math.inf
+
+
+def _needed(confidence: float = CONFIDENCE) -> float:
+    """Return the log evidence that excludes a share."""
+    return math.log(2 / (1 - confidence))
