@@ -40,7 +40,8 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
 
     A limited response that jumps as an angle has no verdict.
     """
-    limits = drawn.run.limits
+    limits, some = drawn.run.limits, drawn.sample.weights or drawn.sample.ran.any()
+    judged = {name: drawn.yield_of(name) for name in limits} if some else {}
     summaries = {
         response.name: summarize(
             drawn.values(response.name),
@@ -48,7 +49,7 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
             limits.get(response.name),
             response.range,
             uncertainty=drawn.uncertainties.get(response.name),
-            judged=drawn.yield_of(response.name) if response.name in limits else None,
+            judged=judged.get(response.name),
         )
         for response in drawn.run.responses
     }
