@@ -43,6 +43,8 @@ def test_both_limits_are_met_with_fewer_trials(decided):
     assert decided.trials < decided.thinned.drawn[-1] / 1.5
     report = tolstat.report(decided)
     assert report.verdicts == {"sum": "met", "jam": "met"}
+    assert "drawn" in " ".join(report.trials.notes)
+    assert "after so many trials" in report.html()  # how the interval narrowed
     for limited in report.limits.values():
         share = limited.yields.fraction_out_of_limit
         assert share.lower < 0.5 * PERMITTED < share.upper <= PERMITTED

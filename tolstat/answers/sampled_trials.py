@@ -46,7 +46,7 @@ class Drawn:
     def judged(self) -> "Drawn":
         """The trials that limits rest on: thinned ones, too, in whole stages."""
         run = self.run
-        if run.thinned is None:
+        if run.thinned is None or run.trials < run.thinned.plain:
             return self
         not_run = np.flatnonzero(run.status == Status.NOT_RUN)
         ran = int(not_run[0]) if len(not_run) else run.trials

@@ -279,7 +279,8 @@ class Run(Plan):
     @property
     def random_trials(self) -> int:
         """Number of its first trials, which are not thinned: all of most runs."""
-        return self.thinned.plain if self.thinned else self.trials
+        plain = self.thinned.plain if self.thinned else self.trials
+        return min(plain, self.trials)
 
     @property
     def steps(self) -> NDArray[np.int64] | None:

@@ -41,6 +41,9 @@ def _looks(run: Run) -> set[int]:
     if looks and run.sampled and not run.sampled.replicates:
         last = max(looks)
         looks |= {last >> k for k in range(last.bit_length()) if last >> k >= LEAST}
+    if run.thinned:  # after its random trials, at the ends of stages
+        ends = run.thinned.ends
+        looks = {int(ends[ends <= n].max(initial=0)) or n for n in looks}
     return looks
 
 
