@@ -95,6 +95,9 @@ def test_a_run_is_continued_and_ends_with_its_budget(tmp_path):
     assert run.thinned and not run.stopped.reached and 2500 < run.trials <= 3000
     longer = tolstat.decide(path, model=Three())
     assert longer.stopped.reached and longer.random_trials == run.random_trials
+    before = path.read_bytes()
+    tolstat.decide(path, model=Three())  # it is decided
+    assert path.read_bytes() == before
     for name in ("sum", "thinned-chance"):
         np.testing.assert_array_equal(
             longer.column(name)[: run.trials], run.column(name)

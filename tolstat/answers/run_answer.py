@@ -208,7 +208,7 @@ def _stopped(run: Run, stopped: Stopped) -> str:
         if thinned := run.thinned:
             text += (
                 f". {thinned.drawn[-1]:.0f} random trials were drawn; after the first "
-                f"{thinned.plain} only doubtful ones were evaluated. Verdicts and "
+                f"{thinned.plain} mainly uncertain ones were evaluated. Verdicts and "
                 "fractions out of limit rest on all of them, other numbers on the "
                 f"first {thinned.plain}"
             )

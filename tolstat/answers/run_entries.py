@@ -190,7 +190,8 @@ def entry_of(run: Run) -> Entry:
 
 
 def _sketch(run: Run, name: str) -> Sketch | None:
-    values = run.column(name)[run.status == Status.DONE]
+    random = run.first(run.random_trials)
+    values = random.column(name)[random.status == Status.DONE]
     return sketch_of(name, values, run.limits[name], run.scales[name])
 
 

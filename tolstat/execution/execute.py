@@ -324,7 +324,8 @@ def _is_decided(run: Run) -> bool:
     """Return whether the trials of a run decide all of its limits."""
     from tolstat.statistics.deciding.looks import undecided  # seldom
 
-    responses, sample = {n: run.column(n) for n in run.limits}, Sample(run.status)
+    responses = {n: run.column(n) for n in run.limits}
+    sample = Sample(run.status, thinned=run.thinned)
     whole = run.complete and bool(run.limits) and not run.damage
     return whole and not undecided(responses, sample, run.limits)
 

@@ -1,4 +1,4 @@
-"""Stages of random trials of which only doubtful ones are evaluated.
+"""Stages of random trials of which mainly uncertain ones are evaluated.
 
 The trials of a study go on where its plain stage ended. Surfaces fitted to the
 evaluated ones choose the chance of each: see `chances`. The verdict does not rest on
