@@ -93,7 +93,7 @@ class ThinnedStages:
             rows = self._study.random_trials(drawn, drawn + AT_ONCE)
             chances_of_rows = np.ones(AT_ONCE)
             if chosen:
-                chances_of_rows = np.max([c.of(rows) for c in chosen], axis=0)
+                chances_of_rows = np.max([c.of_trials(rows) for c in chosen], axis=0)
             sums = sum_of_chances + np.cumsum(chances_of_rows)
             number = min(int(np.searchsorted(sums, wanted)) + 1, AT_ONCE)
             coins = uniform(self._study.seed or 0, "trials", number, "thinned", drawn)

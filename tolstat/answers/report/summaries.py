@@ -40,8 +40,9 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
 
     A limited response that jumps as an angle has no verdict.
     """
-    limits, some = drawn.run.limits, drawn.sample.weights or drawn.sample.ran.any()
-    judged = {name: drawn.yield_of(name) for name in limits} if some else {}
+    limits, sample = drawn.run.limits, drawn.sample
+    names = [*limits] if sample.weights or sample.ran.any() else []
+    judged = {name: drawn.yield_of(name) for name in names}
     summaries = {
         response.name: summarize(
             drawn.values(response.name),

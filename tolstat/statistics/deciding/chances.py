@@ -54,15 +54,15 @@ class Ranking(NamedTuple):
         varying = spread > 0
         z = deviations[:, varying] / spread[varying]
         margin = margins(values, limit.permitted)
-        near = 1 / (1 + (margin / (NEAR * values[done].std() or 1.0)) ** 2)
+        counted = 1 / (1 + (margin / (NEAR * values[done].std() or 1.0)) ** 2)
         surfaces = []
         for half in range(HALVES):
             rows = done[half::HALVES]
             rows = rows[:: -(-len(rows) // MOST_FITTED)]
-            fit = fitted_surface(z[rows], values[rows, None], near[rows])
+            fit = fitted_surface(z[rows], values[rows, None], counted[rows])
             gains = fit.along(np.zeros((1, z.shape[1])), np.arange(z.shape[1]))
             level = np.average(
-                values[rows] - gains(z[rows]).both[:, 0], weights=near[rows]
+                values[rows] - gains(z[rows]).both[:, 0], weights=counted[rows]
             )
             surfaces.append((gains, level))
 
@@ -104,7 +104,7 @@ class Chances(NamedTuple):
     edges: Array
     chance: Array
 
-    def of(self, deviations: Array) -> Array:
+    def of_trials(self, deviations: Array) -> Array:
         """Return the chance of each trial."""
         ranks = np.searchsorted(self.edges, self.ranking.scores(deviations))
         return np.asarray(self.chance[ranks])

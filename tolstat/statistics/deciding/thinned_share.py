@@ -121,15 +121,15 @@ def thinned_share(
     stages, needed = counted_stages(units, thinned), _needed(confidence)
     value = min(stages.share, 1.0)
     ends = []
-    for side, far in ((1, 0.0), (-1, 1.0)):
-        near = value
-        for _ in range(HALVINGS if near != far else 0):
-            middle = (near + far) / 2
+    for side, excluded in ((1, 0.0), (-1, 1.0)):
+        possible = value
+        for _ in range(HALVINGS if possible != excluded else 0):
+            middle = (possible + excluded) / 2
             if stages.evidence(middle, side) >= needed:
-                far = middle
+                excluded = middle
             else:
-                near = middle
-        ends.append(far)
+                possible = middle
+        ends.append(excluded)
     return Estimate(value, min(ends[0], value), max(ends[1], value))
 
 
