@@ -17,6 +17,7 @@ class Remedy(StrEnum):
     RUN = "run"
     REPAIR = "repair"
     RESUME = "resume"
+    DECIDE = "decide"
     DECIDE_REGARDLESS = "decide regardless"
     RESUME_REGARDLESS = "resume regardless"
     RUN_AGAIN = "run again"

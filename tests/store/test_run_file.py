@@ -17,6 +17,7 @@ from tests.conftest import Toy
 from tolstat import Contributor
 from tolstat.errors import BrokenError, RunFileError
 from tolstat.store.files_beside import Lock
+from tolstat.store.integrity import FORMAT
 from tolstat.store.layout import Rows, extents_of
 
 
@@ -91,7 +92,9 @@ def test_files_that_are_no_runs(tmp_path, run):
     with pytest.raises(RunFileError, match="not a run of tolstat"):
         tolstat.open(tmp_path / "other.h5")
     text = run.path.read_bytes()
-    run.path.write_bytes(text.replace(b"seal, format 10\n", b"seal, format 99\n", 1))
+    ours = f"seal, format {FORMAT}\n".encode()
+    assert ours in text
+    run.path.write_bytes(text.replace(ours, b"seal, format 99\n", 1))
     with pytest.raises(RunFileError, match="format 99"):
         tolstat.open(run.path)
 

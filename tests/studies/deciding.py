@@ -4,7 +4,9 @@ Three limits at once on responses of known distributions, which share contributo
 a sum, a difference of two parts without its sign, and a cubic. Each is out of its limit
 in `ratio` times as many units as permitted. One line for each cell:
 
-python -m tests.studies.deciding [STUDIES]
+python -m tests.studies.deciding [STUDIES] [RATIO ...] [--thinned]
+
+`--thinned`: as a slow model is decided, whose trials are thinned.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
+from tolstat.execution import until_decided
 from tolstat.execution.stages import SampledStages
 from tolstat.execution.until_decided import UntilDecided
 from tolstat.statistics.limits.limit import within
@@ -80,18 +83,18 @@ def decided(seed, ratio):
     trials, rule = SampledStages(study).trials, UntilDecided(study)
     while True:
         while stage := rule.next(trials):
+            trials.add(stage)
             answers = study.model.evaluate(stage.deviations, study.settings)
             trials.take([(stage.first, answers)])
         if not rule.rows:
             break
         study = rule.lengthen(trials)
     (number,) = rule.stopped.stages
-    sample = Sample(trials.status[:number])
+    trials = trials.first(number)
+    sample = Sample(trials.status, thinned=trials.thinned)
     verdicts = [
         verdict(
-            sample.share(
-                within(trials.response(name)[:number], limit.permitted), sample.ran
-            ),
+            sample.share(within(trials.response(name), limit.permitted), sample.ran),
             1 - PERMITTED,
         )
         for name, limit in study.limits.items()
@@ -118,5 +121,8 @@ def main(studies=STUDIES, ratios=RATIOS):
 
 
 if __name__ == "__main__":
+    if "--thinned" in sys.argv:
+        sys.argv.remove("--thinned")
+        until_decided.PATIENCE = 0.0
     chosen = [float(x) for x in sys.argv[2:]] or RATIOS
     main(int(sys.argv[1]) if sys.argv[1:] else STUDIES, chosen)

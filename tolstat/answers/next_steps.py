@@ -180,6 +180,7 @@ def _typed(advice: Advice) -> str:
         Remedy.REPLACE_RUN: (("run", path, "--force"), "replaces it"),
         Remedy.REPAIR: (resume, "repairs it"),
         Remedy.RESUME: (resume, "continues it"),
+        Remedy.DECIDE: (("decide", path), "adds trials until all limits are decided"),
         Remedy.DECIDE_REGARDLESS: (
             ("decide", path, "--regardless"),
             "continues with what the run has stored",

@@ -205,6 +205,13 @@ def _stopped(run: Run, stopped: Stopped) -> str:
         enough = "are enough" if stopped.reached else "are not enough"
         seconds = f"{run.times['seconds']:.2g} s"
         text = f"{rules}: {stages} trials {enough} for every limit ({seconds})"
+        if thinned := run.thinned:
+            text += (
+                f". {thinned.drawn[-1]:.0f} random trials were drawn; after the first "
+                f"{thinned.plain} mainly uncertain ones were evaluated. Verdicts and "
+                "fractions out of limit rest on all of them, other numbers on the "
+                f"first {thinned.plain}"
+            )
     else:
         reached = "reached" if stopped.reached else "not reached"
         text = f"{rules}: {reached}, checked after {stages} trials"

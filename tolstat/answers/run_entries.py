@@ -28,7 +28,7 @@ from tolstat.document.inline import Number, Row
 from tolstat.errors import DamagedError, FormatError, RunFileError, TolstatError
 from tolstat.regular_files import opened
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.yields import WORST_FIRST, Yield, yield_of
+from tolstat.statistics.limits.yields import WORST_FIRST, Yield
 from tolstat.status import Status
 from tolstat.store.files_beside import before_of, identity, writer_of
 from tolstat.store.open_run import open as open_run
@@ -190,7 +190,8 @@ def entry_of(run: Run) -> Entry:
 
 
 def _sketch(run: Run, name: str) -> Sketch | None:
-    values = run.column(name)[run.status == Status.DONE]
+    random = run.first(run.random_trials)
+    values = random.column(name)[random.status == Status.DONE]
     return sketch_of(name, values, run.limits[name], run.scales[name])
 
 
@@ -198,12 +199,7 @@ def judged(run: Run) -> Mapping[str, Yield]:
     """Return the verdict on each limit, from the trials that ran; none of a grid."""
     if (trials := drawn_trials(run)) is None or not trials.sample.ran.any():
         return {}
-    yields = {
-        name: yield_of(trials.values(name), trials.sample_for(name), limit.permitted,
-                       limit.demanded, trials.ends(name), trials.audited(name),
-                       trials.uncertainty(name))
-        for name, limit in run.limits.items()
-    }  # fmt: skip
+    yields = {name: trials.yield_of(name) for name in run.limits}
     turned = turning(run, trials.trials_done)
     return yields | {name: yields[name].jumping for name in turned}
 

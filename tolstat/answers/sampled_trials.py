@@ -13,7 +13,7 @@ from tolstat.errors import Advice, QuestionError, Remedy
 from tolstat.statistics.integration_error import AuditedResponse, response_ends
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import NO_LIMIT, within
-from tolstat.statistics.limits.yields import PartsUncertainty
+from tolstat.statistics.limits.yields import PartsUncertainty, Yield, yield_of
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sensitivity.group_surface import GroupSurface, like_normal
 from tolstat.statistics.summary import QUANTILES, ResponseUncertainty
@@ -41,6 +41,31 @@ class Drawn:
         """Return a response or contributor of these trials, SI."""
         column: Array = self.run.column(name)
         return column[self.trials] if len(self.trials) < self.run.trials else column
+
+    @cached_property
+    def judged(self) -> "Drawn":
+        """The trials that limits rest on: thinned ones, too, in whole stages."""
+        run = self.run
+        if run.thinned is None or run.trials < run.thinned.plain:
+            return self
+        not_run = np.flatnonzero(run.status == Status.NOT_RUN)
+        ran = int(not_run[0]) if len(not_run) else run.trials
+        sampled = int(np.count_nonzero(~np.isnan(run.thinned.drawn)))
+        ends = run.thinned.first(sampled).ends
+        number = int(ends[ends <= ran].max(initial=0))
+        if not number:
+            return self
+        sample = Sample(run.status[:number], thinned=run.thinned.first(number))
+        return replace(self, trials=np.arange(number), sample=sample)
+
+    def yield_of(self, name: str) -> Yield:
+        """Return the yield of a limit, with its verdict."""
+        judged, limit = self.judged, self.run.limits[name]
+        return yield_of(
+            judged.values(name), judged.sample_for(name), limit.permitted,
+            limit.demanded, judged.ends(name), self.audited(name),
+            self.uncertainty(name),
+        )  # fmt: skip
 
     @property
     def trials_done(self) -> NDArray[np.int64]:
@@ -187,11 +212,11 @@ def drawn_trials(run: Run) -> Drawn | None:
         weighted = Weights(weights[trials], 1 / AS_STUDY)
         sample = Sample(run.status[trials], weights=weighted)
         return Drawn(run, run.sampled, trials, sample)
-    trials = np.arange(run.trials)
+    trials = np.arange(run.random_trials)
     group = run.sampled.group
     if group > 1:
         trials = trials[trials % group < OWN]
-    per_trial = run.trials / max(len(trials), 1)
+    per_trial = run.random_trials / max(len(trials), 1)
     sample = Sample(run.status[trials], run.sampled.replicates, per_trial)
     return Drawn(run, run.sampled, trials, sample)
 

@@ -12,7 +12,7 @@ from tolstat.arrays import Array
 from tolstat.deviations.dependence import Dependence, joined
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.names import known_or_general
-from tolstat.deviations.samplers import Sampler, Stage
+from tolstat.deviations.samplers import Random, Sampler, Stage
 
 # by name in study files: module and class
 KINDS = {
@@ -72,6 +72,24 @@ def draw_in_stages(
         for number in count():
             rows = _deviations(stage.unit, contributors, distributions, dependence)
             stage = stages.send((yield replace(stage, number=number), rows))
+
+
+def drawn_between(
+    contributors: Sequence[str],
+    distributions: Mapping[str, Distribution],
+    *,
+    seed: int,
+    between: tuple[int, int],
+    dependence: Dependence,
+) -> Array:
+    """Return the deviations of random trials from one number up to another one.
+
+    They are those of the trials with these numbers of any random sample of the seed.
+    """
+    first, stop = between
+    streams = streams_of(contributors, distributions, dependence)
+    unit = Random().from_trial(first, seed, streams, stop - first)
+    return _deviations(unit, contributors, distributions, dependence)
 
 
 def streams_of(

@@ -18,6 +18,7 @@ from tolstat.arrays import Array
 REPLICATES = 16  # of Latin hypercubes, and scrambles of Sobol' points
 BELOW_ONE = 1 - 2.0**-53
 BITS = 32  # of a Sobol' point before scrambling: 4e9 trials
+COUNTED = 4  # numbers of a random stream that its generator makes at once
 OWN = 2  # the first trials of a group, A and B, are independent random trials
 # columns of each trial of a rare run; no response can have these names
 STAGE, SPREAD, DISTANCE, WEIGHT = (
@@ -122,9 +123,15 @@ class Random(Sampler):
 
     def unit_samples(self, seed: int, streams: Mapping[str, int], trials: int) -> Array:
         """Return unit samples."""
+        return self.from_trial(0, seed, streams, trials)
+
+    def from_trial(
+        self, first: int, seed: int, streams: Mapping[str, int], trials: int
+    ) -> Array:
+        """Return the unit samples of so many trials, from one on."""
         samples = np.empty((trials, len(streams)))
         for column, name in enumerate(streams):
-            samples[:, column] = uniform(seed, name, trials)
+            samples[:, column] = uniform(seed, name, trials, first=first)
         return samples
 
 
@@ -274,17 +281,22 @@ class Saltelli(Sampler):
 
 
 def random_bits(
-    seed: int, name: str, count: int, purpose: str = ""
+    seed: int, name: str, count: int, purpose: str = "", first: int = 0
 ) -> NDArray[np.uint64]:
-    """Return the first uint64[count] numbers of the stream of a contributor or batch.
+    """Return uint64[count] numbers of the stream of a contributor or batch.
 
     They are independent and uniform. A larger count leaves the first unchanged; a
-    purpose names another stream.
+    purpose names another stream. They begin with number `first`.
     """
     words = f"{seed}:{name}:{purpose}" if purpose else f"{seed}:{name}"
     digest = hashlib.sha256(words.encode()).digest()
     key = np.frombuffer(digest[:16], dtype="<u8")
-    return np.random.Philox(key=key).random_raw(count)
+    stream = np.random.Philox(key=key)
+    if not first:
+        return stream.random_raw(count)
+    stream.advance(first // COUNTED)
+    part: NDArray[np.uint64] = stream.random_raw(first % COUNTED + count)
+    return part[first % COUNTED :]
 
 
 def unit_samples_of(bits: NDArray[np.uint64]) -> Array:
@@ -292,6 +304,8 @@ def unit_samples_of(bits: NDArray[np.uint64]) -> Array:
     return np.asarray(((bits >> np.uint64(12)) + 0.5) * 2.0**-52, np.float64)
 
 
-def uniform(seed: int, name: str, count: int, purpose: str = "") -> Array:
-    """Return the first float64[count] unit samples of a stream: see `random_bits`."""
-    return unit_samples_of(random_bits(seed, name, count, purpose))
+def uniform(
+    seed: int, name: str, count: int, purpose: str = "", first: int = 0
+) -> Array:
+    """Return float64[count] unit samples of a stream: see `random_bits`."""
+    return unit_samples_of(random_bits(seed, name, count, purpose, first))

@@ -49,7 +49,7 @@ def study_of(
     )
     if study.until and study.until.budget:
         study = replace(study, trials=max(study.trials, run.trials))
-    return study
+    return replace(study, thinned=run.random_trials if run.thinned else 0)
 
 
 def differences(
@@ -153,13 +153,14 @@ def _compared(plan: Plan) -> dict[str, Any]:
     return {f"{kind} {key}": v for kind, t in tables.items() for key, v in t.items()}
 
 
-def why_sampled_differently(run: Plan) -> str:
+def why_sampled_differently(run: Run) -> str:
     """Return why a study may sample other trials than those of its run."""
-    if not run.aim:
+    if not (run.aim or run.thinned):
         return "its data or number of trials differ"
+    how = "searched for rare trials" if run.aim else "thinned trials"
     return (
         "its data or number of trials differ, or the run was made by a tolstat "
-        f"{run.made['version_tolstat']} that searched for rare trials differently "
+        f"{run.made['version_tolstat']} that {how} differently "
         f"(here: {version('tolstat')})"
     )
 
@@ -242,6 +243,12 @@ def check_extensible(run: Run, trials: int | Rule) -> None:
         )
     if not isinstance(trials, int):
         return
+    if run.thinned:
+        raise RunFileError(
+            f"{run.path} cannot be extended: the trials after number "
+            f"{run.random_trials - 1} were thinned",
+            Advice(Remedy.DECIDE, run.path, run.machine),
+        )
     if trials <= run.trials:
         raise RunFileError(
             f"{run.path} has {run.trials} trials already; give a larger number"

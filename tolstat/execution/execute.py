@@ -13,12 +13,7 @@ from tolstat.errors import Advice, Remedy, RunFileError, StoppedError
 from tolstat.execution import compatibility
 from tolstat.execution.planning import cannot_be_built, planned_run
 from tolstat.execution.run_loop import Progress, Telling, carry_out
-from tolstat.execution.stages import (
-    SampledStages,
-    Trials,
-    drawn_again,
-    unchanged_if_stopped,
-)
+from tolstat.execution.stages import SampledStages, Trials
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Model
 from tolstat.statistics.sample import Sample
@@ -292,6 +287,11 @@ def go_on(
     progress: Telling | None = None,
 ) -> Run:
     """Resume a run: see `resume`; with trials, or a rule for them, see `extend`."""
+    from tolstat.execution.sampled_again import (  # no new run needs it
+        drawn_again,
+        unchanged_if_stopped,
+    )
+
     tell = progress or (lambda progress: None)
     with Lock(existing(path)) as lock:
         run = open_run(lock.path, damaged=True)
@@ -324,7 +324,8 @@ def _is_decided(run: Run) -> bool:
     """Return whether the trials of a run decide all of its limits."""
     from tolstat.statistics.deciding.looks import undecided  # seldom
 
-    responses, sample = {n: run.column(n) for n in run.limits}, Sample(run.status)
+    responses = {n: run.column(n) for n in run.limits}
+    sample = Sample(run.status, thinned=run.thinned)
     whole = run.complete and bool(run.limits) and not run.damage
     return whole and not undecided(responses, sample, run.limits)
 
@@ -333,7 +334,9 @@ def _tell_impossible(
     study: Study, trials: Trials, workers: Workers, tell: Telling
 ) -> None:
     """Warn before any trial runs how many cannot be built; refuse if none can."""
-    if warning := workers.call(cannot_be_built, study, trials.deviations):
+    if warning := workers.call(
+        cannot_be_built, study, trials.deviations[: trials.sampled]
+    ):
         tell(Progress(0, 0, study.trials, warning=warning))
 
 
@@ -383,6 +386,8 @@ def complete(study_file: Path, workers: Workers, tell: Telling) -> Completion:
     if not os.path.lexists(path):
         run = execute(study, path, workers, progress=tell)
         return Completion(run, FINISHED, study.warnings)
+    from tolstat.execution.sampled_again import drawn_again, unchanged_if_stopped
+
     run = open_run(path, damaged=True)
     compatibility.check_asked(run, study)
     if run.complete and not run.damage:

@@ -15,6 +15,7 @@ from tolstat.arrays import Array
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.measured import Fitted, Measured
+from tolstat.deviations.samplers import Sampler
 from tolstat.deviations.spread import (
     Spread,
     fixed_point,
@@ -31,6 +32,7 @@ from tolstat.model.description import Contributor, Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import settings_of
 from tolstat.model.view import typed_unit
+from tolstat.statistics.intervals.weights import COLUMNS
 from tolstat.statistics.measured.populations import MeasuredSample
 from tolstat.status import Status, words_of
 from tolstat.store import run_records as records
@@ -54,13 +56,12 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
     """Return the run of a study before any of its trials has run."""
     model, points, sampler = study.model, study.points, study.sampler
     declared, axes = settings_of(model), points.swept if points else ()
-    sampled, columns = None, dict[str, str]()
+    sampled = None
     if sampler:  # else the trials are no sample
         sampled = records.Sampled(
             study.seed or 0, sampler.promise, sampler.replicates,
             sampler.group(len(study.factors)), study.factors, sampler.sample, study.aim,
         )  # fmt: skip
-        columns |= sampler.columns
     assumed = assumed_of(study.deviating)
     independent = study.deviating.dependence == Dependence()
     spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
@@ -94,7 +95,7 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
             for x in axes
             if not x.members
         ),
-        details=tuple(records.DrawDetail(n, "1", s) for n, s in columns.items()),
+        details=details_of(trials, sampler),
         settings={
             name: records.Chosen(
                 study.typed.get(name, s.kind.words(getattr(study.settings, name))),
@@ -127,6 +128,14 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
             *_kinks(study),
         ),
     )
+
+
+def details_of(
+    trials: Trials, sampler: Sampler | None = None
+) -> tuple[records.DrawDetail, ...]:
+    """Return the columns of the sampler about each trial, and of thinned stages."""
+    sentences = {**(sampler.columns if sampler else {}), **COLUMNS}
+    return tuple(records.DrawDetail(n, "1", sentences[n]) for n in trials.drawn)
 
 
 def isolation_of(model: Model) -> records.Isolation | None:

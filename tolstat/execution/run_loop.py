@@ -22,12 +22,12 @@ from tolstat.execution.diagnostics.influence import (
     tolerance_ends,
 )
 from tolstat.execution.diagnostics.worst_cases import worst_cases
-from tolstat.execution.planning import columns_of
+from tolstat.execution.planning import columns_of, details_of
 from tolstat.execution.stages import (
     MOST_WITH_OUTPUT,
     Proposer,
-    SampledStages,
     StoppingRule,
+    StudyStages,
     Trials,
     UntilPrecise,
     rows_of,
@@ -116,7 +116,7 @@ def known_blocks(answers: Answers, cases: list[Case]) -> Blocks:
 
 def carry_out(
     study: Study,
-    stages: SampledStages,
+    stages: StudyStages,
     file: Recorder,
     workers: Workers,
     tell: Telling,
@@ -130,7 +130,7 @@ def carry_out(
     nominal trial is stored already. `rerun`: failed trials are evaluated again at the
     end. A complete run keeps its diagnostics.
     """
-    trials, until = stages.trials, _stopping_rule(study)
+    trials, until = stages.trials, _stopping_rule(study, stages)
     try:
         with suppress(Interrupted), chdir("."):  # a model may leave it
             try:
@@ -147,8 +147,9 @@ def carry_out(
                     if not (until and until.rows):
                         break
                     study = workers.call(until.lengthen, trials)
-                    columns = columns_of(study, trials)
-                    file.write_again(replace(file.run, columns=columns), workers)
+                    columns, details = columns_of(study, trials), details_of(trials)
+                    longer = replace(file.run, columns=columns, details=details)
+                    file.write_again(longer, workers)
             except ModelError as error:
                 if (broken := file.failed(error)) is error:
                     raise
@@ -202,11 +203,13 @@ def _with_output(run: Run, study: Study, trials: Trials) -> Run:
     return replace(run, isolation=Isolation(part.longest, first))
 
 
-def _stopping_rule(study: Study) -> StoppingRule | None:
+def _stopping_rule(study: Study, stages: StudyStages) -> StoppingRule | None:
     if study.until and study.until.budget:
-        from tolstat.execution.until_decided import UntilDecided  # seldom
+        from tolstat.execution.thinned_stages import ThinnedStages  # seldom
+        from tolstat.execution.until_decided import UntilDecided
 
-        return UntilDecided(study)
+        thinned = stages if isinstance(stages, ThinnedStages) else None
+        return UntilDecided(study, thinned)
     return UntilPrecise(study) if study.until else None
 
 
@@ -318,6 +321,7 @@ def _diagnostics(
         return Diagnostics(missing="no deviations were drawn")
     if study.answers:
         return Diagnostics(halved=halved_shares(study, trials, run.assumed, {}))
+    random = trials.random
     ends = tolerance_ends(study)
     usual = (ends[1] - ends[0]) / 6  # sigma of a normal part at Cp = 1
     table = slopes(study.model, study.settings, usual, workers)
@@ -325,7 +329,7 @@ def _diagnostics(
     return Diagnostics(
         by_name,
         worst_cases(study, trials, ends, table, workers),
-        halved_shares(study, trials, run.assumed, by_name),
+        halved_shares(study, random, run.assumed, by_name),
         idle_contributors(study, trials, ends, table, workers),
     )
 

@@ -6,8 +6,7 @@ A proposer gives the next stage from the answers so far, or none.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Protocol
 
@@ -15,16 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.errors import Advice, Remedy, StoppedError
-from tolstat.execution.workers.block_scheduler import Interrupted
 from tolstat.model.contract import Answers
 from tolstat.model.description import Description
+from tolstat.statistics.intervals.weights import COLUMNS, Thinned
 from tolstat.statistics.limits.limit import margins
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sample_size import FIRST_STAGE, next_stage, trials_wanted
 from tolstat.status import Status
 from tolstat.store.run_records import Stopped
-from tolstat.store.run_writer import TO_THE_END, Stoppable
 from tolstat.store.stored_run import Run
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study
@@ -106,12 +103,23 @@ class Trials:
         """Number of those that failed."""
         return int(np.count_nonzero(self.status > Status.DONE))
 
+    @property
+    def thinned(self) -> Thinned | None:
+        """How those that are sampled were thinned; None if they were not."""
+        if not (self.drawn.keys() >= COLUMNS.keys() and self.sampled):
+            return None
+        return Thinned(*(self.drawn[name][: self.sampled] for name in COLUMNS))
+
+    @property
+    def random(self) -> Trials:
+        """The first ones, which are random: all of them if they were not thinned."""
+        return self.first(self.thinned.plain) if self.thinned else self
+
     def add(self, stage: Stage) -> bool:
         """Note the deviations of a stage; return whether they were not sampled yet."""
         if stage.stop <= self.sampled:
             return False
-        if (room := stage.stop - len(self.status)) > 0:
-            self.lengthen(_longer(self.deviations, room))
+        self.make_room(stage.stop)
         rows = slice(stage.first, stage.stop)
         self.deviations[rows], self.sampled = stage.deviations, stage.stop
         for name, values in stage.columns.items():
@@ -120,10 +128,24 @@ class Trials:
 
     def lengthen(self, deviations: Array) -> None:
         """Take more trials: the deviations of those before, and of new ones."""
-        room = len(deviations) - len(self.status)
+        self.make_room(len(deviations))
         self.deviations, self.sampled = deviations, len(deviations)
+
+    def make_room(self, trials: int) -> None:
+        """Have room for so many trials, not sampled yet."""
+        if (room := trials - len(self.status)) <= 0:
+            return
+        self.deviations = _longer(self.deviations, room)
         self.responses = _longer(self.responses, room)
+        self.drawn = {name: _longer(x, room) for name, x in self.drawn.items()}
         self.status = np.pad(self.status, (0, room))
+
+    def thin(self, random: int) -> None:
+        """Let thinned stages follow so many random trials."""
+        chance = np.where(np.arange(len(self.status)) < random, 1.0, np.nan)
+        columns = chance, random * chance, chance.copy()
+        self.drawn = dict(zip(COLUMNS, columns, strict=True))
+        self.deviations[random:], self.sampled = np.nan, random
 
     def missing(self, stage: Stage) -> list[Case]:
         """Return the parts of cases that have not run, up to the end of a stage."""
@@ -160,8 +182,14 @@ class Trials:
             self.status[:trials],
             self.responses[:trials],
             trials,
-            output={n: text for n, text in self.output.items() if n < trials},
+            {name: values[:trials] for name, values in self.drawn.items()},
+            {n: text for n, text in self.output.items() if n < trials},
         )
+
+    def by_response(self) -> dict[str, Array]:
+        """Return all responses of all trials."""
+        names = [response.name for response in self.description.responses]
+        return dict(zip(names, self.responses.T, strict=True))
 
     def response(self, name: str) -> Array:
         """Return a response of all trials."""
@@ -182,6 +210,12 @@ class Proposer(Protocol):
 
     def next(self, trials: Trials) -> Stage | None:
         """Return the stage to evaluate now; None if there are enough trials."""
+
+
+class StudyStages(Proposer, Protocol):
+    """The stages of a study, with all of its trials."""
+
+    trials: Trials
 
 
 class SampledStages:
@@ -300,44 +334,10 @@ class UntilPrecise(StoppingRule):
     def _trials_wanted(self, trials: Trials, ended: int) -> float:
         """Return how many trials the rules need in all; 0 if there are enough."""
         responses = trials.description.responses
-        names = [response.name for response in responses]
         return trials_wanted(
             self._until.precisions,
-            dict(zip(names, trials.responses[:ended].T, strict=True)),
+            trials.first(ended).by_response(),
             Sample(trials.status[:ended], self._replicates),
             {name: limit.permitted for name, limit in self._study.limits.items()},
             {response.name: response.range for response in responses if response.range},
         )
-
-
-@contextmanager
-def unchanged_if_stopped(run: Run) -> Iterator[None]:
-    """Raise StoppedError, which says that a run is unchanged, once the workers stop."""
-    path, machine = run.path, run.machine
-    try:
-        yield
-    except Interrupted:
-        raise StoppedError(
-            f"stopped before any new trial ran; the run in {path} is unchanged",
-            Advice(Remedy.RESUME, path, machine),
-        ) from None
-
-
-def drawn_again(run: Run, study: Study, by: Stoppable = TO_THE_END) -> SampledStages:
-    """Return the trials of a stored run, sampled again, with their stored answers.
-
-    Stages that depend on missing answers are left out. Workers may stop it.
-    """
-    stages: SampledStages = by.call(SampledStages, study)
-    trials = stages.trials
-    answered = run.status != Status.NOT_RUN
-    answered[run.damage.trials] = False
-    trials.take_stored(run, answered)
-    while trials.status[: trials.sampled].all():
-        stage = by.call(stages.next, trials)
-        if stage is None:
-            break
-        trials.add(stage)
-    not_sampled = slice(trials.sampled, None)
-    trials.status[not_sampled], trials.responses[not_sampled] = Status.NOT_RUN, np.nan
-    return stages

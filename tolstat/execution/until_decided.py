@@ -1,5 +1,6 @@
 """Stages of a run that ends when every limit is met or not met."""
 
+import math
 import time
 from dataclasses import replace
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from tolstat.arrays import Truths
 from tolstat.execution.stages import Shortfall, Stage, StoppingRule, Trials
+from tolstat.execution.thinned_stages import ThinnedStages
 from tolstat.statistics.deciding.looks import (
     looks_from,
     trials_that_settle,
@@ -15,35 +17,46 @@ from tolstat.statistics.deciding.looks import (
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sample_size import FIRST_STAGE
 from tolstat.store.run_records import Stopped
+from tolstat.study.sampling import BUDGET
 from tolstat.study.study import Study
 
 GROWTH = 2  # times as many rows, once all of them have run
+PATIENCE = 60.0  # s: trials that decide sooner are not thinned
+FEWEST_RANDOM = 2 * FIRST_STAGE  # trials before thinned ones
 
 
 class UntilDecided(StoppingRule):
     """Stages of a tenth until every limit is decided, or the budget is used up.
 
-    Looks do not depend on where a run was interrupted: it ends as it would have.
+    If such stages seem to take more than a minute, thinned ones follow. Looks do not
+    depend on where a run was interrupted: it ends as it would have.
     """
 
-    def __init__(self, study: Study) -> None:
+    def __init__(self, study: Study, thinned: ThinnedStages | None = None) -> None:
         super().__init__(study)
         assert self._until.budget  # else it asks for a precision
         self._budget, self._began = self._until.budget, 0.0
+        self._each, self._handed = math.inf, (0.0, 0)  # s a trial; when, how many
         self._sample, self._open = Sample(np.empty(0, np.uint8)), dict[str, Truths]()
+        self._thinned = thinned
 
     def next(self, trials: Trials) -> Stage | None:
         """Return the trials up to the next look; None at the end, or without rows."""
         self.rows, rows, most = 0, len(trials.status), self._budget.most
-        self._began, shortfall = self._began or time.monotonic(), None
-        not_run = np.flatnonzero(trials.status == 0)
+        self._began = self._began or time.monotonic()
+        self._clock()
+        if self._thinned:
+            return self._next_thinned(self._thinned, trials)
+        not_run, shortfall = np.flatnonzero(trials.status == 0), None
         ended = int(not_run[0]) if len(not_run) else rows
         look = min(next(looks_from(ended)), most)
         if look <= ended:
             self._look(trials.first(ended))
-            seconds = time.monotonic() - self._began
-            spent = ended >= self._budget.trials and seconds >= self._budget.seconds
-            if spent or not self._open:
+            if self._is_spent(ended) or not self._open:
+                return None
+            if self._takes_long(ended):
+                trials.thin(ended)
+                self._thinned, self.rows = ThinnedStages(self._study, trials), rows
                 return None
             if ended == FIRST_STAGE and not self._budget.seconds:
                 wanted = self.stopped.wanted
@@ -51,18 +64,61 @@ class UntilDecided(StoppingRule):
                     shortfall = Shortfall(wanted, self._until.rules, most)
             look = min(next(looks_from(ended + 1)), most)
         if look > rows:
-            self.rows = min(max(GROWTH * rows, look), most)
-            if replace(self._study, trials=self.rows).unfit:  # too little memory
-                self.rows = 0
+            self._ask_for(look, rows)
             return None
         deviations, cases = trials.deviations[ended:look], self._study.cases
+        self._handed = time.monotonic(), look - ended
         return Stage(ended, deviations, cases, shortfall=shortfall)
 
+    def _next_thinned(self, thinned: ThinnedStages, trials: Trials) -> Stage | None:
+        stage, rows = thinned.next(trials), len(trials.status)
+        self._sample, self._open = thinned.sample, thinned.undecided
+        if stage is None or stage.first < trials.sampled:
+            return stage
+        if self._is_spent(stage.first) or stage.stop > self._budget.most:
+            return None
+        if stage.stop > rows:
+            self._ask_for(stage.stop, rows)
+            return None
+        return stage
+
+    def _ask_for(self, trials: int, rows: int) -> None:
+        """Ask for rows for so many trials at least, if there is memory for them."""
+        self.rows = min(max(GROWTH * rows, trials), self._budget.most)
+        if replace(self._study, trials=self.rows).unfit:  # too little memory
+            self.rows = 0
+
+    def _is_spent(self, ended: int) -> bool:
+        seconds = time.monotonic() - self._began
+        return ended >= self._budget.trials and seconds >= self._budget.seconds
+
+    def _takes_long(self, ended: int) -> bool:
+        """Return whether plain stages seem to take more than a minute from now on."""
+        if ended < FEWEST_RANDOM or self._each == math.inf:
+            return False
+        needed = trials_that_settle(self._open, self._sample, self._study.limits)
+        needed = min(needed, self._budget.trials or BUDGET.trials)
+        return (needed - ended) * self._each > PATIENCE
+
+    def _clock(self) -> None:
+        """Note the time of a trial in the fastest stage: others wait or compile."""
+        began, number = self._handed
+        if number:
+            self._each = min(self._each, (time.monotonic() - began) / number)
+        self._handed = 0.0, 0
+
     def _look(self, trials: Trials) -> None:
-        names = [response.name for response in trials.description.responses]
-        responses = dict(zip(names, trials.responses.T, strict=True))
         self._sample = Sample(trials.status)
+        responses = trials.by_response()
         self._open = undecided(responses, self._sample, self._study.limits)
+
+    def lengthen(self, trials: Trials) -> Study:
+        """Have as many rows as are to be `rows`; return the study of all."""
+        if not self._thinned:
+            return super().lengthen(trials)
+        trials.make_room(self.rows)
+        self._study = replace(self._study, trials=self.rows)
+        return self._study
 
     @property
     def stopped(self) -> Stopped:

@@ -23,7 +23,7 @@ from tolstat.execution.compatibility import (
 from tolstat.execution.diagnostics.audit_selection import random_trials
 from tolstat.execution.planning import planned_run
 from tolstat.execution.run_loop import other_answers
-from tolstat.execution.stages import drawn_again
+from tolstat.execution.sampled_again import drawn_again
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.lanes import cache
 from tolstat.model.contract import Model

@@ -35,7 +35,7 @@ from tolstat.statistics.intervals.weighted_estimates import (
     weighted_quantiles,
     weighted_share,
 )
-from tolstat.statistics.intervals.weights import Weights
+from tolstat.statistics.intervals.weights import Thinned, Weights
 from tolstat.status import Status
 
 SQUARED = 1e-100, 1e100  # sizes between which squares are finite and not 0
@@ -51,6 +51,8 @@ class Sample(NamedTuple):
     each: float = 1.0
     # given if trials stand for units of other distributions; all trials have run
     weights: Weights | None = None
+    # given if trials were thinned: only shares are known of these
+    thinned: Thinned | None = None
 
     @property
     def done(self) -> Truths:
@@ -94,6 +96,12 @@ class Sample(NamedTuple):
             return share_from_replicates(units, self.replicate[among])
         if self.weights:
             return weighted_share(units, self.weights.selected(among))
+        if self.thinned:  # all of its trials have run
+            from tolstat.statistics.deciding.thinned_share import (  # seldom
+                thinned_share,
+            )
+
+            return thinned_share(units, self.thinned)
         return counted(int(np.count_nonzero(units)), len(units))
 
     def weights_of(self, trials: Truths) -> Weights | None:

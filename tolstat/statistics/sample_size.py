@@ -158,6 +158,13 @@ def trials_needed(good: Truths, sample: Sample, demanded: float) -> int:
         return replicates_that_decide(good[ran], sample.replicate[ran], demanded)
     if sample.weights:
         return 0
+    if sample.thinned:
+        from tolstat.statistics.deciding.thinned_share import (  # seldom
+            trials_settling,
+        )
+
+        settled = trials_settling(~good, sample.thinned, 1 - demanded)
+        return grown(settled) if settled < MOST_TRIALS else 0
     out, trials = np.count_nonzero(ran & ~good), np.count_nonzero(ran)
     needed = trials_that_decide(int(out), int(trials), 1 - demanded)
     return grown(needed * sample.each) if needed else 0

@@ -276,16 +276,18 @@ def summarize(
     ends: Array | None = None,
     audited: AuditedResponse | None = None,
     uncertainty: ResponseUncertainty | None = None,
+    judged: Yield | None = None,
 ) -> Summary:
     """Summarize a response: float64[trial], SI, NaN in trials that are not done.
 
     `declared` is the declared range of the response; an open end is infinite. `ends`
     and `audited` are those of `yield_of`. `uncertainty` widens all intervals.
+    `judged` is the yield if it rests on other trials than these.
     """
     done = values[sample.done]
     limited = None
     if limit is not None and (sample.weights or sample.ran.any()):
-        judged = yield_of(
+        judged = judged or yield_of(
             values, sample, limit.permitted, limit.demanded, ends, audited,
             uncertainty.share if uncertainty else None,
         )  # fmt: skip

@@ -25,7 +25,7 @@ from tolstat.errors import DamagedError, FormatError, RunFileError
 from tolstat.operating_system import local_time
 from tolstat.regular_files import opened, read_exactly
 
-FORMAT = 10
+FORMAT = 11
 MARK = b"tolstat seal, format "
 HDF5 = b"\x89HDF\r\n\x1a\n"
 MOST_SEAL = 1 << 22  # bytes: of 50 000 columns

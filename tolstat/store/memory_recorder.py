@@ -57,7 +57,8 @@ class MemoryRecorder:
     def write_again(self, run: Run, by: object) -> None:
         """Record the run: complete, or with rows for more trials."""
         for name, column in run.columns.items():
-            if len(column) > len(rows := self._columns[name]):
+            rows = self._columns.get(name, column[:0])
+            if len(column) > len(rows):
                 longer = self._columns[name] = np.array(column)
                 if name not in run.input_names:
                     longer[: len(rows)] = rows

@@ -13,6 +13,7 @@ from tolstat.arrays import Integers
 from tolstat.deviations.draw import SAMPLERS
 from tolstat.deviations.names import general
 from tolstat.deviations.samplers import DISTANCE, SPREAD, STAGE, WEIGHT
+from tolstat.statistics.intervals.weights import COLUMNS, Thinned
 from tolstat.status import Status, words_of
 from tolstat.store.assumed import SCORES
 from tolstat.store.layout import TRIAL
@@ -23,6 +24,7 @@ from tolstat.units.scale import Scale
 MOST = 1e150  # of a number, so that its square is one
 RARE = (STAGE, SPREAD, DISTANCE, WEIGHT)  # columns of the sampler
 TABLE = "table"  # the sampling whose trials may be a sample
+MOST_DRAWN = 1e12  # trials
 LONGEST = 1e10  # s of a run
 LONGEST_OUTPUT = 4000  # characters of a trial
 SECTIONS = (
@@ -168,8 +170,27 @@ def _sampled(run: Run) -> bool:
         and within(sampled.factors, sampled.factors)
         and sampled.aim in {"", *run.limits}
         and bool(sampled.aim) == (run.sampling == "rare")
-        and {detail.name for detail in run.details} == {*(RARE if sampled.aim else ())}
+        and {detail.name for detail in run.details}
+        == {*(RARE if sampled.aim else COLUMNS if run.thinned else ())}
         and all(run.columns[detail.name].dtype.kind in "if" for detail in run.details)
+    )
+
+
+def _thinned(run: Run) -> bool:
+    """Check thinned trials: the first stage has all that it drew."""
+    if run.thinned is None:
+        return True
+    healthy = ~np.isnan(run.thinned.drawn)
+    healthy[run.damage.trials] = False
+    rows = Thinned(*(values[healthy] for values in run.thinned))
+    return (
+        run.sampling == "random"
+        and bool(healthy.any())
+        and 0 < rows.plain <= run.trials
+        and np.abs(rows.drawn).max() <= MOST_DRAWN
+        and not np.any(np.diff(rows.drawn) < 0)
+        and bool(np.all((rows.least > 0) & (rows.least <= rows.chance)))
+        and bool(np.all(rows.chance <= 1))
     )
 
 
@@ -293,6 +314,7 @@ RULES: Mapping[str, Callable[[Run], bool]] = {
     "an assumption on a deviation is wrong": _assumed,
     "its measured parts are wrong": _measured,
     "a word or number of its sampling is wrong": _sampled,
+    "its thinned trials are wrong": _thinned,
     "its stopping rule is wrong": _stopped,
     "its grid is not of its columns": _grid,
     "its audited trials are wrong": _audits,

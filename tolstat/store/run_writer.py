@@ -181,6 +181,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 for name in before.extents.keys() - {*run.input_names}:
                     by.check()
                     rows.write(name, before.read(name)[: extents[name].length])
+                if before.columns != rows.columns:  # checksums hold all of them
+                    rows.write(CHECKSUM, _checksums(rows))
             rows.sync()
             if not waiting:
                 by.check()
@@ -355,6 +357,13 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 RuntimeWarning,
                 stacklevel=2,
             )
+
+
+def _checksums(rows: Rows) -> NDArray[np.uint64]:
+    """Return the checksums of the trials that ran, 0 of others."""
+    checksums = fingerprints([rows.read(name) for name in rows.columns])
+    checksums[rows.read(STATUS) == 0] = 0
+    return checksums
 
 
 Recorder = RunWriter | MemoryRecorder  # what a run is recorded with

@@ -21,6 +21,7 @@ from tolstat.model.contract import Answers
 from tolstat.model.description import StudyNumber
 from tolstat.model.view import typed_unit
 from tolstat.regular_files import content
+from tolstat.statistics.intervals.weights import COLUMNS, Thinned
 from tolstat.statistics.limits.limit import (
     WORST,
     Limit,
@@ -267,6 +268,19 @@ class Run(Plan):
         )
         notes = (*self.notes, note)
         return replace(self, limits=limits, responses=responses, notes=notes)
+
+    @property
+    def thinned(self) -> Thinned | None:
+        """How its trials were thinned; None if they were not, or none has run."""
+        if not ({detail.name for detail in self.details} >= COLUMNS.keys()):
+            return None
+        return Thinned(*(self.columns[name] for name in COLUMNS))
+
+    @property
+    def random_trials(self) -> int:
+        """Number of its first trials, which are not thinned: all of most runs."""
+        plain = self.thinned.plain if self.thinned else self.trials
+        return min(plain, self.trials)
 
     @property
     def steps(self) -> NDArray[np.int64] | None:

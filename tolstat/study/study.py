@@ -17,7 +17,13 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.arrays import Array
 from tolstat.deviations.distributions import Constant
-from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
+from tolstat.deviations.draw import (
+    SAMPLERS,
+    Course,
+    draw_in_stages,
+    drawn_between,
+    streams_of,
+)
 from tolstat.deviations.names import LOT
 from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import StudyError, UnitError
@@ -97,6 +103,8 @@ class Study:
     shown: dict[str, str]
     # the response at whose limit the sampler aims; empty for any other study
     aim: str = ""
+    # random trials before the first thinned stage; 0 without any
+    thinned: int = 0
 
     @property
     def title(self) -> str:
@@ -191,6 +199,16 @@ class Study:
         float64[trial, contributor]: of all trials, or of the first of its `stages`.
         """
         return next(self.stages())[1]
+
+    def random_trials(self, first: int, stop: int) -> Array:
+        """Return the deviations of random trials between two numbers, SI."""
+        return drawn_between(
+            self._contributors,
+            self.deviating.distributions,
+            seed=cast(int, self.seed),
+            between=(first, stop),
+            dependence=self.deviating.dependence,
+        )
 
     def first_trials(self, number: int) -> Array:
         """Return deviations of the first trials, SI; of a rare study random ones."""

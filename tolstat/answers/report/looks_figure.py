@@ -41,13 +41,17 @@ def _looks(run: Run) -> set[int]:
     if looks and run.sampled and not run.sampled.replicates:
         last = max(looks)
         looks |= {last >> k for k in range(last.bit_length()) if last >> k >= LEAST}
+    if run.thinned:  # after its random trials, at the ends of stages
+        ends = run.thinned.ends
+        looks = {int(ends[ends <= n].max(initial=0)) or n for n in looks}
     return looks
 
 
 def _share(run: Run, name: str, limit: Limit) -> Estimate:
     """Return the fraction out of limit of the trials of a run."""
-    drawn = drawn_trials(run)
-    assert drawn
+    sampled = drawn_trials(run)
+    assert sampled
+    drawn = sampled.judged
     sample = drawn.sample_for(name)
     good = within(drawn.values(name), limit.permitted) & sample.done
     return sample.share(~good, sample.ran)

@@ -40,16 +40,17 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
 
     A limited response that jumps as an angle has no verdict.
     """
-    limits = drawn.run.limits
+    limits, sample = drawn.run.limits, drawn.sample
+    names = [*limits] if sample.weights or sample.ran.any() else []
+    judged = {name: drawn.yield_of(name) for name in names}
     summaries = {
         response.name: summarize(
             drawn.values(response.name),
             drawn.sample_for(response.name),
             limits.get(response.name),
             response.range,
-            drawn.ends(response.name),
-            drawn.audited(response.name),
-            drawn.uncertainties.get(response.name),
+            uncertainty=drawn.uncertainties.get(response.name),
+            judged=judged.get(response.name),
         )
         for response in drawn.run.responses
     }
@@ -93,8 +94,8 @@ def all_limits(drawn: Drawn) -> AllLimits | None:
     limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
     if not limits or not drawn.sample.ran.any():
         return None
-    values = {name: drawn.values(name) for name in limits}
-    sample, uncertainty = drawn.sample_for(*limits), drawn.uncertainty(JOINT)
+    values = {name: drawn.judged.values(name) for name in limits}
+    sample, uncertainty = drawn.judged.sample_for(*limits), drawn.uncertainty(JOINT)
     within = joint_yield(values, sample, limits, uncertainty)
     n = len(limits)
     return AllLimits(n, within, min(n * (1 - CONFIDENCE) / 2, 1.0))

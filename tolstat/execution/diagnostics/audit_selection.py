@@ -118,11 +118,12 @@ def select(
     }
     for name, limit in limits.items():
         purposes[name][Reason.OUT] = random_out(trials, name, limit, seed, OUT)
-    at_random, number = random_trials(seed, len(trials.deviations)), 0
+    random = trials.random
+    at_random, number = random_trials(seed, len(random.deviations)), 0
     if sure:
-        number = random_number(trials, limits)
+        number = random_number(random, limits)
     if number > len(at_random):
-        at_random = more_random(seed, len(trials.deviations), number)
+        at_random = more_random(seed, len(random.deviations), number)
     return Selection.joined(at_random, purposes)
 
 
@@ -161,6 +162,7 @@ def random_out(
     trials: Trials, name: str, limit: Limit, seed: int, number: int
 ) -> Integers:
     """Return random ones of the trials out of limit, failed ones included."""
+    trials = trials.random
     ran = trials.status != Status.NOT_RUN
     out = np.flatnonzero(ran & ~within(trials.response(name), limit.permitted))
     order = np.argsort(uniform(seed, "audit", len(out), f"out of limit of {name}"))

@@ -40,6 +40,14 @@ def undecided(
         name: within(responses[name], limit.permitted) & sample.done
         for name, limit in limits.items()
     }
+    if thinned := sample.thinned:
+        from tolstat.statistics.deciding.thinned_share import is_settled  # seldom
+
+        return {
+            name: good
+            for name, good in units.items()
+            if not is_settled(~good, thinned, 1 - limits[name].demanded)
+        }
     return {
         name: good
         for name, good in units.items()

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -84,6 +85,47 @@ class Weights:
             self, values=self.values[trials], cut=self.cut * inverse,
             uncovered=self.uncovered * inverse,
         )  # fmt: skip
+
+
+# columns of a run whose trials were thinned; no response can have these names
+COLUMNS = {
+    "thinned-chance": "with which the trial was evaluated once it was drawn",
+    "thinned-drawn": "trials drawn until the end of its stage",
+    "thinned-least": "least chance of its stage",
+}
+
+
+class Thinned(NamedTuple):
+    """How trials were thinned: float64[trial] each, in the order of their stages.
+
+    Attributes
+    ----------
+    chance : float64[trial]
+        With which a trial was evaluated, once it was drawn.
+    drawn : float64[trial]
+        Trials drawn until the end of the stage of a trial. The first stage has as many
+        trials as it drew.
+    least : float64[trial]
+        Least chance of the stage, chosen before it.
+    """
+
+    chance: Array
+    drawn: Array
+    least: Array
+
+    @property
+    def plain(self) -> int:
+        """Number of trials of the first stage, all of which were evaluated."""
+        return int(self.drawn[0])
+
+    @property
+    def ends(self) -> Integers:
+        """Numbers of evaluated trials at the end of each stage, int64[stage]."""
+        return np.append(np.flatnonzero(np.diff(self.drawn)) + 1, len(self.drawn))
+
+    def first(self, trials: int) -> Thinned:
+        """Return the first trials, which are whole stages."""
+        return Thinned(*(values[:trials] for values in self))
 
 
 def effective_number(weights: Array) -> int:

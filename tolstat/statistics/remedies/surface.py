@@ -29,6 +29,11 @@ class Gains(NamedTuple):
     linear: Array
     bent: Array
 
+    @property
+    def both(self) -> Array:
+        """The sum."""
+        return self.linear + self.bent
+
 
 class Surface(NamedTuple):
     """Responses as quadratic functions of scaled deviations z.
@@ -55,8 +60,7 @@ class Surface(NamedTuple):
         """
         changed = np.flatnonzero((shift != 0) | (ratio != 1))
         step = shift[changed] + (ratio[changed] - 1) * z[:, changed]
-        gains = self.along(z, changed)(step)
-        return gains.linear + gains.bent
+        return self.along(z, changed)(step).both
 
     def along(self, z: Array, columns: Integers) -> Callable[[Array], Gains]:
         """Return what responses gain by steps of some contributors, as a function.
@@ -78,15 +82,16 @@ class Surface(NamedTuple):
         return gains
 
 
-def fitted_surface(z: Array, responses: Array) -> Surface:
+def fitted_surface(z: Array, responses: Array, weights: Array | None = None) -> Surface:
     """Fit float64[trial, response] to scaled deviations, float64[trial, contributor].
 
+    `weights`, float64[trial], tell how much trials count; equally without them.
     Products of two contributors take part if there are four trials a term, and if some
     response is not nearly explained without them; of many contributors the main ones.
     """
     trials, contributors = z.shape
     sigma = responses.std(axis=0)
-    surface = _fitted(z, responses, *np.empty((2, 0), int))
+    surface = _fitted(z, responses, weights, *np.empty((2, 0), int))
     first, second = np.triu_indices(contributors, 1)
     terms = 1 + 2 * contributors + len(first)
     unexplained = np.any(surface.remainders > WELL_EXPLAINED * sigma)
@@ -98,10 +103,16 @@ def fitted_surface(z: Array, responses: Array) -> Surface:
         most = int(np.sqrt(2 * max(MOST_TERMS - 2 * contributors, 0)))
         main = np.sort(np.argsort(-share.max(axis=1), kind="stable")[:most])
         first, second = (main[i] for i in np.triu_indices(len(main), 1))
-    return _fitted(z, responses, first, second)
+    return _fitted(z, responses, weights, first, second)
 
 
-def _fitted(z: Array, responses: Array, first: Integers, second: Integers) -> Surface:
+def _fitted(
+    z: Array,
+    responses: Array,
+    weights: Array | None,
+    first: Integers,
+    second: Integers,
+) -> Surface:
     """Fit with products of the first with the second contributors."""
     trials, contributors = z.shape
     centre, spread = z.mean(axis=0), z.std(axis=0)
@@ -109,6 +120,10 @@ def _fitted(z: Array, responses: Array, first: Integers, second: Integers) -> Su
     mean, sigma = responses.mean(axis=0), responses.std(axis=0)
     sigma = np.where(sigma > 0, sigma, 1.0)
     terms = 1 + 2 * contributors + len(first)
+    relative, total = None, np.full(len(mean), float(trials))  # sum of squares
+    if weights is not None:
+        relative = weights[:, None] / weights.mean()
+        total = np.sum(relative * ((responses - mean) / sigma) ** 2, axis=0)
     among, with_y = np.zeros((terms, terms)), np.zeros((terms, len(mean)))
     for start in range(0, trials, BLOCK):
         block = slice(start, start + BLOCK)
@@ -116,12 +131,13 @@ def _fitted(z: Array, responses: Array, first: Integers, second: Integers) -> Su
         columns = np.hstack(
             [np.ones((len(u), 1)), u, u * u - 1, u[:, first] * u[:, second]]
         )
-        among += columns.T @ columns
-        with_y += columns.T @ ((responses[block] - mean) / sigma)
+        counted = columns if relative is None else columns * relative[block]
+        among += counted.T @ columns
+        with_y += counted.T @ ((responses[block] - mean) / sigma)
     solution = np.linalg.lstsq(among, with_y, rcond=RANK)[0]
     explained = np.einsum("kj,kj->j", solution, with_y)
     free = max(trials - terms, 1)
-    remainders = sigma * np.sqrt(np.maximum(trials - explained, 0) / free)
+    remainders = sigma * np.sqrt(np.maximum(total - explained, 0) / free)
     chance = SIGNIFICANT * remainders / sigma / np.sqrt(trials) + ROUNDING
     terms_of_z = solution[1:]  # by chance, a shift along them would lead anywhere
     terms_of_z[np.abs(terms_of_z) < chance] = 0.0
