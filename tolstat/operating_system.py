@@ -61,13 +61,16 @@ def make_private(folder: Path) -> None:
             raise PermissionError(0, f"other users can write to {path}")
 
 
-def local_time(seconds: float, timespec: str = "seconds") -> str:
-    """Return a time since 1970 with its zone; UTC where TZ is none."""
+def local_time(seconds: float) -> str:
+    """Return a time since 1970, to the millisecond and with its zone.
+
+    Runs in a row are ordered by it. UTC where TZ is none.
+    """
     try:
         time = datetime.fromtimestamp(seconds).astimezone()
     except ValueError:  # a zone of a day or more, such as TZ=UTC+24
         time = datetime.fromtimestamp(seconds, UTC)
-    return time.isoformat(timespec=timespec)
+    return time.isoformat(timespec="milliseconds")
 
 
 def process_exists(number: int) -> bool:

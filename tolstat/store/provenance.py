@@ -22,8 +22,8 @@ DECISIVE = {
 
 
 def now() -> str:
-    """Return the time with its zone; runs in a row are ordered by it."""
-    return local_time(time.time(), "milliseconds")
+    """Return the time, with its zone."""
+    return local_time(time.time())
 
 
 def processor() -> str:
