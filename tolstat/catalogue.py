@@ -213,6 +213,10 @@ def _object(source: str) -> object:
         )
     if not path.is_file():
         raise ModelError(f"{path}: no such file")
+    if _isolating:  # its import may end the process
+        from tolstat.isolation.isolated_model import processes_of
+
+        processes_of(partial(load, resolved(source))).digest()
     module_name = f"tolstat_machine_{path.stem}"
     spec = importlib.util.spec_from_file_location(module_name, path.resolve())
     if spec is None or spec.loader is None:

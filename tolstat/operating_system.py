@@ -176,6 +176,13 @@ def cannot_isolate() -> str:
     return f"processes that may crash need Linux; this system is {sys.platform}"
 
 
+def prepare_forks() -> None:
+    """Import what `limit_data` and others need, so that no new process has to."""
+    import resource  # noqa: F401
+
+    _c_library()
+
+
 def fork() -> int:
     """Return the number of a new process, and 0 in it; on Linux alone."""
     return os.fork()

@@ -14,7 +14,7 @@ from tests.answers.page_checks import blocks_of
 from tests.conftest import Toy
 from tests.store.tampering import resealed
 from tolstat.answers.compare.pairing import pair_of
-from tolstat.document.blocks import Gallery, Paragraph, Table
+from tolstat.document.blocks import Bullets, Gallery, Paragraph, Table
 from tolstat.errors import QuestionError
 from tolstat.render.screen import as_text
 
@@ -331,3 +331,24 @@ def test_runs_of_two_models_are_refused(toy, toy_study, tmp_path):
     second = tolstat.run(toy_study, model=Other(), trials=30, output=tmp_path / "b.h5")
     with pytest.raises(QuestionError, match="two models, toy and other"):
         pair_of(first, second)
+
+
+def test_a_ppk_that_differs_is_said_beside_trials_that_do_not(tmp_path):
+    def run_of(tolerance):
+        study = {
+            "model": "dimension_chain", "trials": 3000, "seed": 1,
+            "settings": {"gap": "a - b"}, "limits": {"gap": "0..0.4 mm"},
+            "links": {
+                "a": {"nominal": "10.2 mm", "tolerance": tolerance},
+                "b": {"nominal": "10 mm", "tolerance": "+-0.05 mm"},
+            },
+        }  # fmt: skip
+        name = f"{tolerance[2:-3]}.h5"
+        return tolstat.run(study, output=tmp_path / name)
+
+    narrower = tolstat.compare(run_of("+-0.1 mm"), run_of("+-0.07 mm"))
+    found = narrower.differences[0].findings
+    assert found.neither == found.higher_ppk == ("gap",) and not found.lower_ppk
+    (lead, *_) = (b for b in blocks_of(narrower.document()) if isinstance(b, Bullets))
+    (said,) = map(as_text, lead.items)
+    assert said.endswith("; significantly higher Ppk by moments of gap.")

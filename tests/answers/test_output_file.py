@@ -112,3 +112,26 @@ def test_an_index_that_is_a_link_to_itself_is_refused(name, tmp_path):
     result = CliRunner().invoke(main, ["batch", str(study)])
     assert result.exit_code == 2
     assert name in result.output and "is not replaced" in result.output
+
+
+def test_a_figure_of_a_page_alone(folder, tmp_path):
+    def call(*words):
+        return CliRunner().invoke(main, [str(word) for word in words])
+
+    run, picture = folder / "gear.h5", tmp_path / "chain.svg"
+    done = call("report", run, "--figure", "Waterfall", "-o", picture)
+    assert done.exit_code == 0 and f"figure in {picture}" in done.output
+    assert picture.read_bytes().startswith(b"<?xml")
+    what_if = tmp_path / "wider.png"
+    assert call("what-if", run, "d=+-0.02 mm", "-o", what_if).exit_code == 0
+    assert what_if.read_bytes().startswith(b"\x89PNG")
+    for words, more in (
+        ("did you mean 'Waterfall of gap'", ("--figure", "Water of", "-o", picture)),
+        ("--figure needs -o", ("--figure", "Histogram")),
+        ("--figure needs -o", ("--figure", "Histogram", "-o", tmp_path / "x.html")),
+        ("--figure needs -o", ("--figure", "Histogram", "--json", "-o", picture)),
+    ):
+        done = call("report", run, *more)
+        assert done.exit_code == 2 and words in done.stderr
+    done = call("runs", folder, "-o", picture)
+    assert done.exit_code == 2 and "no figure" in done.stderr

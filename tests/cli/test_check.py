@@ -9,7 +9,9 @@ import pytest
 
 import tolstat
 from tests.answers.conftest import chain as gap_of
+from tests.answers.page_checks import blocks_of
 from tests.cli.command_line import call, chain
+from tolstat.render.screen import as_text
 
 MET, NOT_MET, UNDECIDED = ">= 0.5 mm", ">= 1.2 mm", ">= 0.87 mm"
 
@@ -119,3 +121,7 @@ def test_a_rare_run_judges_one_limit(tmp_path):
     found = tolstat.summary(run)
     assert found.reason == "if no kind of failure was missed"
     assert json.loads(found.json())["reason"] == found.reason
+    roles = {getattr(block, "role", ""): block for block in blocks_of(found.document())}
+    assert as_text(roles["lead"].parts).startswith(
+        f"The limit is met ({found.reason}). "
+    )

@@ -30,3 +30,18 @@ class Cliff(Model):
         other = 1e3 * deviations[:, 1] + error
         status = np.where(deviations[:, 1] > 2.9e-3, 4, 1)
         return Outcome(np.stack([force + error, other], axis=1), status)
+
+
+class Fragile(Model):
+    """Ends a trial far out as it is evaluated more precisely: one that takes long."""
+
+    name = "fragile"
+    settings = CliffSettings
+
+    def describe(self, settings):
+        return Description((Contributor("part", "m"),), (Response("force", "N"),))
+
+    def evaluate(self, deviations, settings):
+        force = 10 + 1e3 * deviations[:, 0]
+        long = (settings.rtol < 1e-3) & (np.abs(force - 10) > 2)
+        return Outcome(force[:, None], np.where(long, 4, 1))

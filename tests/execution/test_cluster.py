@@ -26,6 +26,7 @@ from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.execution.workers.cluster import Cluster
 from tolstat.execution.workers.remote_blocks import packed
 from tolstat.model.checked import simulate
+from tolstat.status import Status
 from tolstat.study.study import load
 
 WORKER = ["--nthreads", "1", "--no-nanny", "--no-dashboard", "--host", "127.0.0.1"]
@@ -81,6 +82,22 @@ def ring(tmp_path_factory):
 def wait_for_workers(address, number):
     with Client(address, set_as_default=False) as client:
         client.wait_for_workers(number, timeout=60)
+
+
+def test_a_model_that_crashes_costs_its_trials_alone(ring, tmp_path):
+    catalogue.load(f"{ROOT / 'tests/isolation/trouble.py'}:RowByRow")
+    study = tmp_path / "study.toml"
+    study.write_text(
+        'model = "trouble_by_row"\ntrials = 80\nseed = 3\nsettings.how = "crash"\n'
+        'deviations.x = "+-3 m"\n'
+    )
+    with Cluster(ring.address) as cluster, Workers(executor=cluster, block=20) as crew:
+        far = execute(load(study), tmp_path / "far.h5", crew)
+    x, crashed = far.column("x"), far.status == Status.CRASHED
+    assert crashed.any()
+    assert (crashed == (x > 2)).all()
+    assert far.column("y")[~crashed].tobytes() == (2 * x[~crashed] + 1).tobytes()
+    assert [*far.isolation.output] == np.flatnonzero(crashed).tolist()
 
 
 def test_a_killed_worker_changes_no_bit(ring, tmp_path):

@@ -8,9 +8,12 @@ import pytest
 import tolstat
 from tests.answers.page_checks import words_in
 from tests.execution import short_events as models
-from tolstat.answers.report.finding_words import next_steps
+from tests.execution.audited import Fragile
+from tolstat.answers.report.finding_words import next_steps, sentences
+from tolstat.answers.report.report_answer import StepKind
 from tolstat.answers.report.report_warnings import NumbersWarning, VerdictWarning
 from tolstat.document.blocks import Paragraph
+from tolstat.render.screen import as_text
 
 NORMAL = "+-10 %"
 
@@ -147,3 +150,25 @@ def test_a_jam_that_most_trials_miss_is_not_met_quietly(tmp_path):
     yields = tolstat.summary(run).limits["end"].yields
     assert yields.fraction_out_of_limit.upper < 0.0027
     assert yields.words == "undecided (integration error)"
+
+
+def test_trials_that_fail_when_evaluated_again_are_no_integration_error(tmp_path):
+    study = {
+        "model": "fragile", "trials": 1000, "seed": 1, "deviations": {"part": "+-3 mm"},
+        "limits": {"force": "<= 13.5 N"},
+    }  # fmt: skip
+    run = tolstat.run(study, model=Fragile(), output=tmp_path / "fragile.h5")
+    found = tolstat.summary(run)
+    assert found.limits["force"].yields.words == (
+        "undecided (trials fail one of two times)"
+    )
+    (warning,) = [x for x in found.warnings if isinstance(x, VerdictWarning)]
+    (said,) = [as_text(parts) for parts in sentences([warning])]
+    again = len(run.audited.trials)
+    assert f"{warning.movement.failed_once} of {again} trials evaluated again" in said
+    assert "integration error" not in said
+    assert found.responses["force"].causes.named == () and not found.findings.remedy
+    (step,) = found.findings.steps
+    trial = int(step.commands[0].split()[3])
+    assert step.kind is StepKind.SEE_FAILED and trial in run.audited.trials
+    assert abs(run.column("force")[trial] - 10) > 2

@@ -18,8 +18,8 @@ from tests.isolation.trouble import ABOVE
 from tests.isolation.trouble import TroubleSettings as Settings
 from tolstat import catalogue
 from tolstat.errors import ModelError, StudyError
-from tolstat.isolation import isolated_model, processes
-from tolstat.model.checked import simulate
+from tolstat.isolation import isolated_model, nursery_process, processes
+from tolstat.model.checked import described, simulate
 from tolstat.status import Status
 
 FILE = Path(__file__).with_name("trouble.py")
@@ -85,7 +85,7 @@ def test_a_hang_costs_its_trial(kind):
 
 
 def test_a_leak_costs_its_trial(monkeypatch):
-    monkeypatch.setattr(processes, "GROWTH", 200 << 20)
+    monkeypatch.setattr(nursery_process, "GROWTH", 200 << 20)
     check(simulate(found("RowByRow"), ROWS, Settings("leak")), Status.CRASHED)
 
 
@@ -172,6 +172,63 @@ def test_no_process_survives_a_killed_parent(tmp_path):
     gone, alive = psutil.wait_procs(family, timeout=10)
     assert len(gone) >= 2
     assert not alive
+
+
+FALLING = """
+import ctypes, os
+from tolstat import Contributor, Description, Model, Outcome, Response
+
+def fall(name):
+    if name == {where!r}:
+        print("falling in", name)
+        ctypes.string_at(0)
+
+fall("import")
+
+class Falling(Model):
+    name = "falling"
+    failures = {{"late": "x is small"}}
+
+    def preload(self):
+        fall("preload")
+
+    def describe(self, settings):
+        fall("describe")
+        return Description((Contributor("x", "m"),), (Response("y", "m"),))
+
+    def impossible(self, deviations, settings):
+        fall("impossible")
+        return {{"late": deviations[:, 0] > 1}}
+
+    def evaluate(self, deviations, settings):
+        return Outcome(deviations + os.getpid())
+"""
+
+
+@pytest.mark.parametrize("where", ["import", "preload", "describe", "impossible"])
+def test_a_crash_outside_of_trials_is_an_error(tmp_path, where):
+    path = tmp_path / "falling.py"
+    path.write_text(FALLING.format(where=where))
+    with catalogue.isolating(), pytest.raises(ModelError) as error:
+        model = catalogue.find(catalogue.load(f"{path}:Falling"))
+        described(model, None)
+        simulate(model, np.zeros((1, 1)), None)
+    assert "SIGSEGV" in str(error.value)
+    assert f"falling in {where}" in str(error.value)
+
+
+def test_a_source_that_has_changed_is_refused(tmp_path):
+    path = tmp_path / "falling.py"
+    path.write_text(FALLING.format(where=""))
+    model = catalogue.isolated(catalogue.load(f"{path}:Falling"))
+    answers = simulate(model, np.array([[0.0], [2.0]]), None)
+    assert answers.responses[0, 0] != os.getpid()
+    assert answers.status.tolist() == [Status.DONE, 100]
+    (of_model,) = isolated_model._processes.values()
+    path.write_text(FALLING.format(where="").replace("> 1", "> 0"))
+    of_model.close()  # another one is started
+    with pytest.raises(ModelError, match="source has changed"):
+        simulate(model, np.zeros((1, 1)), None)
 
 
 def test_an_object_of_this_process_is_refused():

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from tests.statistics.remedy_problems import PROBLEMS, sampled
+from tests.statistics.remedy_problems import PROBLEMS, Problem, sampled
 from tolstat.statistics.integration_error import trials_for_sure
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.intervals.weights import Weights
@@ -148,7 +149,8 @@ def test_tightening_reaches_the_needed_sigma_with_little_to_spare():
     spread = math.sqrt(((moved.change.ratio * HALVES) ** 2).sum())
     assert 0.3 / 1.3 < spread < 0.3 / 1.1
     assert not moved.change.size
-    last = [step.after.joint.value for step in steps(trials, moved.change)]
+    found = steps(trials, moved.change, lambda change: predicted(trials, change))
+    last = [step.after.joint.value for step in found]
     assert last == sorted(last, reverse=True)
     assert last[-1] == predicted(trials, moved.change).joint.value
 
@@ -290,9 +292,12 @@ def test_an_interval_is_wider_where_the_surface_bends_or_explains_little():
 @pytest.mark.parametrize("problem", PROBLEMS, ids=lambda problem: problem.name)
 def test_a_proved_remedy_meets_all_limits_in_truth(problem, record_property):
     started = time.process_time()
-    rng = np.random.default_rng(2)
     trials = sampled(problem, N, seed=0)
-    proof = proved(trials, lambda change: problem.sample(20_000, rng, change))
+
+    def sample(change, seed):
+        return problem.sample(20_000, np.random.default_rng([2, seed]), change)
+
+    proof = proved(trials, sample)
     record_property("seconds", time.process_time() - started)
     if not problem.solvable:
         assert not (proof and proof.met)
@@ -302,6 +307,13 @@ def test_a_proved_remedy_meets_all_limits_in_truth(problem, record_property):
     _, y = problem.sample(400_000, np.random.default_rng(99), proof.change)
     lower, upper = problem.limits.T
     assert np.all(((y < lower) | (y > upper)).mean(axis=0) <= 0.0027)
+    shift, ratio = trials.design.none
+    for step in proof.steps:  # what is said of earlier ones is of fresh trials, too
+        shift, ratio = shift + step.change.shift, ratio * step.change.ratio
+        _, y = sample(Change(shift, ratio), proof.seed)
+        out = np.any((y < lower) | (y > upper), axis=1)
+        assert step.after.joint == proportion(int(out.sum()), len(y))
+    np.testing.assert_array_equal((shift, ratio), proof.change)
 
 
 def test_trials_that_make_met_sure_bound_the_errors_that_none_of_them_shows():
@@ -309,3 +321,44 @@ def test_trials_that_make_met_sure_bound_the_errors_that_none_of_them_shows():
     assert proportion(0, trials).upper <= 0.001 < proportion(0, trials - 1).upper
     assert trials == pytest.approx(3.7 / 0.001, rel=0.01)
     assert trials_for_sure(0.0027, 0.0027) is None
+
+
+def test_one_shift_stands_instead_of_two_that_do_the_same():
+    """The second search, about |a - b| = 0, sees no side of it; the first one does."""
+    problem = Problem(
+        "distance", np.array([0.1, 0.08]), lambda a, b: [np.abs(a - b + 0.05)],
+        np.array([(-math.inf, 0.1)]),
+    )  # fmt: skip
+
+    def sample(change, seed):
+        return problem.sample(20_000, np.random.default_rng([1, seed]), change)
+
+    proof = proved(sampled(problem, N, seed=1), sample)
+    assert proof.met and len(proof.change.shifted) == 1
+
+
+def test_one_part_moves_far_rather_than_ten_a_little():
+    """Ten plates share an offset of seven times their tolerance."""
+    halves = np.array([0.05, *[0.002] * 10])
+    problem = Problem(
+        "plates", halves, lambda h, *plates: [h - sum(plates) + 0.03],
+        np.array([(-0.055, 0.055)]), fixed=(0,),
+    )  # fmt: skip
+    change = smallest_change(sampled(problem, N, seed=1), AIM_PROVED).change
+    assert len(change.shifted) == 1 and not change.tightened.size
+
+
+def test_a_limit_is_not_widened_where_the_median_lies_far_out_of_it():
+    trials = stack((0.0, 0.4), free=(False, False, True), centre=5.0)
+    still = trials.design._replace(movable=np.zeros(3, bool))
+    rest = unavoidable(replace(trials, design=still), AIM_PROVED)
+    assert rest.beyond == pytest.approx([4.6], abs=0.01)
+    np.testing.assert_array_equal(rest.permitted, [[0.0, 0.4]])
+    assert unavoidable(trials, AIM_PROVED) is None  # 49 half tolerances lead there
+
+
+def test_a_length_stays_above_zero():
+    trials = stack((-0.3, 0.1), free=(True, False, False), centre=1.0)
+    longer = trials.design._replace(lowest=np.array([-2.0, -np.inf, -np.inf]))
+    moved = smallest_change(replace(trials, design=longer), AIM_PROVED)
+    assert -2 <= moved.change.shift[0] < -1.9 and moved.score < 0

@@ -3,7 +3,8 @@
 import pytest
 
 from tests.study.chains import CHAIN, problems_of
-from tolstat.study.settings_section import link_tables, separated
+from tolstat.study.drawing_text import separated
+from tolstat.study.settings_section import link_tables
 
 ONE = {"model": "dimension_chain", "links": {"A": "1 mm"}}
 STAND = {"model": "stand", "trials": 8, "seed": 1}

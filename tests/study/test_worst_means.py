@@ -31,6 +31,11 @@ def test_four_means_at_their_worst(tmp_path):
     numbers = {number.name: number.value for number in run.numbers}
     assert numbers["rss_mean_at_largest"] == pytest.approx(0.04e-3)
     assert numbers["rss_sigma_at_largest"] == pytest.approx(0.02e-3 / 3)
+    corners = {
+        side: case.value for side, case in run.worst_cases("gap_at_least").items()
+    }
+    assert corners == pytest.approx({"least": -0.12e-3, "largest": 0.04e-3})
+    assert numbers["worst_max_at_least"] == pytest.approx(0.04e-3)
     assert run.assumed["a"].words.endswith(", mean within +-0.01 mm")
     assert any("means lie within their ranges" in note for note in run.notes)
     assert tolstat.replay(run, 5).differences == ()

@@ -9,14 +9,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from tolstat.document.blocks import Document
+from tolstat.document.blocks import PICTURES, Document
 from tolstat.document.inline import Row
 from tolstat.errors import QuestionError, allowed_names
 
 if TYPE_CHECKING:
     import pandas as pd
 
-ENDINGS = (".html", ".csv", ".json", ".xlsx")
+ENDINGS = (".html", ".csv", ".json", ".xlsx", *PICTURES)
 # by the name of an answer: the module of this folder that has its document, and the
 # function there. An answer is types, and knows none of its words.
 DOCUMENTS = {
@@ -111,7 +111,7 @@ class Answer(ABC):
         Raises
         ------
         QuestionError
-            If the page has no such figure.
+            If its page has no such figure.
         """
         from tolstat.document.blocks import figures_in
         from tolstat.render.figures import draw  # slow to import
@@ -120,28 +120,39 @@ class Answer(ABC):
         for description, picture in figures.items():
             if description.startswith(words):
                 return draw(picture, description.partition(":")[0])
+        if not figures:
+            raise QuestionError("its page has no figure")
         names = sorted({description.partition(":")[0] for description in figures})
         raise QuestionError(f"figure {words!r}: {allowed_names(words, names)}")
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
+    def save(self, path: str | os.PathLike[str], figure: str = "") -> Path:
         """Write it to a file: .html, .csv, .json or .xlsx, by its ending.
+
+        A figure of its page to .png, .svg or .pdf: the first one, or `figure`, see
+        `plot`.
 
         Raises
         ------
         RunFileError
             If the ending is not allowed, or the file cannot be written or replaced.
+        QuestionError
+            If its page has no such figure.
         """
         from tolstat.answers.output_file import check_ending, replace
 
         path = Path(path)
         check_ending(path, "an answer", ENDINGS)
-        match path.suffix.lower():
+        match ending := path.suffix.lower():
             case ".html":
                 content = self.html().encode()
             case ".csv":
                 content = self.csv().encode()
             case ".json":
                 content = self.json().encode()
+            case _ if ending in PICTURES:
+                from tolstat.render.picture import picture  # slow to import
+
+                content = picture(self.plot(figure), ending)
             case _:
                 content = self.workbook()
         return replace(path, content)

@@ -148,8 +148,10 @@ def typed_options(run: Run, trials: int | None = None) -> list[object]:
 
 
 def as_typed(path: Path) -> Path:
-    """Return a path as it is typed in the folder of this process: the shorter way."""
-    return min(Path(os.path.relpath(path)), path, key=lambda x: len(str(x)))
+    """Return a path as it is typed in the folder of this process, or one above it."""
+    relative = Path(os.path.relpath(path))
+    above = os.pardir in relative.parent.parts
+    return path if above and {*relative.parent.parts} != {os.pardir} else relative
 
 
 def worded(error: TolstatError) -> str:

@@ -5,7 +5,7 @@ import errno
 import importlib
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib.resources import files
 from typing import Any, NoReturn
@@ -177,7 +177,22 @@ def _load_machine(
         load(machine)
 
 
-MACHINE = click.Option(
+class Machine(click.Option):
+    """The option --machine; with --isolate another process imports its file first."""
+
+    def handle_parse_result(
+        self, ctx: click.Context, opts: Mapping[str, Any], args: list[str]
+    ) -> tuple[Any, list[str]]:
+        """Load the models."""
+        if not opts.get("isolate"):
+            return super().handle_parse_result(ctx, opts, args)
+        from tolstat.catalogue import isolating
+
+        with isolating():
+            return super().handle_parse_result(ctx, opts, args)
+
+
+MACHINE = Machine(
     ["--machine"],
     metavar="FILE.py:NAME|FILE.fmu|exec:COMMAND",
     multiple=True,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tolstat.document.blocks import PICTURES
 from tolstat.errors import RunFileError
 from tolstat.literal import visible
 
@@ -71,6 +72,16 @@ def form(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+also_written = output_option(
+    "Also write a file: .html, .csv, .json, .xlsx, .svg, .png or .pdf."
+)
+figure = click.option(
+    "--figure",
+    default="",
+    metavar="NAME",
+    help="The figure that -o FILE.svg, .png or .pdf holds, by how its name begins; "
+    "default: the first one.",
+)
 run_file = path_argument("source", "RUN.h5")
 regardless = click.option(
     "--regardless",
@@ -170,11 +181,13 @@ def say(words: str) -> None:
     click.echo(visible(words))
 
 
-def check_delivery(output: Path | None, form: str | None) -> None:
+def check_delivery(output: Path | None, form: str | None, figure: str = "") -> None:
     """Refuse a file that cannot be written, before the answer is computed."""
     from tolstat.answers.answer import ENDINGS
     from tolstat.answers.output_file import check_ending, check_output
 
+    if figure and (form or not output or output.suffix.lower() not in PICTURES):
+        raise click.UsageError("--figure needs -o with a .svg, .png or .pdf file")
     if output and form:
         check_output(output)
     elif output:
@@ -190,7 +203,9 @@ def check_study_output(path: Path) -> None:
         raise RunFileError(f"{path}: the name of a study ends in .toml")
 
 
-def deliver(answer: Answer, output: Path | None, form: str | None) -> None:
+def deliver(
+    answer: Answer, output: Path | None, form: str | None, figure: str = ""
+) -> None:
     """Show an answer, or write its numbers; into a file if one is given."""
     from tolstat.answers.output_file import replace
     from tolstat.render.screen import show
@@ -204,4 +219,4 @@ def deliver(answer: Answer, output: Path | None, form: str | None) -> None:
         return
     show(answer.document())
     if output:
-        say(f"written to {answer.save(output)}")
+        say(f"written to {answer.save(output, figure)}")

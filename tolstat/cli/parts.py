@@ -37,8 +37,9 @@ from tolstat.cli import options
     metavar="TEXT",
     help='What cells without a value have, such as -999; "" for none.',
 )
-@options.output_option("Also write a file: .html, .csv, .json or .xlsx.")
+@options.also_written
 @options.form
+@options.figure
 def parts(
     file: Path,
     columns: tuple[str, ...],
@@ -48,6 +49,7 @@ def parts(
     no_value: tuple[str, ...],
     output: Path | None,
     form: str | None,
+    figure: str,
     **keys: str | None,
 ) -> None:
     """Judge measured parts of a file by the tolerance of their drawing.
@@ -57,11 +59,11 @@ def parts(
     """
     from tolstat.answers.parts.parts_answer import parts as judged
 
-    options.check_delivery(output, form)
+    options.check_delivery(output, form, figure)
     typed: dict[str, Any] = {k: value for k, value in keys.items() if value is not None}
     if no_value:
         typed["no_value"] = [*no_value]
     answer = judged(
         file, columns, tolerance=tolerance, nominal=nominal, lots=lots, **typed
     )
-    options.deliver(answer, output, form)
+    options.deliver(answer, output, form, figure)

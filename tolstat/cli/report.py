@@ -8,10 +8,10 @@ import click
 from tolstat.answers import reports
 from tolstat.answers.compare.compare_runs import compare as comparison
 from tolstat.answers.export.trials_table import export as write_trials
-from tolstat.answers.output_file import check_output
 from tolstat.answers.relimit import limited
 from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
+from tolstat.document.blocks import PICTURES
 from tolstat.errors import QuestionError, UnitError
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import SHOWN, SI
@@ -22,6 +22,7 @@ from tolstat.units.grammar import quantity
 @options.run_file
 @options.output_option("The page to write; default: the run's name ending in .html.")
 @options.form
+@options.figure
 @options.closely
 @click.option(
     "--quantile",
@@ -35,6 +36,7 @@ def report(
     source: Path,
     output: Path | None,
     form: str | None,
+    figure: str,
     responses: tuple[str, ...],
     quantiles: tuple[str, ...],
     limits: tuple[str, ...],
@@ -44,8 +46,7 @@ def report(
     With --json or --csv it writes the numbers alone, to the screen or to a file (-o).
     """
     gc.disable()  # the process ends with the page: nothing needs collecting
-    if output:
-        check_output(output)
+    options.check_delivery(output, form, figure)
     run = open_run(source)
     if limits:
         try:
@@ -57,8 +58,8 @@ def report(
     if form:
         options.deliver(answer, output, form)
     else:
-        path = answer.save(output or run.path.with_suffix(".html"))
-        options.say(f"report in {path}")
+        path = answer.save(output or run.path.with_suffix(".html"), figure)
+        options.say(f"{'figure' if path.suffix in PICTURES else 'report'} in {path}")
 
 
 def _share(text: str) -> float:
@@ -71,13 +72,15 @@ def _share(text: str) -> float:
 
 @click.command()
 @options.path_argument("runs", "A.h5 B.h5...", nargs=-1, required=True)
-@options.output_option("Also write a file: .html, .csv, .json or .xlsx.")
+@options.also_written
 @options.form
+@options.figure
 @options.closely
 def compare(
     runs: tuple[Path, ...],
     output: Path | None,
     form: str | None,
+    figure: str,
     responses: tuple[str, ...],
 ) -> None:
     """Compare each run with the first: B less A.
@@ -85,8 +88,8 @@ def compare(
     It compares trial by trial if seed and sampling are the same. A Latin hypercube also
     needs the same number of trials.
     """
-    options.check_delivery(output, form)
-    options.deliver(comparison(*runs, responses=responses), output, form)
+    options.check_delivery(output, form, figure)
+    options.deliver(comparison(*runs, responses=responses), output, form, figure)
 
 
 @click.command()

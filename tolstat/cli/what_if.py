@@ -25,8 +25,9 @@ NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 @click.command("what-if")
 @options.run_file
 @click.argument("deviations", metavar="NAME=TOLERANCE...", nargs=-1)
-@options.output_option("Also write a file: .html, .csv, .json or .xlsx.")
+@options.also_written
 @options.form
+@options.figure
 @options.limits
 @options.isolate
 @click.option(
@@ -44,6 +45,7 @@ def what_if(
     deviations: tuple[str, ...],
     output: Path | None,
     form: str | None,
+    figure: str,
     limits: tuple[str, ...],
     reweight: bool,
     write: Path | None,
@@ -64,13 +66,13 @@ def what_if(
     """
     scenarios, limited = scenarios_in(deviations), limits_in(limits)
     if write:
-        if output or form:
+        if output or form or figure:
             raise click.UsageError("--write takes no -o, --json or --csv")
         if len(scenarios) > 1:
             raise click.UsageError("--write takes one scenario")
         _write(write, source, scenarios[0], limited)
         return
-    options.check_delivery(output, form)
+    options.check_delivery(output, form, figure)
     asked: Any = scenarios if len(scenarios) > 1 else scenarios[0]
     try:
         answer = estimate(
@@ -80,7 +82,7 @@ def what_if(
         one = len(scenarios) == 1
         advice = fresh_run_advice(source, deviations, limits) if one else ""
         raise type(error)(f"{error}{advice}", *error.advice) from None
-    options.deliver(answer, output, form)
+    options.deliver(answer, output, form, figure)
 
 
 def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:

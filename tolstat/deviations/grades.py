@@ -21,6 +21,7 @@ from bisect import bisect_left
 from tolstat.deviations.distributions import Tolerance
 from tolstat.errors import GradeError
 from tolstat.units.grammar import tolerance
+from tolstat.units.typography import typed_quantity
 
 GRADES = range(-1, 19)  # IT01 is -1
 
@@ -286,7 +287,12 @@ def _check(text: str, limits: str, ends: Tolerance) -> None:
         )
 
 
-_GENERAL = re.compile(r"ISO\s*2768(?:-1)?\s*-\s*([fmcv])[HKL]?(\s+radius)?")
+# "ISO 2768-mK" has a class of form, too, and "-E" the envelope requirement
+GENERAL = (
+    r"(?:DIN\s+)?(?:EN\s+)?ISO\s*2768(?:-1)?(?::\d{4})?\s*[-–]?\s*"
+    r"[fmcv][HKL]?(?:\s*-\s*E)?\b(?:\s+radius)?"
+)
+_CLASS = re.compile(r"(?<=[-\s\d])([fmcv])[HKL]?\b")
 # upper ends of ranges of sizes, mm, and half the zone by class; None: not given
 Table = tuple[tuple[float, ...], dict[str, tuple[float | None, ...]]]
 LENGTHS: Table = (
@@ -316,8 +322,11 @@ LEAST = 0.5  # mm, of lengths and radii
 
 def general_class(text: str) -> tuple[str, bool] | None:
     """Return the class of a general tolerance, and whether it is of a radius."""
-    match = _GENERAL.fullmatch(text.strip())
-    return (match[1], bool(match[2])) if match else None
+    text = typed_quantity(text)
+    if not re.fullmatch(GENERAL, text):
+        return None
+    *_, name = _CLASS.findall(text)
+    return name, text.endswith("radius")
 
 
 def general_zone(text: str, size: float, unit: str = "m") -> Tolerance:

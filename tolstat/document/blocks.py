@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from tolstat.document.plot import Plot  # a screen has no figures
     from tolstat.document.scene import Scene
 
+PICTURES = (".png", ".svg", ".pdf")  # endings of files that hold a figure
+
 
 class Sketch(NamedTuple):
     """A small histogram without axes, its bars in [0, 1] along a common width."""

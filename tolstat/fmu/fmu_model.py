@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -14,12 +15,14 @@ from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import ModelError, UnitError, allowed_names
 from tolstat.fmu.fmu_settings import method_settings, settings_class, start_of
 from tolstat.fmu.fmu_trial import Method
+from tolstat.fmu.instance import fmpy_modules
+from tolstat.fmu.model_exchange import cvode_modules
 from tolstat.fmu.model_xml import FmuFile, read_fmu
 from tolstat.fmu.parameters import quantities, typed_name, unit_of
 from tolstat.fmu.prepared import Prepared
 from tolstat.fmu.taken import Reduction, Taken
 from tolstat.fmu.trial_points import FAILURES, OUTSIDE
-from tolstat.fmu.unpacked import forgets
+from tolstat.fmu.unpacked import forgets, unpacked
 from tolstat.lanes.digest import digest
 from tolstat.model.checked import RESERVED
 from tolstat.model.contract import History, Model, Outcome
@@ -128,6 +131,14 @@ class FmuModel(Model):
             rtol=max(settings.rtol / TIGHTER, LEAST_RTOL),
             model_exchange=bool(self.file.model_exchange),
         )
+
+    def preload(self) -> None:
+        """Import FMPy, and unpack the FMU; its library stays out of this process."""
+        fmpy_modules()
+        unpacked(self.file)
+        if self.file.model_exchange:
+            with suppress(ModelError):  # trials without it need no CVode
+                cvode_modules()
 
     def notes(self) -> tuple[str, ...]:
         """Return whether it forgets to reset what it remembers."""

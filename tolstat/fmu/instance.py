@@ -21,6 +21,15 @@ EXIT_CODE = 70  # of a process whose FMU reports a fatal error
 NEEDED = "pip install tolstat[fmu]"
 
 
+def fmpy_modules() -> tuple[Any, Any, Any]:
+    """Return the modules of FMPy; ModelError without it."""
+    try:
+        from fmpy import fmi1, fmi2, fmi3
+    except ImportError:
+        raise ModelError(f"FMUs need FMPy: {NEEDED}") from None
+    return fmi1, fmi2, fmi3
+
+
 class FmuError(Exception):
     """A call that an FMU answers with discard or error; its last message."""
 
@@ -45,10 +54,7 @@ class Instance:
         self._message = ""
         self.solver: Any = None  # of model exchange
         self.trials = 0  # that followed a reset
-        try:
-            from fmpy import fmi1, fmi2, fmi3
-        except ImportError:
-            raise ModelError(f"FMUs need FMPy: {NEEDED}") from None
+        fmi1, fmi2, fmi3 = fmpy_modules()
         self.refusal: type[Exception] = fmi1.FMICallException
         if file.fmi == 2:
             kind = fmi2.FMU2Model if model_exchange else fmi2.FMU2Slave

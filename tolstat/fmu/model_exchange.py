@@ -21,6 +21,20 @@ MOST_SHORT = 100  # steps without an advance, one after the other
 END = 1e-12  # of the duration: closer to an end than this is at the end
 
 
+def cvode_modules() -> tuple[Any, Any, Any]:
+    """Return SUNDIALS, CVode and its library; ModelError without them."""
+    try:
+        from fmpy import sundials
+        from fmpy.sundials import cvode
+        from fmpy.sundials.libraries import sundials_cvode
+    except (ImportError, OSError) as error:
+        raise ModelError(
+            "model exchange needs CVode of FMPy, which this computer lacks "
+            f"({error}); use co-simulation"
+        ) from None
+    return sundials, cvode, sundials_cvode
+
+
 class ConstantInputs:
     """Inputs that stay as they are set."""
 
@@ -32,15 +46,7 @@ class Solver:
     """CVode for one FMU in one process; each trial restarts it, as its memory leaks."""
 
     def __init__(self, instance: Instance) -> None:
-        try:
-            from fmpy import sundials
-            from fmpy.sundials import cvode
-            from fmpy.sundials.libraries import sundials_cvode
-        except (ImportError, OSError) as error:
-            raise ModelError(
-                "model exchange needs CVode of FMPy, which this computer lacks "
-                f"({error}); use co-simulation"
-            ) from None
+        sundials, cvode, sundials_cvode = cvode_modules()
         self._failure: FmuError | None = None
         self._cvode, self._sundials = cvode, sundials
         self._set_stop = sundials_cvode.CVodeSetStopTime
@@ -51,7 +57,7 @@ class Solver:
         rates = "getDerivatives" if two else "getContinuousStateDerivatives"
         heard, fmu = self._heard, instance.fmu
 
-        class Guarded(sundials.CVodeSolver):  # type: ignore[misc]
+        class Guarded(sundials.CVodeSolver):  # type: ignore[misc, name-defined]
             """A solver that hears an FMU refuse: Python drops what callbacks raise."""
 
             def f(self, *arguments: Any) -> int:

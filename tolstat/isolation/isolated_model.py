@@ -13,8 +13,9 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.isolation import worker
-from tolstat.isolation.processes import Ended, Processes
-from tolstat.model.contract import Answers, History, Model, Outcome
+from tolstat.isolation.endings import Ended
+from tolstat.isolation.processes import Processes
+from tolstat.model.contract import Answers, Model, Outcome
 from tolstat.model.description import Description
 from tolstat.model.view import Offer, View
 from tolstat.model.wrapped import Wrapped
@@ -48,7 +49,8 @@ class Isolated(Wrapped):
     def __init__(self, base: Model, load: Load, longest: float = 0.0) -> None:
         super().__init__(base)
         self.load, self.longest = load, longest
-        self._identity = b""  # of the code that its processes have loaded
+        self._digest = ""  # of the code that its processes have to load
+        self._described: tuple[Any, Description] | None = None  # settings, and theirs
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return how it is made again in another process."""
@@ -66,7 +68,9 @@ class Isolated(Wrapped):
 
     def describe(self, settings: Any) -> Description:
         """Return the contributors and responses of the model."""
-        return self.base.describe(settings)
+        if self._described is None or self._described[0] is not settings:
+            self._described = settings, self._declared("describe", settings)
+        return self._described[1]
 
     def evaluate(self, deviations: Array, settings: Any) -> Outcome:
         """Return the outcome of trials; one whose process ends has failed."""
@@ -74,24 +78,23 @@ class Isolated(Wrapped):
 
     def impossible(self, deviations: Array, settings: Any) -> Any:
         """Return which trials cannot be built."""
-        return self.base.impossible(deviations, settings)
+        return self._declared("impossible", deviations, settings)
 
     def numbers(self, *arguments: Any, **options: Any) -> Any:
         """Return numbers of the study."""
-        return self.base.numbers(*arguments, **options)
+        return self._declared("numbers", *arguments, **options)
 
     def warnings(self, *arguments: Any) -> Any:
         """Return warnings of the study."""
-        return self.base.warnings(*arguments)
+        return self._declared("warnings", *arguments)
 
-    def history(self, deviations: Array, settings: Any, step: float) -> History:
+    def history(self, deviations: Array, settings: Any, step: float) -> Any:
         """Return the history of a trial."""
-        history: History = self.call(worker.history, self, deviations, settings, step)
-        return history
+        return self._called("history", deviations, settings, step)
 
     def mechanism(self, deviations: Array, settings: Any) -> Any:
         """Return the mechanism of a trial."""
-        return self.call(worker.mechanism, self, deviations, settings)
+        return self._called("mechanism", deviations, settings)
 
     @property
     def views(self) -> tuple[Offer, ...]:  # type: ignore[override]
@@ -100,8 +103,8 @@ class Isolated(Wrapped):
         def isolated(offer: Offer) -> Offer:
             def view(deviations: Array, settings: Any) -> View:
                 arguments = self, offer.name, deviations, settings
-                shown: View = self.call(worker.viewed, *arguments)
-                return shown
+                view: View = self.call(worker.viewed, *arguments)
+                return view
 
             return offer._replace(function=view)
 
@@ -118,14 +121,31 @@ class Isolated(Wrapped):
 
     def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return what a function returns in another process; ModelError if it ends."""
-        request = packed(function, *arguments)
+        return self._result(function.__name__, packed(function, *arguments))
+
+    def _declared(self, name: str, *arguments: Any, **options: Any) -> Any:
+        """Return what a method declares that evaluates nothing.
+
+        Code of tolstat is called here: an FMU is known by its description.
+        """
+        method = getattr(self.base, name)
+        if method.__module__.partition(".")[0] == "tolstat":
+            return method(*arguments, **options)
+        return self._called(name, *arguments, **options)
+
+    def _called(self, name: str, *arguments: Any, **options: Any) -> Any:
+        """Return what a method of the model returns in another process."""
+        request = packed(worker.called, self, name, arguments, options)
+        return self._result(name, request)
+
+    def _result(self, name: str, request: bytes) -> Any:
+        """Return the result of a request; ModelError if its process ends."""
+        longest = max(self.longest, LEAST) if self.longest else UNKNOWN
         try:
             with self._processes().worker() as process:
-                reply = process.call(request, self.longest or UNKNOWN)
+                reply = process.call(request, longest)
         except Ended as ended:
-            raise self.fault(
-                f"{function.__name__}: its process {ended.words}"
-            ) from None
+            raise self.fault(f"{name}: its process {ended.words}") from None
         return reply.result()
 
     def _evaluated(self, deviations: Array, settings: Any) -> Answers:
@@ -174,16 +194,25 @@ class Isolated(Wrapped):
         )
 
     def _processes(self) -> Processes:
-        """Return the processes of this model; of a few models they are kept."""
-        self._identity = self._identity or packed(self.load, self.source_digest)
-        key = os.getpid(), self._identity
-        with _lock:
-            if key not in _processes:
-                _processes[key] = Processes(self.load)
-            _processes.move_to_end(key)
-            if len(_processes) > MOST_MODELS:
-                _processes.popitem(last=False)[1].close()
-            return _processes[key]
+        """Return the processes of this model; ModelError if its source has changed."""
+        self._digest = self._digest or self.source_digest
+        processes = processes_of(self.load)
+        if processes.digest() != self._digest:
+            processes.close()
+            if processes.digest() != self._digest:
+                raise self.fault("its source has changed since it was loaded")
+        return processes
+
+
+def processes_of(load: Load) -> Processes:
+    """Return the processes that have loaded a model; of a few models they are kept."""
+    key = os.getpid(), pickle.dumps(load)
+    with _lock:
+        processes = _processes.setdefault(key, Processes(load))
+        _processes.move_to_end(key)
+        if len(_processes) > MOST_MODELS:
+            _processes.popitem(last=False)[1].close()
+    return processes
 
 
 class Part(NamedTuple):

@@ -14,13 +14,14 @@ from tolstat.errors import TolstatError, told
 from tolstat.isolation import channel
 from tolstat.isolation.channel import LENGTH
 from tolstat.isolation.worker import Clock, serve
-from tolstat.model.contract import Model
+from tolstat.model.contract import Model, guarded
 from tolstat.operating_system import (
     end_with_parent,
     exit_status,
     fork,
     kill_group,
     lead_group,
+    prepare_forks,
     receive_descriptors,
 )
 
@@ -33,15 +34,19 @@ def main(descriptor: int) -> None:
     message = channel.receive(control)
     if message is None:
         return
-    failure = None
+    failure, digest = None, ""
     try:
         load, growth = pickle.loads(message)
         model = load()
+        digest = model.source_digest
+        with guarded(model, "preload"):
+            model.preload()
     except TolstatError as error:
         failure = error
     except BaseException as error:
         failure = TolstatError(told(error))
-    channel.send_object(control, failure)
+    channel.send_object(control, (failure, digest))
+    prepare_forks()
     workers = set[int]()
     while failure is None:
         data, descriptors = receive_descriptors(control, LENGTH.size, 3)

@@ -1,12 +1,9 @@
 """The processes of one model: a nursery, and the workers that it forks."""
 
 import math
-import os
 import pickle
 import select
 import socket
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -16,45 +13,19 @@ from typing import Any
 
 from tolstat.errors import LostError
 from tolstat.isolation import channel
-from tolstat.isolation.channel import LENGTH
-from tolstat.isolation.nursery import START
-from tolstat.isolation.worker import MARK, OUT_OF_MEMORY, Clock, Reply
-from tolstat.operating_system import send_descriptors, signal_name
+from tolstat.isolation.endings import Ended, how_it_ended, with_tail
+from tolstat.isolation.nursery_process import Nursery
+from tolstat.isolation.worker import MARK, Clock, Reply
 
 LOOK_AGAIN = 0.05  # s, between two looks at the clock of a worker
-GROWTH = 4 << 30  # bytes that the memory of a worker may grow by
 REPLACED = 500 << 20  # bytes of growth after which another worker takes over
-TAIL = 2000  # bytes of the output of a trial
-COMMAND = (
-    "import sys; sys.path[:] = {path}; "
-    "from tolstat.isolation.nursery import main; main({number})"
-)
-
-
-class Ended(Exception):
-    """A worker has ended before it answered.
-
-    Attributes
-    ----------
-    row : int
-        The row that was under way.
-    late : bool
-        Whether it was ended because it took too long.
-    killed : bool
-        Whether anyone may have killed it: the model is not at fault for sure.
-    words : str
-        How it ended, and the tail of its output.
-    """
-
-    def __init__(self, row: int, words: str, *, late: bool, killed: bool) -> None:
-        super().__init__(words)
-        self.row, self.words, self.late, self.killed = row, words, late, killed
+STARTS = 4  # further ones of a nursery that is killed
 
 
 class WorkerProcess:
     """A worker that a nursery has forked."""
 
-    def __init__(self, nursery: "Nursery") -> None:
+    def __init__(self, nursery: Nursery) -> None:
         self._nursery = nursery
         with ExitStack() as stack:
             shared, self._log = (
@@ -96,24 +67,10 @@ class WorkerProcess:
         """End the process, and return how it has ended."""
         row, _ = self._clock.read()
         status = self.end()
-        if late:
-            words = f"longer than {late:.3g} s"
-        elif status == OUT_OF_MEMORY:
-            words = "out of memory"
-        elif status < 0:
-            words = f"ended by {signal_name(-status)}"
-        else:
-            words = f"ended with exit code {status}"
-        output = self._tail()
-        words = f"{words}\n{output}" if output else words
+        words = f"longer than {late:.3g} s" if late else how_it_ended(status)
+        words = with_tail(words, self._log)
         killed = not late and status == -9
         return Ended(row, words, late=late > 0, killed=killed)
-
-    def _tail(self) -> str:
-        size = self._log.seek(0, os.SEEK_END)
-        self._log.seek(max(0, size - TAIL))
-        data = self._log.read(TAIL)
-        return data.decode("utf-8", "replace").strip()
 
     def end(self) -> int:
         """End the process; return its exit code, or minus the signal that ended it."""
@@ -127,63 +84,6 @@ class WorkerProcess:
         self._files.close()
 
 
-class Nursery:
-    """A process that has loaded a model and forks workers of it."""
-
-    def __init__(self, load: Callable[[], Any]) -> None:
-        self._control, other = socket.socketpair()
-        self._lock, self.broken = Lock(), False
-        with other:
-            code = COMMAND.format(path=sys.path, number=other.fileno())
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-c", code],
-                pass_fds=[other.fileno()],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,  # Ctrl-C is for its starter
-            )
-        with suppress(ConnectionError):
-            channel.send_object(self._control, (load, GROWTH))
-        answer = channel.receive(self._control)
-        if answer is None:
-            self.close()
-            raise LostError("a worker process: it ends while it loads the model")
-        if error := pickle.loads(answer):
-            self.close()
-            raise error
-
-    def start(self, descriptors: list[int]) -> int:
-        """Fork a worker with these files; return its number."""
-        return self._ask(START, descriptors)
-
-    def end(self, number: int) -> int:
-        """End a worker; return how it has ended, SIGKILL where that is unknown."""
-        try:
-            return self._ask(number)
-        except LostError:
-            return -9
-
-    def _ask(self, number: int, descriptors: list[int] | None = None) -> int:
-        with self._lock:
-            try:
-                send_descriptors(self._control, LENGTH.pack(number), descriptors or [])
-                data = self._control.recv(LENGTH.size)
-            except OSError:
-                data = b""
-            if len(data) < LENGTH.size:
-                self.broken = True
-                raise LostError("a worker process: the process that forks it has ended")
-        answer: int = LENGTH.unpack(data)[0]
-        return answer
-
-    def close(self) -> None:
-        """End it and all its workers."""
-        self.broken = True
-        self._control.close()
-        self._process.wait()
-
-
 class Processes:
     """A nursery, and its workers that are idle."""
 
@@ -193,6 +93,10 @@ class Processes:
         self._idle: list[WorkerProcess] = []
         self._lock = Lock()
         self.pace = math.inf  # s a trial, of the fastest block
+
+    def digest(self) -> str:
+        """Return the digest of the model that they have loaded."""
+        return self._running().digest
 
     @contextmanager
     def worker(self, *, fresh: bool = False) -> Iterator[WorkerProcess]:
@@ -215,15 +119,17 @@ class Processes:
                 self._idle.append(process)
 
     def _new(self) -> WorkerProcess:
+        for _ in range(STARTS):
+            with suppress(LostError):  # it was killed: another one
+                return WorkerProcess(self._running())
+        return WorkerProcess(self._running())
+
+    def _running(self) -> Nursery:
         with self._lock:
             if self._nursery is None or self._nursery.broken:
                 self._forget()
                 self._nursery = Nursery(self._load)
-            nursery = self._nursery
-        try:
-            return WorkerProcess(nursery)
-        except LostError:  # it was killed: another one
-            return self._new()
+            return self._nursery
 
     def _forget(self) -> None:
         for process in self._idle:

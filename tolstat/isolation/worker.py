@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.errors import TolstatError
+from tolstat.errors import TolstatError, told
 from tolstat.isolation import channel
 from tolstat.model.checked import complete, evaluated
 from tolstat.model.contract import Answers, Model, Outcome, guarded
@@ -92,7 +92,12 @@ def serve(model: Model, requests: socket.socket, clock: Clock, growth: int) -> N
             os._exit(OUT_OF_MEMORY)
         except SystemExit as error:
             _exit(error)
-        channel.send_object(requests, Reply(value, failure, private_data()))
+        try:
+            reply = pickle.dumps(Reply(value, failure, private_data()))
+        except Exception as error:
+            failure = model.fault(f"its answer cannot leave its process: {told(error)}")
+            reply = pickle.dumps(Reply(None, failure, private_data()))
+        channel.send(requests, reply)
 
 
 def rows_evaluated(model: Model, deviations: Array, settings: Any) -> Answers:
@@ -135,17 +140,14 @@ def _joined(outcomes: Sequence[Outcome]) -> Outcome:
 def viewed(model: Model, name: str, deviations: Array, settings: Any) -> Any:
     """Return a view of a model."""
     views: dict[str, Callable[..., Any]] = {v.name: v.function for v in model.views}
-    return views[name](deviations, settings)
+    with guarded(model, name):
+        return views[name](deviations, settings)
 
 
-def history(model: Model, deviations: Array, settings: Any, step: float) -> Any:
-    """Return the history of a trial."""
-    return model.history(deviations, settings, step)
-
-
-def mechanism(model: Model, deviations: Array, settings: Any) -> Any:
-    """Return the mechanism of a trial."""
-    return model.mechanism(deviations, settings)
+def called(model: Model, name: str, arguments: Sequence[Any], options: Any) -> Any:
+    """Return what a method of a model returns."""
+    with guarded(model, name):
+        return getattr(model, name)(*arguments, **options)
 
 
 def _start_log(longest: int = 0) -> None:

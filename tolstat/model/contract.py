@@ -184,6 +184,13 @@ class Model(ABC):
         """
         return ()
 
+    def preload(self) -> None:  # noqa: B027
+        """Import and compile what `evaluate` needs, where trials are isolated.
+
+        It is called once, in the process from which worker processes are forked: one
+        that follows a crash has all of it at once.
+        """
+
     def notes(self) -> tuple[str, ...]:
         """Return what its trials have shown of it, a sentence each, for the run."""
         return ()

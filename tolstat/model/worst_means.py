@@ -43,7 +43,11 @@ class AtWorstMeans(ModelInCases):
             for response, shift in zip(responses, shifts, strict=True):
                 by_name = {c.name: x for c, x in zip(contributors, shift, strict=True)}
                 moved = {
-                    name: spread._replace(mean=spread.mean + float(by_name[name]))
+                    name: spread._replace(
+                        mean=spread.mean + float(by_name[name]),
+                        lower=spread.lower + float(by_name[name]),
+                        upper=spread.upper + float(by_name[name]),
+                    )
                     for name, spread in spreads.items()
                 }
                 numbers += [

@@ -18,7 +18,6 @@ from matplotlib.ticker import LogFormatter
 
 from tolstat.literal import visible
 
-PICTURES = (".png", ".svg", ".pdf")
 # distinct in print and for the colour-blind (Okabe and Ito, 2008)
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 LIMIT = "#b00020"

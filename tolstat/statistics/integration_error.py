@@ -167,6 +167,7 @@ class Movement(NamedTuple):
     third: int  # evaluated a third time
     moved_third: int  # of these, that moved again
     jumped_over: bool  # whether rates were seen to jump inside steps
+    failed_once: int  # trials evaluated again that failed one of both times
 
 
 @dataclass(frozen=True)
@@ -260,7 +261,21 @@ class AuditedResponse:
         return Movement(
             len(finite), int(self.moved.sum()), float(largest),
             len(self.third), int(self.unsettled.sum()), self.jumped_over,
+            self._failed_once,
         )  # fmt: skip
+
+    @property
+    def _failed_once(self) -> int:
+        once = np.isnan(self.values[self.trials]) != np.isnan(self.precise)
+        return int(np.count_nonzero(once))
+
+    @property
+    def only_failures(self) -> bool:
+        """Whether trials fail in one evaluation only, and nothing else is wrong."""
+        both = np.isfinite(self.precise[self.third]) & np.isfinite(self.most_precise)
+        wrong = self.moved.any() or (self.unsettled & both).any()
+        wrong = wrong or self.jumped_over or self.dominant
+        return bool(self._failed_once) and not wrong
 
     def permits(self, met: bool, least_out: float, permitted_out: float) -> bool:
         """Return whether a verdict stands beside what the audit shows.

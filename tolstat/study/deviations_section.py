@@ -3,7 +3,7 @@
 from collections.abc import Container, Mapping, Sequence
 from itertools import combinations, product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tolstat.deviations.dependence import (
     Batch,
@@ -19,7 +19,6 @@ from tolstat.deviations.names import expand
 from tolstat.errors import DependenceError, DistributionError, ModelError
 from tolstat.model.description import Contributor
 from tolstat.model.setting_kinds import as_typed
-from tolstat.study.cost_entry import Priced, read_costs
 from tolstat.study.distribution_entry import (
     DEFAULT,
     REMEDY_KEYS,
@@ -30,6 +29,9 @@ from tolstat.study.distribution_entry import (
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
 from tolstat.study.study_schema import CorrelationEntry, read_entry
+
+if TYPE_CHECKING:
+    from tolstat.study.cost_entry import Priced
 
 MEAN_WITHIN = "mean_within"  # key: the range of a mean that is not known
 MOST_NOTED = 6  # pairs; the page has all
@@ -53,7 +55,7 @@ class Deviations(NamedTuple):
     entries: dict[str, str]  # name of the entry of each
     units: dict[str, str]  # the unit in which each is written
     notes: tuple[str, ...]  # for the summary of the run
-    priced: tuple[Priced, ...] = ()  # by a cost: tolerances and shifts
+    priced: "tuple[Priced, ...]" = ()  # by a cost: tolerances and shifts
     warnings: tuple[str, ...] = ()  # that stand before the verdicts
     # contributors with a nominal value: see `tolstat.deviations.spread.fixed_point`
     sized: frozenset[str] = frozenset()
@@ -127,6 +129,8 @@ def read_deviations(
                     means[member] = _range_of_mean(within, reader, distribution)
                     words[member] += f", mean within {within}"
             if cost is not None:
+                from tolstat.study.cost_entry import read_costs  # for `allocate`
+
                 priced += read_costs(name, cost, keys, readers, distributions)
             for reader in readers.values():
                 warnings |= dict.fromkeys(reader.warnings)

@@ -1,47 +1,29 @@
 """The sections [settings] and [links] of a study, and what the model makes of them.
 
 A link is a setting of the model, its size, and a deviation. It is typed as a table, as
-a quantity, or as a drawing has it: "25 +0.1/-0.05 mm", "Ø30 g6 mm". A fit, "30 H7/g6
-mm", is two links. Once a study is checked all its links are tables.
+a quantity, or as a drawing has it, see `drawing_text`. A fit, "30 H7/g6 mm", is two
+links. Once a study is checked all its links are tables.
 """
 
-import re
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 from tolstat.deviations.grades import looks_like_grade
-from tolstat.errors import ModelError, UnitError
+from tolstat.errors import DistributionError, ModelError
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor, Description
 from tolstat.model.setting_kinds import Number, Rows
 from tolstat.model.settings import Setting, make, setting_of, settings_of
+from tolstat.study.distribution_entry import keys_of, shortest
+from tolstat.study.drawing_text import of_link, separated
 from tolstat.study.problems import Problems, toml_of
 from tolstat.study.study_schema import DECISIVE, TABLES, Document
-from tolstat.units.conversion import dimension
-from tolstat.units.grammar import plain, unit_of
 
 SETTING = "links"  # of a model: a table by name with the column `nominal`
 NOMINAL, TOLERANCE = "nominal", "tolerance"
 OF_A_FIT = "hole", "shaft"
-# whole: "10 -0.05" is not 1 with the deviations 0 and -0.05
-_NUMBER = r"(?>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
-_UNIT = r"[^\W\d_][\w/*^ .]*?|%|°|\"|'"
-_GRADE = r"[A-Za-z]{1,2}\d{1,2}"
-_BOTH = re.compile(
-    rf"[øØ⌀]?\s*(?P<size>[+-]?{_NUMBER})\s*(?P<unit>(?!{_GRADE}){_UNIT})?\s*\(?\s*(?:"
-    rf"(?P<zone>(?:\+-|\+/-|±)\s*{_NUMBER}"
-    rf"|(?:[+-]\s*{_NUMBER}|0)\s*(?:/|\.\.)\s*(?:[+-]\s*{_NUMBER}|0))"
-    rf"|(?P<one>[+-]\s*{_NUMBER}|0)\s+(?P<other>[+-]\s*{_NUMBER}|0)"
-    rf")\s*\)?\s*(?P<last>{_UNIT})?"
-)
-_BY_STANDARD = re.compile(
-    rf"[øØ⌀]?\s*(?P<size>{_NUMBER})\s*(?P<unit>(?!{_GRADE}|ISO){_UNIT})?\s*"
-    rf"(?P<grade>{_GRADE}(?:\s*/\s*{_GRADE})?|ISO\s*2768[-\w]*(?:\s+radius)?)"
-    rf"\s*(?P<limits>\([^()]*\))?\s*(?P<last>{_UNIT})?"
-)
 
 
 def read_settings(
@@ -162,35 +144,24 @@ def _size_of(
     return float(value) if same else None
 
 
-def separated(text: str) -> tuple[str, str] | None:
-    """Return the size and the tolerance of a text that holds both; else None."""
-    with suppress(UnitError):  # one quantity, or one range
-        dimension(unit_of(text))
-        return None
-    if parts := _BY_STANDARD.fullmatch(plain(text)):
-        return _by_standard(**parts.groupdict(default=""))
-    parts = _BOTH.fullmatch(plain(text))
-    if parts is None:
-        return None
-    last = parts["last"] or parts["unit"] or ""
-    same = "" if last == "%" else last  # per cent is of the size
-    size = f"{parts['size']} {parts['unit'] or same}".strip()
-    zone = parts["zone"] or f"{parts['one']}/{parts['other']}"
-    return size, f"{zone} {last}".strip()
+def with_link_tables(document: Document, problems: Problems) -> Document:
+    """Return a study with its links as tables, and no deviations that have a size.
 
-
-def _by_standard(
-    size: str, unit: str, grade: str, limits: str, last: str
-) -> tuple[str, str] | None:
-    """Return a size, and its tolerance by a standard; None if that is none."""
-    grades = "".join(grade.split()).split("/") if "2768" not in grade else [grade]
-    if not all(map(looks_like_grade, grades)):
-        return None
-    if len(grades) > 1 and limits:
-        raise ModelError(
-            "limits are those of one part; write the fit without them, or two links"
-        )
-    return f"{size} {unit or last}".strip(), f"{'/'.join(grades)} {limits}".strip()
+    Problems are noted of links that cannot be read and of deviations with a size.
+    """
+    links, deviations = dict[str, Any](), dict[str, Any]()
+    for name, link in document.links.items():
+        with problems.noting(f"[links] {name}", link):
+            links |= tables_of(name, link, document.links)
+    for name, entry in document.deviations.items():
+        with problems.noting(f"[deviations] {name}", entry):
+            keys = keys_of(entry)
+            zone = keys.get(TOLERANCE)
+            if both := separated(zone) if isinstance(zone, str) else None:
+                right = toml_of(shortest(keys | {TOLERANCE: both[1]}))
+                raise DistributionError(f"a deviation has no size; write {right}")
+            deviations[name] = entry
+    return document.model_copy(update={"links": links, "deviations": deviations})
 
 
 def link_tables(links: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -213,10 +184,10 @@ def tables_of(
     """Return one of the links of a study as a table, or the two of a fit, by name."""
     keys = dict(link) if isinstance(link, Mapping) else {NOMINAL: link}
     nominal = keys.get(NOMINAL)
-    if isinstance(nominal, str) and (both := separated(nominal)):
-        if TOLERANCE in keys:
+    if isinstance(nominal, str):
+        typed = dict(zip((NOMINAL, TOLERANCE), of_link(nominal), strict=False))
+        if TOLERANCE in typed and TOLERANCE in keys:
             raise ModelError(f"{NOMINAL} holds a tolerance, too; give one of them")
-        typed = dict(zip((NOMINAL, TOLERANCE), both, strict=True))
         keys = typed | {k: x for k, x in keys.items() if k != NOMINAL}
     zone = keys.get(TOLERANCE)
     if not isinstance(zone, str):

@@ -1,7 +1,6 @@
 """Slips in a study, and what to write instead, beyond what its readers refuse.
 
-Keys at the top that belong in a section; deviations that hold a size, "10 +-0.1 mm";
-and problems that show without the model.
+Keys at the top that belong in a section, and problems that show without the model.
 """
 
 import re
@@ -12,7 +11,7 @@ from typing import Any
 from tolstat import catalogue
 from tolstat.deviations.grades import looks_like_grade
 from tolstat.deviations.names import expand
-from tolstat.errors import DistributionError, TolstatError, UnitError
+from tolstat.errors import TolstatError, UnitError
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor
@@ -23,18 +22,14 @@ from tolstat.study.distribution_entry import (
     REMEDY_KEYS,
     keys_of,
     read_distribution,
-    shortest,
 )
 from tolstat.study.limits_section import read_limit
 from tolstat.study.nominal_size import DeviationReader
-from tolstat.study.problems import Problems, toml_of
+from tolstat.study.problems import Problems
 from tolstat.study.settings_section import (
     NOMINAL,
-    TOLERANCE,
     link_columns,
-    separated,
     settings_with_links,
-    tables_of,
 )
 from tolstat.study.study_schema import Document
 from tolstat.units.conversion import dimension, si_unit
@@ -75,26 +70,6 @@ def section_of(
             if not setting or read_limit(value, response.unit, response.shown):
                 return "limits"
     return "settings" if setting else ""
-
-
-def with_link_tables(document: Document, problems: Problems) -> Document:
-    """Return a study with its links as tables, and without what has a size besides.
-
-    Problems are noted of links that cannot be read and of deviations with a size.
-    """
-    links, deviations = dict[str, Any](), dict[str, Any]()
-    for name, link in document.links.items():
-        with problems.noting(f"[links] {name}", link):
-            links |= tables_of(name, link, document.links)
-    for name, entry in document.deviations.items():
-        with problems.noting(f"[deviations] {name}", entry):
-            keys = keys_of(entry)
-            zone = keys.get(TOLERANCE)
-            if both := separated(zone) if isinstance(zone, str) else None:
-                right = toml_of(shortest(keys | {TOLERANCE: both[1]}))
-                raise DistributionError(f"a deviation has no size; write {right}")
-            deviations[name] = entry
-    return document.model_copy(update={"links": links, "deviations": deviations})
 
 
 def note_readable(document: Document, model: Model | None, problems: Problems) -> None:

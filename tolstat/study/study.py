@@ -53,14 +53,15 @@ from tolstat.study.settings_section import (
     described_with_sizes,
     link_columns,
     read_settings,
+    with_link_tables,
 )
-from tolstat.study.slips import note_readable, section_of, with_link_tables
 from tolstat.study.study_schema import Document, checked
-from tolstat.units.conversion import dimension
+from tolstat.units.conversion import CELSIUS, dimension, known_name
 from tolstat.units.grammar import quantity, unit_of
 from tolstat.units.scale import KNOWN, SIZES, figures
 
-SECTIONS = ("settings", "links", "deviations", "cases", "grid", "limits")
+CONDITIONS = ("cases", "grid", "limits")
+SECTIONS = ("settings", "links", "deviations", *CONDITIONS)
 UNAUDITED = (
     "integration errors are not audited: the model moves, but has no setting rtol"
 )
@@ -259,8 +260,9 @@ def load(
     text, table = read_toml(path or cast(Mapping[str, Any], source))
     typed = {"trials": trials, "seed": seed}
     table |= {key: value for key, value in typed.items() if value is not None}
-    document = checked(table, problems, partial(section_of, model=model))
+    document = checked(table, problems, partial(_section_of, model=model))
     document = with_link_tables(document, problems)
+    note_two_scales(document.model_dump(), problems)
     shown = typed_units(document.model_dump())
     sampling, response = read_sampling(document, problems)
 
@@ -282,6 +284,8 @@ def load(
             "[settings]", None, lambda: described_with_sizes(chosen, settings)
         )
     except StudyError:  # without these the rest cannot be read
+        from tolstat.study.slips import note_readable
+
         note_faults(document, sampling, NOTHING, None, problems)
         note_readable(document, chosen, problems)
         raise problems.refusal from None
@@ -358,6 +362,15 @@ def load(
     return study
 
 
+def _section_of(
+    name: str, value: Any, table: Mapping[str, Any], model: Model | None
+) -> str:
+    """Return the section where a key belongs that stands outside of one."""
+    from tolstat.study.slips import section_of  # right studies have none
+
+    return section_of(name, value, table, model)
+
+
 def typed_units(study: Mapping[str, Any]) -> dict[str, str]:
     """Return by dimension the unit in which all such quantities of a study are typed.
 
@@ -372,6 +385,39 @@ def typed_units(study: Mapping[str, Any]) -> dict[str, str]:
     sized = {str(dimension(unit)) for unit in SIZES}
     agreed = {kind: units.pop() for kind, units in typed.items() if len(units) == 1}
     return {k: unit for k, unit in agreed.items() if k not in sized or unit == "in"}
+
+
+def note_two_scales(study: Mapping[str, Any], problems: Problems) -> None:
+    """Note temperatures in K where others are in degC: one may be absolute.
+
+    Tolerances are left out: those of 20 degC may be in K.
+    """
+    first = ""
+    for section in ("links", "settings", *CONDITIONS):
+        for name, entry in study.get(section, {}).items():
+            size = entry.get(NOMINAL) if section == "links" else entry
+            for text in texts_in(size):
+                scale = _scale_of_temperature(text)
+                place = f"[{section}] {name}"
+                if scale and not first:
+                    first, example = scale, f"{place} in {scale}"
+                elif scale not in ("", first) and section != "links":
+                    problems.add(
+                        place,
+                        entry,
+                        f"{example}, and this in {scale}: both are differences of "
+                        "temperature; give both in one unit",
+                    )
+                    break
+
+
+def _scale_of_temperature(text: str) -> str:
+    """Return K or degC; empty for another text."""
+    with suppress(UnitError):
+        unit = unit_of(text)
+        if dimension(unit) == dimension("K"):
+            return CELSIUS if known_name(unit) == CELSIUS else "K"
+    return ""
 
 
 def texts_in(value: Any) -> Iterator[str]:

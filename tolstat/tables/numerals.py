@@ -10,7 +10,8 @@ from collections.abc import Iterable
 from enum import Enum
 
 from tolstat.errors import DataError, UnitError
-from tolstat.units.grammar import MINUS, bare_number
+from tolstat.units.grammar import bare_number
+from tolstat.units.typography import MINUS
 
 POINT, COMMA = ".", ","
 OTHER = {POINT: COMMA, COMMA: POINT}

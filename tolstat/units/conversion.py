@@ -10,6 +10,7 @@ from functools import cache
 from typing import Any
 
 from tolstat.errors import UnitError, allowed_names
+from tolstat.units.typography import typed_unit
 
 POWERS = {"p": "1e-12", "n": "1e-9", "u": "1e-6", "m": "1e-3", "c": "1e-2", "": "1",
           "k": "1e3", "M": "1e6", "G": "1e9"}  # fmt: skip
@@ -21,6 +22,7 @@ def _prefixed(prefixes: str, name: str, meaning: str) -> dict[str, str]:
     return {prefix + name: f"{POWERS[prefix]} {meaning}" for prefix in letters}
 
 
+CELSIUS = "degC"
 # what each known name means in SI base units (kg m s rad K A)
 MEANINGS = {
     "1": "1",
@@ -54,7 +56,7 @@ MEANINGS = {
     "bar": "1e5 kg / m / s^2",
     "psi": f"{4.4482216152605 / 0.0254**2!r} kg / m / s^2",
     **_prefixed(" m", "K", "K"),
-    "degC": "K",  # a difference
+    CELSIUS: "K",  # a difference
     **_prefixed(" numk", "A", "A"),
     **_prefixed(" numkM", "V", "kg m^2 / s^3 / A"),
     **_prefixed(" umkMG", "ohm", "kg m^2 / s^3 / A^2"),
@@ -70,8 +72,8 @@ PRODUCTS = ("N/m", "N m/rad", "N s/m", "N m s/rad", "N/K", "W/K", "V/K", "V/m", 
 MOST_POWER = 4
 LONGEST_UNIT = 100  # characters
 
-SPELLINGS = {"µm": "um", "μm": "um", "µs": "us", "μs": "us", "°": "deg",
-             "°C": "degC", "Ω": "ohm", "kΩ": "kohm"}  # fmt: skip
+SPELLINGS = {"°": "deg", "°C": CELSIUS}
+_LETTERS = str.maketrans({"µ": "u", "μ": "u", "Ω": "ohm"})
 
 _NAME = r"([A-Za-zµμ%°Ω]+|1(?=\s*(?:/|$)))(?:(?:\^|\*\*)(-?[1-4]))?"
 _FACTOR = re.compile(rf"([*/]?)\s*{_NAME}")
@@ -124,6 +126,11 @@ def si_unit(dimension: Any) -> str:
     return (numerator.strip() or "1") + denominator
 
 
+def known_name(written: str) -> str:
+    """Return the name of a single unit that may be spelled otherwise, such as °C."""
+    return SPELLINGS.get(written, written.translate(_LETTERS))
+
+
 @cache
 def _registry() -> Any:
     """Return pint with tolstat's names only: its defaults accept hm and Bq."""
@@ -137,6 +144,7 @@ def _measure(unit: str) -> tuple[float, Any]:
     """Return the SI factor and the dimensions of a unit."""
     if len(unit) > LONGEST_UNIT:
         raise UnitError(f"'{unit[:20]}...' is not a unit: {len(unit)} characters")
+    unit = typed_unit(unit)
     if not _UNIT.fullmatch(unit):
         raise UnitError(
             f"the unit '{unit}' cannot be read; units are known names joined by * and "
@@ -144,7 +152,7 @@ def _measure(unit: str) -> tuple[float, Any]:
         )
     total = _registry().Quantity(1.0)
     for sign, written, power in _FACTOR.findall(unit):
-        name = SPELLINGS.get(written, written)
+        name = known_name(written)
         if name not in MEANINGS:
             raise UnitError(f"unknown unit '{name}'; {allowed_names(name, MEANINGS)}")
         exponent = int(power or 1) * (-1 if sign == "/" else 1)

@@ -13,14 +13,31 @@ import numpy as np
 from tolstat.errors import UnitError
 from tolstat.units.conversion import dimension, from_si, si_unit, to_si
 from tolstat.units.scale import MOST_FIGURES, figures, scale_of
+from tolstat.units.typography import DASHES, typed_quantity
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-_UNIT = r"\s*(1\s*/.*|[^0-9.,+\-<>=±\s].*)?"
+UNSIGNED = _NUMBER.removeprefix("[+-]?")
+_UNIT = rf"\s*(1\s*/.*|[^0-9.,+\-<>=±\s{DASHES}].*)?"
+_FIRST_UNIT = r"(?:\s*([^\W\d_]+|[°%]))?"  # of both ends: it stands behind one or both
 _WRITTEN = re.compile(
-    rf"(\+-|\+/-|±|<=|>=)?\s*({_NUMBER})(?:\s*\.\.\s*({_NUMBER}))?{_UNIT}"
+    rf"(\+-|\+/-|±|<=|>=)?\s*({_NUMBER})"
+    rf"(?:{_FIRST_UNIT}\s*\.\.\s*({_NUMBER}))?{_UNIT}"
 )
-_END = rf"[+-]\s*{_NUMBER.removeprefix('[+-]?')}|0(?:\.0*)?"  # 0 has no sign
-_UPPER_LOWER = re.compile(rf"({_END})\s*/\s*({_END}){_UNIT}")  # as on drawings
+_END = rf"[+-]\s*{UNSIGNED}|0(?:\.0*)?"  # 0 has no sign
+_UPPER_LOWER = re.compile(  # as on drawings, beside or below each other
+    rf"({_END}){_FIRST_UNIT}\s*/\s*({_END}){_UNIT}"
+    rf"|([+-]{UNSIGNED}|0){_FIRST_UNIT}\s+([+-]{UNSIGNED}|0){_UNIT}"
+)
+_DASHED = re.compile(  # a range: blanks on both sides of its dash, or on none
+    rf"((?>{UNSIGNED})|-(?>{UNSIGNED})(?=.*[{DASHES}])){_FIRST_UNIT}"
+    rf"(?P<gap>\s*)[-{DASHES}](?P=gap)({UNSIGNED}){_UNIT}"
+)
+DASHED = "–"  # the sign of such a range
+_TO_THE_POWER = re.compile(rf"({UNSIGNED})\s*[*x]\s*10\s*(?:\^|\*\*)([+-]?[0-9]+)")
+_DEGREES = re.compile(  # minutes and seconds of arc behind them
+    rf"({UNSIGNED})\s*(?:°|deg)\s*({UNSIGNED})\s*'\s*(?:({UNSIGNED})\s*(?:\"|''))?"
+)
+_GAPPED = re.compile(r"(?<![\w.])([0-9]{1,3})[ ']([0-9]{3})(?![0-9])")  # thousands
 _COMMA = re.compile(r"(?<![\d,])(?<!\d\.)(\d*),(\d+)(?!\d|,|\.\d)")
 
 # by SI unit others that a value may be written in, the first of equally short ones
@@ -34,9 +51,6 @@ _SAME = 1e-12  # of a value: rounding of writing and reading
 
 # squares and products of numbers in this range are numbers too
 LEAST_NUMBER, MOST_NUMBER = 1e-100, 1e100
-
-
-MINUS = "\N{MINUS SIGN}"  # as word processors write it
 
 
 class Range(NamedTuple):
@@ -70,7 +84,7 @@ def bare_number(text: str) -> float:
 
 def quantity(text: str, unit: str) -> float:
     """Read one quantity, such as "7.5 rad/s", as SI; a bare number for "1"."""
-    match _split(text):
+    match split(text):
         case "", value, "", written if value:
             return _si(value, written, unit)
     raise UnitError(_unreadable(text, f"a quantity such as {_example('7.5', unit)}"))
@@ -81,7 +95,7 @@ def tolerance(text: str, unit: str) -> Range:
 
     It is "+-1.2 mm", "-0.1..+0.3 mm" or, as on drawings, "+0.3/-0.1 mm".
     """
-    match _split(text):
+    match split(text):
         case "+-" | "+/-" | "±", half, "", written if half[0] not in "+-":
             most = _si(half, written, unit)
             zone = Range(-most, most)
@@ -104,12 +118,12 @@ def limit(text: str, unit: str, shown: str = "") -> Range:
     `shown` is the unit in which the response is shown.
     """
     _check_share(text, unit, shown)
-    match _split(text):
+    match split(text):
         case "<=", most, "", written:
             return Range(-math.inf, _si(most, written, unit))
         case ">=", least, "", written:
             return Range(_si(least, written, unit), math.inf)
-        case "", _, upper, _ if upper:
+        case "" | "–", _, upper, _ if upper:
             return quantity_range(text, unit)
     expected = ", ".join(_example(form, unit) for form in ("<= 3", ">= 0", "1..2"))
     raise UnitError(_unreadable(text, f"a limit such as {expected}"))
@@ -117,8 +131,8 @@ def limit(text: str, unit: str, shown: str = "") -> Range:
 
 def quantity_range(text: str, unit: str) -> Range:
     """Read a range, such as "850..1700 rpm", as SI."""
-    sign, lower, upper, written = _split(text)
-    if sign or not upper:
+    sign, lower, upper, written = split(text)
+    if sign not in ("", DASHED) or not upper:
         raise UnitError(_unreadable(text, f"a range such as {_example('1..2', unit)}"))
     ends = Range(_si(lower, written, unit), _si(upper, written, unit))
     if not ends.upper > ends.lower:
@@ -128,7 +142,7 @@ def quantity_range(text: str, unit: str) -> Range:
 
 def unit_of(text: str) -> str:
     """Return the unit as it stands at the end of a quantity, tolerance or limit."""
-    _, number, _, written = _split(text)
+    _, number, _, written = split(text)
     if not number:
         raise UnitError(_unreadable(text, "a quantity"))
     return written or "1"
@@ -160,35 +174,78 @@ def typed(unit: str, *values: float) -> str:
 
 
 def plain(text: str) -> str:
-    """Return a text with points as decimal signs, and `..` between ends.
+    """Return a text by the signs of keys, with points as decimal signs.
 
-    A comma is a decimal sign, unless it may also separate thousands: a UnitError.
+    A comma is a decimal sign, unless it may also separate thousands: a UnitError. The
+    angle 45°30' is 45.5°.
     """
-    text = text.strip().replace(MINUS, "-").replace("…", "..")
+    text = _TO_THE_POWER.sub(r"\1e\2", typed_quantity(text).replace("...", ".."))
     for first, last in _COMMA.findall(text):
         if len(last) == 3 and first.strip("0"):
             raise UnitError(
                 f"'{first},{last}' may be {first}.{last} or {first}{last}; write one "
                 "of these"
             )
+    if gapped := _GAPPED.search(text):
+        raise UnitError(
+            f"thousands are not separated; write {gapped[1]}{gapped[2]}, or a sign "
+            "between two numbers"
+        )
     # of a template, CPython 3.11 keeps a string of each call in its cache of attributes
-    return _COMMA.sub(lambda number: ".".join(number.groups()), text)
+    text = _COMMA.sub(lambda number: ".".join(number.groups()), text)
+    return _without_primes(text) if "'" in text or '"' in text else text
 
 
-def _split(text: str) -> tuple[str, str, str, str]:
+def _without_primes(text: str) -> str:
+    """Return an angle without the signs of its minutes and seconds.
+
+    Without a degree they may be feet and inches: a UnitError.
+    """
+    angle = "°" in text or "deg" in text
+    text = _DEGREES.sub(
+        lambda parts: f"{_degrees(*parts.groups(default='0'))!r}°", text
+    )
+    for sign, minor, length in (("'", "arcmin", "ft"), ('"', "arcsec", "in")):
+        if not angle and re.search(rf"[0-9]\s*{sign}(?![0-9])", text):
+            raise UnitError(
+                f"{sign} may be {length} or {minor}; write one of these in its place"
+            )
+        if angle:
+            text = text.replace(sign, f" {minor}")
+    return text
+
+
+def _degrees(degrees: str, minutes: str, seconds: str) -> float:
+    return float(degrees) + (float(minutes) + float(seconds) / 60) / 60
+
+
+def split(text: str) -> tuple[str, str, str, str]:
     """Return sign, number, second number of a range, and unit of a text.
 
-    The sign of an upper and a lower deviation is "/"; the lower one is first.
+    The sign of an upper and a lower deviation is "/"; the lower one is first. That of
+    two ends with a dash between them is "–".
     """
     text = plain(text)
     if match := _UPPER_LOWER.fullmatch(text):
-        *ends, unit = (part or "" for part in match.groups())
-        lower, upper = sorted((end.replace(" ", "") for end in ends), key=float)
-        return "/", lower, upper, unit.strip()
+        upper, inner, lower, last = (
+            part or "" for part in match.groups()[0 if match[1] else 4 :][:4]
+        )
+        ends = sorted((end.replace(" ", "") for end in (upper, lower)), key=float)
+        return "/", *ends, common_unit(inner, last.strip())
+    if match := _DASHED.fullmatch(text):
+        lower, inner, _, upper, last = (part or "" for part in match.groups())
+        return DASHED, lower, upper, common_unit(inner, last.strip())
     if match := _WRITTEN.fullmatch(text):
-        sign, first, last, unit = (part or "" for part in match.groups())
-        return sign, first, last, unit.strip()
+        sign, lower, inner, upper, last = (part or "" for part in match.groups())
+        return sign, lower, upper, common_unit(inner, last.strip())
     return "", "", "", ""
+
+
+def common_unit(first: str, last: str) -> str:
+    """Return the unit of two ends; refuse two units."""
+    if first and last and first != last:
+        raise UnitError(f"one end is in {first}, the other in {last}; give both in one")
+    return last or first
 
 
 def _si(number: str, written: str, unit: str) -> float:
@@ -198,7 +255,7 @@ def _si(number: str, written: str, unit: str) -> float:
 
 def _check_share(text: str, unit: str, shown: str) -> None:
     """Refuse a limit without unit of what is shown in per cent or ppm."""
-    sign, first, last, written = _split(text)
+    sign, first, last, written = split(text)
     scale = scale_of(unit, shown)
     if unit != "1" or scale.factor == 1 or written or not (sign in SIDES or last):
         return
@@ -232,7 +289,7 @@ def _example(number: str, unit: str) -> str:
 def _unreadable(text: str, expected: str) -> str:
     if "," in text:
         return f"thousands are not separated; write {expected}"
-    if any(dash in text for dash in "–—"):
+    if any(dash in text for dash in DASHES) or _DASHED.fullmatch(plain(text)):
         return f"a dash is no sign: write - for minus, and .. between ends; {expected}"
     if re.match(r"(\+-|\+/-|±)\s*[+-]", text):
         return f"a tolerance is not negative; write {expected}"

@@ -6,7 +6,7 @@ const [data, changes] = process.argv.slice(2).map(path => JSON.parse(readFileSyn
 const explorer = new Explorer(data);
 
 function scenarioOf({entries = {}, limits = {}}) {
-  const scenario = explorer.scenario();
+  let scenario = explorer.scenario();
   for (const [name, {half, grade, ...state}] of Object.entries(entries)) {
     const i = explorer.entries.findIndex(entry => entry.name === name);
     Object.assign(scenario.entries[i], state);
@@ -14,7 +14,8 @@ function scenarioOf({entries = {}, limits = {}}) {
     if (grade) scenario.entries[i] = explorer.graded(i, scenario.entries[i], grade);
   }
   for (const [name, limit] of Object.entries(limits)) {
-    Object.assign(scenario.limits[explorer.responses.findIndex(r => r.name === name)], limit);
+    const r = explorer.responses.findIndex(response => response.name === name);
+    scenario = explorer.limited(scenario, r, {...scenario.limits[r], ...limit});
   }
   return scenario;
 }
@@ -30,6 +31,7 @@ const readings = changes.map(change => {
     command: explorer.command(scenario, covered), toml: explorer.toml(scenario),
     same: JSON.stringify(again) === JSON.stringify(scenario),
     stack: explorer.evaluated ? explorer.stack(scenario, 0) : null,
+    quantiles: explorer.evaluated ? explorer.quantiles(reading.responses[0].values, [0.00135, 0.5, 0.99865]) : null,
   };
 });
 console.log(JSON.stringify(readings, (_, x) => Number.isNaN(x) ? null : x === Infinity ? 'infinite' : x));

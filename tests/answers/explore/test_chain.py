@@ -155,6 +155,14 @@ def test_copied_entries_make_the_study_of_the_scenario(run, found, case):
     assert gap["mean"] == pytest.approx(values.mean(), abs=2e-4 * gap["sigma"])
 
 
+def test_quantiles_are_those_of_the_report(run, found):
+    quantiles = tolstat.report(run).responses["gap"].quantiles
+    expected = [quantiles[share].value for share in (0.00135, 0.5, 0.99865)]
+    # deviations are interpolated between normal scores
+    sigma = found[0]["responses"]["gap"]["sigma"]
+    assert found[0]["quantiles"] == pytest.approx(expected, abs=2e-4 * sigma)
+
+
 def test_the_address_holds_each_scenario(found):
     assert all(reading["same"] for reading in found)
 

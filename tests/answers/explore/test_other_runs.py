@@ -144,3 +144,35 @@ def test_slopes_are_not_shown_where_the_gap_turns(tmp_path):
     }  # fmt: skip
     linear = data_of(tolstat.explore(tolstat.run(chain())))
     assert linear["responses"][0]["turning"] == ""
+
+
+def test_cases_are_evaluated_and_a_limit_of_all_moves_as_one(tmp_path):
+    cases = {"cold": {"H": "49.95 mm"}, "warm": {"d": "0.6 mm"}}
+    limits = {"gap": {"limit": "1.6..2.1 mm", "yield": "99 %"}}
+    study = chain(cases=cases, limits=limits, trials=1000)
+    run = tolstat.run(study, output=tmp_path / "cases.h5")
+    explored = tolstat.explore(run)
+    data = data_of(explored)
+    assert data["evaluated"]
+    sized = {entry["name"]: entry["sized"] for entry in data["entries"]}
+    assert not (sized["H"] or sized["d"])  # a case replaces their nominal values
+    change = {
+        "entries": {"H": {"half": 0.1 * MM, "shift": 0.02 * MM}},
+        "limits": {"gap_at_warm": {"upper": 2.2 * MM}},
+    }
+    drawing, reading = readings(explored, tmp_path, [{}, change])
+    answer = tolstat.what_if(
+        run, {"H": {"tolerance": "+-0.1 mm", "nominal_shift": "0.02 mm"}},
+        limits={"gap": "1.6..2.2 mm"},
+    )  # fmt: skip
+    for name, gap in reading["responses"].items():
+        scenario = answer.responses[name].scenario
+        share = scenario.limited.yields.fraction_out_of_limit.value
+        assert gap["share"] == pytest.approx(share, abs=2e-3)
+        assert gap["mean"] == pytest.approx(
+            scenario.mean.value, abs=1e-3 * gap["sigma"]
+        )
+        assert drawing["responses"][name]["mean"] != gap["mean"]
+    assert "limits.gap = " in reading["toml"] and "yield" in reading["toml"]
+    assert "--limit 'gap = 1.6..2.2 mm'" in reading["command"]
+    assert reading["same"]

@@ -286,3 +286,30 @@ def test_an_interval_narrows_with_trials(stack):
 def stack(tmp_path_factory):
     path = tmp_path_factory.mktemp("stack") / "stack-up.h5"
     return tolstat.run(ROOT / "runs" / "stack-up.toml", output=path)
+
+
+def test_corners_that_fail_are_said_beside_the_worst_one(tmp_path):
+    """Both parts long cannot be mounted: no trial shows it, a corner does."""
+
+    class Jams(Bolts):
+        name = "jams"
+
+        def describe(self, settings):
+            parts = tuple(Contributor(f"flange_{i}", "m") for i in (1, 2))
+            return Description(parts, (Response("gap", "m", shown="mm"),))
+
+        def evaluate(self, deviations, settings):
+            gap = deviations.sum(axis=1)
+            return Outcome(np.where(gap > 1.9e-3, np.nan, gap)[:, None])
+
+    study = {
+        "model": "jams", "trials": 300, "seed": 1,
+        "deviations": {f"flange_{i}": "+-1 mm" for i in (1, 2)},
+        "limits": {"gap": "<= 1.95 mm"},
+    }  # fmt: skip
+    run = tolstat.run(study, model=Jams(), output=tmp_path / "jams.h5")
+    case = run.worst_cases("gap")["largest"]
+    assert case.failed and case.value < 1.95e-3
+    words = words_in(*tolstat.summary(run).document().blocks)
+    assert f" mm and {case.failed} corner" in words
+    assert "that failed (<= 1.95 mm)" in words

@@ -202,7 +202,7 @@ def test_causes_of_most_trials_are_not_named(tmp_path):
     assert as_text(cause.main) == "not named: most trials are out of limit"
 
 
-def test_a_cause_without_a_tolerance_comes_last(tmp_path):
+def test_a_fixed_cause_is_named_as_clear_as_it_is(tmp_path):
     """The phase of a run-out is the clearest; only its amplitude can be changed."""
 
     class RunOut(Model):
@@ -226,8 +226,7 @@ def test_a_cause_without_a_tolerance_comes_last(tmp_path):
     run = tolstat.run(study, model=RunOut(), output=tmp_path / "run_out.h5")
     found = report_of(run)
     first, *others = found.responses["gap"].causes.named
-    assert first.members == ("amplitude",) and others[0].members == ("phase",)
-    assert others[0].words == "phase (fixed)"
+    assert first.words == "phase (fixed)" and others[0].members == ("amplitude",)
     # a quadratic surface sees no effect of the amplitude: it cannot say "none helps"
     assert found.findings.remedy.unavoidable is None
 

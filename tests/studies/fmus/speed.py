@@ -1,5 +1,7 @@
 """Trials a second of an FMU: tolstat, FMPy's low level and its `simulate_fmu`.
 
+And of a model of this package of the same machine.
+
 python -m tests.studies.fmus.speed [TRIALS]; one process, each the best of three
 """
 
@@ -15,9 +17,10 @@ import numpy as np
 
 import tolstat
 from tests.fmu.building import build
+from tests.studies.fmus.two_masses import TwoMasses
 from tolstat import catalogue
 from tolstat.fmu.fmu_model import FmuModel
-from tolstat.model.checked import described
+from tolstat.model.checked import check_model, described
 from tolstat.model.settings import make
 
 STOP, STEPS = 0.5, (1, 100)
@@ -102,6 +105,19 @@ def main(trials):
         )
         run = simulated(path, 500, gaps, "ModelExchange")
         print(f"model exchange: simulate_fmu, rtol 1e-5: {best(run, few):.1f}")
+        ours = check_model(TwoMasses)
+        for rtol in (1e-6, 1e-9):
+            run = evaluated(ours, {"rtol": rtol}, gaps)
+            print(f"a model of tolstat, rtol {rtol:g}: {best(run, trials):.3f}")
+        answers = {
+            "co-simulation": (isolated, {}),
+            "model exchange, rtol 1e-9": (isolated, {**settings, "rtol": 1e-9}),
+            "a model of tolstat, rtol 1e-6": (ours, {}),
+            "a model of tolstat, rtol 1e-9": (ours, {"rtol": 1e-9}),
+        }
+        for name, (model, chosen) in answers.items():
+            nominal = tolstat.evaluate(model, None, chosen).iloc[0]
+            print(f"{name}: {nominal['peak']:.5f} N, {nominal['position']:.6e} m")
     print("FMPy", fmpy.__version__, "tolstat", tolstat.__version__)
 
 

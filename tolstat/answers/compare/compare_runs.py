@@ -1,7 +1,7 @@
 """Two or more runs compared: trial by trial where they are paired."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from string import ascii_uppercase
 
 import numpy as np
@@ -122,6 +122,8 @@ def _difference(
     ]
     focus = [*responses_in_focus(a, chosen), *responses_in_focus(b, chosen)]
     responses = differences_of(pair, first.responses, second.responses)
+    tails = {n: (first.responses[n], second.responses[n]) for n in responses}
+    normal = [n for n, both in tails.items() if all(x.normal_tails for x in both)]
     return Difference(
         second.label,
         pair,
@@ -129,7 +131,7 @@ def _difference(
         _that_differ(*({n: x.words for n, x in run.assumed.items()} for run in (a, b))),
         focus=tuple(name for name in dict.fromkeys(focus) if name in pair.responses),
         responses=responses,
-        findings=_significant(limits_of(responses)),
+        findings=_significant(limits_of(responses), normal),
     )
 
 
@@ -140,11 +142,20 @@ def differences_of(
     return {n: _response(pair, n, before[n], after[n]) for n in pair.responses}
 
 
-def _significant(limits: Mapping[str, LimitDifference]) -> SignificantChanges:
-    return SignificantChanges(*(
+def _significant(
+    limits: Mapping[str, LimitDifference], normal: Collection[str]
+) -> SignificantChanges:
+    """Return what differs; responses that are `normal` have a Ppk by moments."""
+    fewer, more, neither = (
         tuple(name for name, limit in limits.items() if limit.significant == sign)
         for sign in (-1, 1, 0)
-    ))  # fmt: skip
+    )
+    comparable = [name for name in neither if name in normal]
+    higher, lower = (
+        tuple(name for name in comparable if limits[name].significant_ppk == sign)
+        for sign in (1, -1)
+    )
+    return SignificantChanges(fewer, more, neither, higher, lower)
 
 
 def _that_differ(

@@ -32,8 +32,16 @@ class LimitDifference(NamedTuple):
     @property
     def significant(self) -> int:
         """1 for significantly more trials out of limit in the second, -1 for fewer."""
-        difference = self.fraction_out_of_limit_difference
-        return int(difference.lower > 0) - int(difference.upper < 0)
+        return _sign(self.fraction_out_of_limit_difference)
+
+    @property
+    def significant_ppk(self) -> int:
+        """1 for a significantly higher Ppk by moments in the second, -1 for a lower."""
+        return _sign(self.moments_ppk_difference)
+
+
+def _sign(difference: Estimate) -> int:
+    return int(difference.lower > 0) - int(difference.upper < 0)
 
 
 UNLIMITED = LimitDifference(
@@ -81,6 +89,9 @@ class SignificantChanges(NamedTuple):
     fewer: tuple[str, ...]
     more: tuple[str, ...]
     neither: tuple[str, ...]
+    # of these with normal tails, by whether Ppk by moments differs significantly
+    higher_ppk: tuple[str, ...]
+    lower_ppk: tuple[str, ...]
 
 
 class Difference(NamedTuple):

@@ -40,6 +40,8 @@ CHANGES = {
     "fewer": "significantly fewer trials out of the limit of ",
     "more": "significantly more trials out of the limit of ",
     "neither": "no significant difference in trials out of the limit of ",
+    "higher_ppk": "significantly higher Ppk by moments of ",
+    "lower_ppk": "significantly lower Ppk by moments of ",
 }
 PROVENANCE = ("run", "model", "started_at", "source_digest", "version_tolstat")
 

@@ -1,14 +1,17 @@
 """Formulas of a chain as data: trees of steps, which a page evaluates."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
+from tolstat.model.contract import Model
+from tolstat.model.in_cases import ModelInCases
 
 Tree = float | list[Any]  # a number, ["link", part], or a step and its arguments
+SAME = "{}"  # name of a response without cases
 
 
 @dataclass(frozen=True)
@@ -17,6 +20,7 @@ class Trees:
 
     nominal: Mapping[str, float]  # SI, of every link
     parts: Sequence[str]  # links that deviate, by their place
+    drawn: Mapping[str, float]  # nominal values without the changes of a case
 
     def constant(self, value: float) -> Tree:
         """Return a number."""
@@ -24,9 +28,11 @@ class Trees:
 
     def link(self, name: str) -> Tree:
         """Return a part, or the size of a link that does not deviate."""
-        if name in self.parts:
-            return ["link", self.parts.index(name)]
-        return float(self.nominal[name])
+        if name not in self.parts:
+            return float(self.nominal[name])
+        part = ["link", self.parts.index(name)]
+        change = float(self.nominal[name] - self.drawn[name])
+        return ["+", part, change] if change else part
 
     def operation(self, sign: str, first: Tree, second: Any) -> Tree:
         """Return a step of two arguments."""
@@ -37,25 +43,56 @@ class Trees:
         return [name, *arguments]
 
 
-def formula_trees(settings: Any, parts: Collection[str]) -> dict[str, Tree] | None:
-    """Return the formula of each response as a tree of these parts.
+class ChainFormulas:
+    """The formulas of a chain, in each of its cases.
 
-    None of a model that is not a chain, and of a chain with vector loops: they are
-    solved, not evaluated.
+    Parameters
+    ----------
+    model, settings
+        Of a study. A model that is not a chain has no formulas, nor has a chain with
+        vector loops, lots or uncertain means: these are solved, or evaluated twice.
     """
+
+    def __init__(self, model: Model, settings: Any) -> None:
+        self.settings = settings
+        self.cases = dict(_cases(model, settings))  # by the pattern of a response
+
+    def trees(self, parts: Collection[str]) -> dict[str, Tree]:
+        """Return the formula of each response as a tree of these parts."""
+        trees = dict[str, Tree]()
+        for pattern, case in self.cases.items():
+            algebra: Any = Trees(case.nominal, [*parts], self.settings.nominal)
+            for name, formula in case.formulas.items():
+                trees[pattern.format(name)] = formula.worked_out(algebra)
+        return trees
+
+    def turning(self, spreads: Mapping[str, Spread]) -> dict[str, str]:
+        """Return the links by which each response both rises and falls, in words.
+
+        Slopes tell neither its worst case nor its spread then; empty where they do.
+        """
+        return {
+            pattern.format(name): ", ".join(
+                answers(formula, case.nominal, spreads).turning
+            )
+            for pattern, case in self.cases.items()
+            for name, formula in case.formulas.items()
+        }
+
+    @property
+    def changed(self) -> frozenset[str]:
+        """Links whose size some case changes: a case replaces what a study has."""
+        drawn = self.settings.nominal if self.cases else {}
+        sizes = [case.nominal for case in self.cases.values()]
+        return frozenset(n for n, x in drawn.items() if any(y[n] != x for y in sizes))
+
+
+def _cases(model: Model, settings: Any) -> Iterator[tuple[str, Settings]]:
+    """Yield the settings of each case by the pattern of its responses."""
     if not isinstance(settings, Settings) or settings.closed:
-        return None
-    algebra: Any = Trees(settings.nominal, [*parts])
-    return {n: formula.worked_out(algebra) for n, formula in settings.formulas.items()}
-
-
-def turning_links(settings: Settings, spreads: Mapping[str, Spread]) -> dict[str, str]:
-    """Return the links by which each response both rises and falls, in words.
-
-    Slopes tell neither its worst case nor its spread then; empty where they do.
-    """
-    nominal = settings.nominal
-    return {
-        name: ", ".join(answers(formula, nominal, spreads).turning)
-        for name, formula in settings.formulas.items()
-    }
+        return
+    if model.unwrapped is model:
+        yield SAME, settings
+    elif isinstance(model, ModelInCases) and model.base is model.unwrapped:
+        for case in model.conditions:
+            yield case.of(SAME), case.settings(settings)

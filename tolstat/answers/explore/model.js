@@ -128,6 +128,15 @@ class Explorer {
   limitChanged(scenario, r) {
     return ['lower', 'upper'].some(end => scenario.limits[r][end] !== this.drawing.limits[r][end]);
   }
+  /* An entry of [limits] may be of several responses: these move as one. */
+  limited(scenario, r, limit) {
+    const entry = i => this.responses[i].limit_entry;
+    return {...scenario, limits: scenario.limits.map((other, i) => entry(i) === entry(r) ? limit : other)};
+  }
+  limitChanges(scenario) {
+    const entries = this.responses.map(response => response.limit_entry);
+    return entries.map((_, r) => r).filter(r => this.limitChanged(scenario, r) && entries.indexOf(entries[r]) === r);
+  }
 
   // ---- trials evaluated again
   column(p, state) {
@@ -338,10 +347,12 @@ class Explorer {
     return (area <= 0.5 ? -score : score) / 3;
   }
   area(score) { return along(this.areas, (score + this.farthest) / (2 * this.farthest)); }
-  quantiles(values, weights, shares) {
-    const order = Array.from(values.keys()).filter(k => values[k] === values[k]).sort((a, b) => values[a] - values[b]);
-    const total = order.reduce((sum, k) => sum + weights[k], 0);
-    return shares.map(share => { let sum = 0; for (const k of order) { sum += weights[k]; if (sum >= share * total) return values[k]; } return NaN; });
+  /* Quantiles as the report has them: median-unbiased; where trials stand for several, the first one that reaches it. */
+  quantiles(values, shares) {
+    const order = Array.from(values.keys()).filter(k => values[k] === values[k]).sort((a, b) => values[a] - values[b]), n = order.length;
+    if (!this.times_differ) return shares.map(share => along(order.map(k => values[k]), ((n + 1 / 3) * share - 2 / 3) / (n - 1)));
+    const total = order.reduce((sum, k) => sum + this.times[k], 0);
+    return shares.map(share => { let sum = 0; for (const k of order) { sum += this.times[k]; if (sum >= share * total) return values[k]; } return NaN; });
   }
   /* Shares out of limit of a response over a field of an entry: its profile. */
   profile(scenario, i, field, values, r) {
@@ -403,12 +414,11 @@ class Explorer {
       const entry = this.entries[i];
       return `${entry.section}.${entry.key} = ${this.inline(this.keys(i, scenario.entries[i], entry.section === 'links'), entry.rest)}`;
     });
-    this.responses.forEach((response, r) => {
-      if (!this.limitChanged(scenario, r)) return;
-      const limit = `limit = ${JSON.stringify(this.limit(response, scenario.limits[r]))}`;
-      lines.push(`limits.${response.key} = { ${[limit, ...response.demand ? [response.demand] : []].join(', ')} }`);
+    const limits = this.limitChanges(scenario).map(r => {
+      const response = this.responses[r];
+      return `limits.${response.key} = ${this.inline([['limit', this.limit(response, scenario.limits[r])]], response.demand)}`;
     });
-    return lines.join('\n') || '# as on the drawing';
+    return [...lines, ...limits].join('\n') || '# as on the drawing';
   }
   limit(response, {lower, upper}) {
     const [low, high] = [lower, upper].map(x => x === null ? '' : this.number(x, response.factor)), unit = response.unit && ` ${response.unit}`;
@@ -424,10 +434,9 @@ class Explorer {
       if (!zoned && !other && !size) return `${entry.name}${state.shift < 0 ? '-' : '+'}=${this.quantity(entry, Math.abs(state.shift))}`;
       return `${entry.name}=${this.inline(this.keys(i, state, false))}`;
     });
-    const limits = this.responses.flatMap((response, r) => {
-      if (!this.limitChanged(scenario, r)) return [];
-      const limit = this.limit(response, scenario.limits[r]);
-      return ['--limit', `${response.name} ${/^[<>]/.test(limit) ? limit : `= ${limit}`}`];
+    const limits = this.limitChanges(scenario).flatMap(r => {
+      const response = this.responses[r], limit = this.limit(response, scenario.limits[r]);
+      return ['--limit', `${response.limit_entry} ${/^[<>]/.test(limit) ? limit : `= ${limit}`}`];
     });
     return [...changes, ...limits];
   }
@@ -443,14 +452,14 @@ class Explorer {
   stored(scenarios, chosen, focus) {
     const different = scenarios.map(scenario => [
       this.changes(scenario).map(i => [this.entries[i].name, scenario.entries[i]]),
-      this.responses.flatMap((response, r) => this.limitChanged(scenario, r) ? [[response.name, scenario.limits[r]]] : [])]);
+      this.limitChanges(scenario).map(r => [this.responses[r].name, scenario.limits[r]])]);
     return encodeURIComponent(JSON.stringify([chosen, this.responses[focus].name, ...different]));
   }
   restored(text) {
     const [chosen, focus, ...different] = JSON.parse(decodeURIComponent(text));
     const number = x => x === null || Number.isFinite(x);
     const scenarios = different.map(([entries, limits]) => {
-      const scenario = this.scenario();
+      let scenario = this.scenario();
       for (const [name, state] of entries) {
         const i = this.entries.findIndex(e => e.name === name && !e.reason), {nominal, lower, upper, shift, kind, grade} = state;
         if (i < 0 || ![nominal, lower, upper, shift].every(Number.isFinite) || !(upper > lower) || !this.entries[i].kinds.includes(kind)) continue;
@@ -458,7 +467,7 @@ class Explorer {
       }
       for (const [name, {lower, upper}] of limits) {
         const r = this.responses.findIndex(x => x.name === name);
-        if (r >= 0 && number(lower) && number(upper)) scenario.limits[r] = {lower, upper};
+        if (r >= 0 && number(lower) && number(upper)) scenario = this.limited(scenario, r, {lower, upper});
       }
       return scenario;
     });

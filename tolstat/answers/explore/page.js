@@ -45,7 +45,7 @@ const setting = (input, x, [low, high, step], factor) => {
 function updateControls() {
   const scenario = scenarios[chosen], r = response();
   $('controls').disabled = chosen === 0;
-  $('limited').textContent = `limits of ${r.name}${r.unit && `, ${r.unit}`}`;
+  $('limited').textContent = `limits of ${r.limit_entry}${r.unit && `, ${r.unit}`}`;
   $('limit').classList.toggle('changed', explorer.limitChanged(scenario, focus));
   const values = readings[0].responses[focus], reach = 8 * values.sigma;
   for (const end of ['lower', 'upper']) for (const suffix of ['', '-r']) {
@@ -136,10 +136,10 @@ function waterfall() {
   if (!explorer.evaluated) return '';
   if (response().turning) return `<figcaption>${escaped(response().name)} rises and falls with ${escaped(response().turning)}: slopes tell neither worst case nor spread.</figcaption>`;
   const stack = explorer.stack(scenarios[chosen], focus), one = readings[chosen].responses[focus], limit = scenarios[chosen].limits[focus];
-  const mc = explorer.quantiles(one.values, readings[chosen].weights, [0.00135, 0.5, 0.99865]), [mean, sigma] = stack.rss;
+  const mc = explorer.quantiles(one.values, [0.00135, 0.99865]), [mean, sigma] = stack.rss;
   const rows = [['nominal', stack.nominal, stack.nominal, 0, shown(stack.nominal)]]; let at = stack.nominal;
   for (const s of stack.steps) { rows.push([s.name, at, at + s.move, s.reach, `${s.move < 0 ? '' : '+'}${shown(s.move)} ± ${shown(s.reach)}`]); at += s.move; }
-  const bands = [['RSS, ±3 sigma', mean - 3 * sigma, mean + 3 * sigma], ['Monte Carlo', mc[0], mc[2]], ['worst case', ...stack.worst]].filter(b => b[1] === b[1] && !(explorer.correlated && /RSS/.test(b[0])));
+  const bands = [['RSS, ±3 sigma', mean - 3 * sigma, mean + 3 * sigma], ['Monte Carlo', ...mc], ['worst case', ...stack.worst]].filter(b => b[1] === b[1] && !(explorer.correlated && /RSS/.test(b[0])));
   const all = [...rows.flatMap(r => [r[1] - r[3], r[2] + r[3], r[2] - r[3]]), ...bands.flatMap(b => b.slice(1)), limit.lower, limit.upper].filter(v => v !== null);
   const low = Math.min(...all), high = Math.max(...all), x = v => LEFT + BARS * (v - low) / (high - low || 1), end = 22 + 20 * (rows.length + bands.length);
   const line = (name, k, inside, text) => word(LEFT - 10, 20 + 20 * k, name, 'text-anchor="end"') + inside + word(WIDE - 5, 20 + 20 * k, text, 'text-anchor="end" class="soft"');
@@ -211,7 +211,7 @@ function moved({target}) {
   if (end) {
     const x = target.value === '' ? null : +target.value / response().factor, limit = {...scenario.limits[focus], [end]: x};
     if (limit.lower !== null && limit.upper !== null && !(limit.lower < limit.upper)) return;
-    scenarios[chosen] = {...scenario, limits: scenario.limits.map((other, r) => r === focus ? limit : other)}; draw();
+    scenarios[chosen] = explorer.limited(scenario, focus, limit); draw();
   } else if (field) {
     const state = scenario.entries[entry], x = +target.value / explorer.entries[entry].factor;
     if (field === 'kind') change(entry, {...state, kind: target.value});

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tolstat.answers.explore.formula_trees import formula_trees, turning_links
+from tolstat.answers.explore.formula_trees import ChainFormulas
 from tolstat.answers.explore.interval_tables import interval_tables
 from tolstat.answers.explore.packed import packed
 from tolstat.answers.explore.page_entries import PageEntries
@@ -22,6 +22,7 @@ from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Integers
 from tolstat.deviations.dependence import correlations, equal_parts
+from tolstat.deviations.names import expand
 from tolstat.deviations.spread import spread_of
 from tolstat.statistics.limits.limit import DEMANDED
 from tolstat.statistics.limits.yields import WORST_FIRST
@@ -38,14 +39,15 @@ class PageData:
         self.run, self.study, self.sampled = run, study, sampled
         self.summaries = summaries_of(sampled)
         deviating = study.deviating.distributions
-        plain = study.model.unwrapped is study.model and not run.swept
-        trees = formula_trees(study.settings, deviating) if plain else None
-        self.evaluated = trees is not None
-        self.entries = PageEntries(run, study, evaluated=self.evaluated)
-        self.parts = self._parts()
-        self.trees = trees or {}
+        formulas = ChainFormulas(study.model, study.settings)
+        self.trees = {} if run.swept else formulas.trees(deviating)
+        self.evaluated = bool(self.trees)
         spreads = {name: spread_of(x) for name, x in deviating.items()}
-        self.turning = turning_links(study.settings, spreads) if trees else {}
+        self.turning = formulas.turning(spreads) if self.evaluated else {}
+        self.entries = PageEntries(
+            run, study, evaluated=self.evaluated, fixed_sizes=formulas.changed
+        )
+        self.parts = self._parts()
 
     def _parts(self) -> list[str]:
         """Return the contributors whose scores or deviations the page needs."""
@@ -144,11 +146,13 @@ class PageData:
 
     def _response(self, name: str, places: Integers) -> dict[str, Any]:
         run, limited = self.run, self.summaries[name].limited
+        written, demand = self._limit_entry(name)
         limit, scale = run.limits.get(name), run.scales[name]
         sentences = {response.name: response.sentence for response in run.responses}
         data: dict[str, Any] = {
             "name": name,
-            "key": toml_key(name),
+            "limit_entry": written,
+            "key": toml_key(written),
             "sentence": sentences[name],
             "unit": scale.mark,
             "factor": scale.factor,
@@ -156,7 +160,7 @@ class PageData:
             "lower": limit.lower if limit else None,
             "upper": limit.upper if limit else None,
             "demanded": limit.demanded if limit else DEMANDED,
-            "demand": self._demand(name),
+            "demand": demand,
             "run": None,
             "normal": self._is_normal(name),
         }
@@ -179,12 +183,18 @@ class PageData:
         limited = summary.limited
         return bool(limited and limited.moments.ppk.sure and summary.normal_tails)
 
-    def _demand(self, name: str) -> str:
-        """Return the keys of a limit beside its ends, as a study has them."""
-        entry = self.study.document.limits.get(name)
-        if not isinstance(entry, dict):
-            return ""
-        return toml_keys({key: x for key, x in entry.items() if key != "limit"})
+    def _limit_entry(self, name: str) -> tuple[str, str]:
+        """Return the entry that limits a response, and its keys beside the ends.
+
+        As the study has them: one entry may limit several responses, which move as one.
+        """
+        names = [response.name for response in self.run.responses]
+        for written, entry in self.study.document.limits.items():
+            if name in expand(written, names):
+                keys = entry if isinstance(entry, dict) else {}
+                rest = {key: x for key, x in keys.items() if key != "limit"}
+                return written, toml_keys(rest)
+        return name, ""
 
     def text(self) -> str:
         """Return the data as JSON that may stand in a page."""

@@ -1,6 +1,6 @@
 """Entries of a study as a page moves them, and the parts that they are of."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -53,10 +53,20 @@ class PageEntries:
         The run, and its study.
     evaluated : bool
         Whether trials are evaluated again; else they are weighted.
+    fixed_sizes : collection of str
+        Links whose nominal value does not move.
     """
 
-    def __init__(self, run: Run, study: Study, *, evaluated: bool) -> None:
+    def __init__(
+        self,
+        run: Run,
+        study: Study,
+        *,
+        evaluated: bool,
+        fixed_sizes: Collection[str] = (),
+    ) -> None:
         self.run, self.study, self.evaluated = run, study, evaluated
+        self.fixed_sizes = fixed_sizes
         self.distributions = study.deviating.distributions
         self.contributors = {part.name: part for part in run.contributors}
         self._without_density = {n: self._no_density(n) for n in self.distributions}
@@ -144,7 +154,7 @@ class PageEntries:
             "words": self.study.deviating.words[first],
             "reason": entry.reason,
             "nominal": part.size or 0.0,
-            "sized": written.section == "links",
+            "sized": written.section == "links" and first not in self.fixed_sizes,
             "lower": 0.0,
             "upper": 0.0,
             "kind": "",

@@ -76,7 +76,7 @@ def _verdict(summary: RareSummary) -> tuple[blocks.Block, ...]:
         )
         notes.append(text(words))
     lead = say("The limit is {}. Out of limit: {}.",
-               Word(summary.verdict, summary.verdict),
+               Word(summary.words, summary.verdict),
                ppm(summary.fraction_out_of_limit))  # fmt: skip
     return blocks.shown(
         in_words(summary.warnings),

@@ -1,5 +1,6 @@
 """What a remedy may change in the study of a run, and its entries after a change."""
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -50,10 +51,11 @@ def changeable_entries(run: Run) -> ChangeableEntries:
     entries = np.repeat(np.arange(len(names)), [len(x) for x in groups.values()])
     columns = [name for members in groups.values() for name in members]
     halves = np.array([_half(run, members) for members in groups.values()])
+    sizes = np.array([written.least_length(members) for members in groups.values()])
     design = Design(
         np.array([run.assumed[name].centre for name in columns]), entries, halves,
         np.array(steps), np.array([stays.isdisjoint(x) for x in groups.values()]),
-        np.array(movable, bool),
+        np.array(movable, bool), lowest=1 - sizes / halves,
     )  # fmt: skip
     return ChangeableEntries(names, tuple(map(tuple, groups.values())), design)
 
@@ -107,6 +109,18 @@ class _Written:
     def keys(self, name: str) -> Mapping[str, Any]:
         """Return the keys of the entry of a contributor."""
         return self._entries[name].keys
+
+    def least_length(self, members: list[str]) -> float:
+        """Return the least nominal value, SI, of links that are lengths above 0.
+
+        Infinite of others: these may change their sign.
+        """
+        lengths = [
+            quantity(str(self.links[name][NOMINAL]), "m")
+            for name in members
+            if name in self.links and self.run.units[name] == "m"
+        ]
+        return min((length for length in lengths if length > 0), default=math.inf)
 
     @property
     def fixed(self) -> frozenset[str]:

@@ -1,7 +1,8 @@
 """What meets all limits of a run together: searched, and proved where that is quick."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -38,8 +39,8 @@ from tolstat.statistics.remedies.movable_trials import (
     movable_trials,
 )
 from tolstat.statistics.remedies.prediction import (
-    Proof,
     Shares,
+    Step,
     predicted,
     proved,
     steps,
@@ -52,7 +53,8 @@ from tolstat.statistics.remedies.remedy import (
 from tolstat.store.stored_run import Run
 from tolstat.study.study import Study, load
 
-FRESH_TRIALS = 20_000  # of a proof
+# of a proof; more where a limit permits few out of it, to find so many of these
+FRESH_TRIALS, MOST_FRESH, TELLING = 20_000, 200_000, 50
 FARTHEST_UNPROVED = 1.0  # half tolerances that a centre moves
 QUICK, QUICK_INTEGRATED = 10.0, 1.0  # s, that a proof may take; of equations of motion
 NOTHING_HELPS = "no change of the free tolerances and centres is known to help"
@@ -64,20 +66,25 @@ class _ProofError(Exception):
 
 
 class _Tried(NamedTuple):
-    """A change, and how it does."""
+    """A change that improves, and how it does."""
 
     change: Change
-    after: Shares
-    met: bool
-    improves: bool
-    evidence: Evidence
+    steps: tuple[Step, ...]
+    met: bool  # all limits
+    proved: int  # by so many fresh trials; 0: predicted
+
+    @property
+    def after(self) -> Shares:
+        """Shares out of limit after all steps."""
+        return self.steps[-1].after
 
 
 def remedy_of(drawn: Drawn, causes: Causes) -> RemedyFinding | None:
     """Return what meets all limits of a complete run of sampled trials.
 
-    None where nothing can be said: too few trials, say. The main causes of limits that
-    are not met are tightened where a surface of the responses shows nothing that helps.
+    None where nothing can be said: too few trials, say. The main free causes of limits
+    that are not met are tightened where a surface of the responses shows nothing that
+    helps.
     """
     run = drawn.run
     entries = changeable_entries(run)
@@ -114,43 +121,56 @@ class _Search:
     def finding(self) -> RemedyFinding:
         """Return the remedy, or why there is none."""
         before = predicted(self.trials, self.trials.design.none)
-        tried, found = self._tried(before), list[RemedyStep]()
-        if tried is not None and tried.improves:
-            found = [*self._steps(tried, before)]
-        elif (tried := self._by_weights(before)) is not None:
-            changes = _changes(self.run, self.entries, tried.change)
-            pair = before.joint.complement, tried.after.joint.complement
-            found = [RemedyStep(changes, *pair)]
-        else:
+        tried = self._tried(before) or self._by_weights(before)
+        if tried is None:
             return RemedyFinding(reason=NOTHING_HELPS, note=self.note)
         pairs = zip(before.limits, tried.after.limits, strict=True)
         changed = changed_entries(self.run, self.entries, tried.change)
         entries = worded_entries(changed)
         return RemedyFinding(
-            tuple(found), tried.evidence,
-            trials=FRESH_TRIALS if tried.evidence is Evidence.PROVED else 0,
+            tuple(self._steps(tried.steps, before)),
+            Evidence.PROVED if tried.proved else Evidence.PREDICTED,
+            trials=tried.proved,
             met=tried.met, limits=dict(zip(self.run.limits, pairs, strict=True)),
             entries=entries, commands=to_change(self.run, entries), note=self.note,
         )  # fmt: skip
 
+    def _steps(self, steps: Sequence[Step], before: Shares) -> Iterator[RemedyStep]:
+        """Yield steps by name, with the yields before and after."""
+        for step in steps:
+            changes = _changes(self.run, self.entries, step.change)
+            pair = before.joint.complement, step.after.joint.complement
+            yield RemedyStep(changes, *pair)
+            before = step.after
+
     def _tried(self, before: Shares) -> _Tried | None:
         """Return a change that was searched, proved where that is quick."""
-        if (study := self._quick_study()) is not None:
+        if (fresh := self._fresh_trials()) is not None:
             try:
-                proof = proved(self.trials, _FreshTrials(self, study))
-                return proof and _proved(proof)
+                proof = proved(self.trials, fresh)
+                if proof is None or not proof.improves:
+                    return None
+                return _Tried(proof.change, proof.steps, proof.met, fresh.number)
             except (_ProofError, TolstatError) as error:
                 self.note = str(error)
-        permitted = self.trials.permitted_out
         # nothing is known of a response farther off than its trials
         near = self.trials.design._replace(farthest=FARTHEST_UNPROVED)
         trials = replace(self.trials, design=near)
         change = smallest_change(trials, AIM_PREDICTED).change
         if not (change.size or len(change.tightened)):
             return None
-        after = predicted(self.trials, change)
-        met, improves = after.permitted(permitted), after.improve(before, permitted)
-        return _Tried(change, after, met, improves, Evidence.PREDICTED)
+        shares = partial(predicted, self.trials)
+        return self._judged(change, steps(self.trials, change, shares), before)
+
+    def _judged(
+        self, change: Change, steps: Iterable[Step], before: Shares, proved: int = 0
+    ) -> _Tried | None:
+        """Return a change with its steps; None unless it improves."""
+        steps, permitted = tuple(steps), self.trials.permitted_out
+        after = steps[-1].after
+        if not after.improve(before, permitted):
+            return None
+        return _Tried(change, steps, after.permitted(permitted), proved)
 
     def _by_weights(self, before: Shares) -> _Tried | None:
         """Return tighter causes that help, by weights; proved where that is quick."""
@@ -158,46 +178,32 @@ class _Search:
             study = study_of(self.run)
         except TolstatError:
             return None  # a custom model, or data that are gone
-        permitted, best = self.trials.permitted_out, None
-        for change, after in tightened_causes(
-            self.drawn, study, self.entries, self.causes
-        ):
-            met = after.permitted(permitted)
-            if not after.improve(before, permitted):
+        best = None
+        for step in tightened_causes(self.drawn, study, self.entries, self.causes):
+            tried = self._judged(step.change, [step], before)
+            if tried is None:
                 continue
-            if best is None or met or after.joint.value < best.after.joint.value:
-                best = _Tried(
-                    change, after, met=met, improves=True, evidence=Evidence.PREDICTED
-                )
-            if met:
+            if (
+                best is None
+                or tried.met
+                or tried.after.joint.value < best.after.joint.value
+            ):
+                best = tried
+            if tried.met:
                 break
-        if best is None or (quick := self._quick_study()) is None:
+        if best is None or (fresh := self._fresh_trials()) is None:
             return best
         try:
-            sample = _FreshTrials(self, quick)(best.change)
+            sample = fresh(best.change, 0)
         except (_ProofError, TolstatError) as error:
             self.note = str(error)
             return best
-        fresh = self.trials.sampled_again(best.change, *sample)
-        after = predicted(fresh, fresh.design.none)
-        proof = _Tried(
-            best.change, after, met=after.permitted(permitted),
-            improves=after.improve(before, permitted), evidence=Evidence.PROVED,
-        )  # fmt: skip
-        return proof if proof.improves else None
+        again = self.trials.sampled_again(best.change, *sample)
+        step = Step(best.change, predicted(again, again.design.none))
+        return self._judged(best.change, [step], before, fresh.number)
 
-    def _steps(self, tried: _Tried, before: Shares) -> Iterator[RemedyStep]:
-        """Yield the steps of a change that a surface predicts."""
-        after, found = before.joint, [*steps(self.trials, tried.change)]
-        for number, step in enumerate(found, 1):
-            last = number == len(found)  # as proved
-            new = tried.after.joint if last else step.after.joint
-            pair = after.complement, new.complement
-            yield RemedyStep(_changes(self.run, self.entries, step.change), *pair)
-            after = new
-
-    def _quick_study(self) -> Study | None:
-        """Return the study if its fresh trials are quick, else None."""
+    def _fresh_trials(self) -> "_FreshTrials | None":
+        """Return fresh trials of changed studies if these are quick, else None."""
         run = self.run
         if run.listed:
             return None  # nothing is evaluated here
@@ -209,23 +215,27 @@ class _Search:
             return None  # its data are gone
         seconds = float(run.times.get("seconds", np.inf)) / max(run.ended, 1)
         most = QUICK_INTEGRATED if study.model.integrates else QUICK
-        return study if seconds * FRESH_TRIALS <= most else None
+        if seconds * FRESH_TRIALS > most:
+            return None
+        telling = TELLING / self.trials.permitted_out.min()
+        number = min(telling, most / max(seconds, 1e-9), MOST_FRESH)
+        return _FreshTrials(self, study, max(int(number), FRESH_TRIALS))
 
 
 class _FreshTrials:
-    """Evaluates fresh trials of changed studies; each time of another seed."""
+    """Evaluates fresh trials of changed studies."""
 
-    def __init__(self, search: _Search, study: Study) -> None:
-        self._search, self._study, self._rounds = search, study, 0
+    def __init__(self, search: _Search, study: Study, number: int) -> None:
+        self._search, self._study, self.number = search, study, number
 
-    def __call__(self, change: Change) -> tuple[Array, Array]:
-        """Return deviations and responses of fresh trials."""
-        search, self._rounds = self._search, self._rounds + 1
+    def __call__(self, change: Change, seed: int) -> tuple[Array, Array]:
+        """Return deviations and responses; the seed counts from 0."""
+        search = self._search
         editor = self._study.editor()
         for name, entry in changed_entries(search.run, search.entries, change).items():
             editor.change(name, entry)
-        words = np.random.SeedSequence([search.seed, FRESH_TRIALS, self._rounds])
-        editor.table |= {"sampling": "random", "trials": FRESH_TRIALS}
+        words = np.random.SeedSequence([search.seed, FRESH_TRIALS, seed + 1])
+        editor.table |= {"sampling": "random", "trials": self.number}
         study = load(
             editor.table, model=self._study.model, seed=int(words.generate_state(1)[0]),
             folder=search.run.data_folder,
@@ -240,12 +250,8 @@ class _FreshTrials:
         responses = [trials.response(name) for name in search.run.limits]
         done = int(np.isfinite(responses).all(axis=0).sum())
         if done < LEAST_TRIALS:
-            raise _ProofError(f"only {done} of {FRESH_TRIALS} fresh trials do not fail")
+            raise _ProofError(f"only {done} of {self.number} fresh trials do not fail")
         return trials.deviations[:, columns], np.stack(responses, axis=1)
-
-
-def _proved(proof: Proof) -> _Tried:
-    return _Tried(proof.change, proof.after, proof.met, proof.improves, Evidence.PROVED)
 
 
 def _unavoidable(
@@ -269,6 +275,11 @@ def _unavoidable(
             _entry_change(run, entries, freed.change, freed.entry)
             for freed in rest.freed
         ),
+        {
+            name: beyond
+            for name, beyond in zip(run.limits, rest.beyond.tolist(), strict=True)
+            if beyond
+        },
     )
 
 

@@ -36,9 +36,12 @@ class Unavoidable(NamedTuple):
 
     share: Estimate  # out of any limit
     causes: Mapping[str, float]  # share of the variance, by fixed entry
-    limits: Mapping[str, tuple[float, float]]  # wider ones that would be met
+    # wider ones that would be met; none of a response whose median is out of limit
+    limits: Mapping[str, tuple[float, float]]
     # changes of fixed entries, each of which would meet all limits, were it free
     freed: tuple[EntryChange, ...]
+    # how far medians lie above their limits; negative: below them
+    medians: Mapping[str, float]
 
 
 class RemedyFinding(NamedTuple):

@@ -99,6 +99,20 @@ def _unavoidable(run: Run, rest: Unavoidable) -> Parts:
         say("{} ({} of the variance)", Name(name), Number(share, PER_CENT))
         for name, share in rest.causes.items()
     ]
+    stays = text(
+        say("without their spread {} stay out of limit", ppm(rest.share)),
+        text(", from ", listed(causes)) if causes else None,
+    )  # fmt: skip
+    if rest.medians:
+        stays = listed(
+            [
+                say(
+                    f"the median of {{}} lies {{}} {'above' if x > 0 else 'below'} its "
+                    "limit", Name(name), Number(abs(x), run.scales[name]),
+                )
+                for name, x in rest.medians.items()
+            ]
+        )  # fmt: skip
     options = [
         text("widen ", Name(name), " to ", tolerance_words(ends, run.scales[name]))
         for name, ends in rest.limits.items()
@@ -106,9 +120,7 @@ def _unavoidable(run: Run, rest: Unavoidable) -> Parts:
     widen = [listed(options)] if options else []
     freed = [_change(run, change) for change in rest.freed]
     return text(
-        say("No change of the free dimensions meets all limits: without their spread "
-            "{} stay out of limit", ppm(rest.share)),
-        text(", from ", listed(causes)) if causes else None, ".",
+        "No change of the free dimensions meets all limits: ", stays, ".",
         say(" What would help: {}.", listed([*widen, *freed], "or"))
         if widen or freed else None,
     )  # fmt: skip

@@ -5,7 +5,6 @@ For responses that no surface explains, such as one that is zero in most trials.
 
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,42 +14,43 @@ from tolstat.answers.what_if.reweighted_trials import reweighted_scenario
 from tolstat.errors import TolstatError
 from tolstat.statistics.intervals.weighted_estimates import weighted_share
 from tolstat.statistics.remedies.change import Change
-from tolstat.statistics.remedies.prediction import Shares
+from tolstat.statistics.remedies.prediction import Shares, Step
 from tolstat.study.study import Study
 
 RATIOS = 0.7, 0.5
 MOST_CAUSES = 3
 
-Causes = Sequence[tuple[str, ...]]  # contributors, the main cause first
-
-
-class Tightened(NamedTuple):
-    """A change of tolerances, and what weighted trials show of it."""
-
-    change: Change
-    after: Shares
+# contributors, the main cause first, of each limit that is not met
+Causes = Sequence[Sequence[tuple[str, ...]]]
 
 
 def tightened_causes(
     drawn: Drawn, study: Study, entries: ChangeableEntries, causes: Causes
-) -> Iterator[Tightened]:
+) -> Iterator[Step]:
     """Yield tighter tolerances that the trials cover, the smallest change first.
 
-    Of each cause, and of the first ones together.
+    Of the main free cause of each limit, and of the first ones together.
     """
-    each = [{*cause} for cause in causes[:MOST_CAUSES]]
-    together = accumulate(each, lambda first, second: first | second)
-    for members in [*each, *[union for union in together if union not in each]]:
+    design = entries.design
+    pairs = zip(entries.members, design.free, strict=True)
+    free = {name for members, is_free in pairs if is_free for name in members}
+    main = [
+        next((cause for cause in of_limit if not free.isdisjoint(cause)), ())
+        for of_limit in causes
+    ]
+    single = [{*cause} for cause in dict.fromkeys(filter(None, main))][:MOST_CAUSES]
+    together = accumulate(single, lambda first, second: first | second)
+    for members in [*single, *[union for union in together if union not in single]]:
         for ratio in RATIOS:
-            change = entries.design.none
+            change = design.none
             for i, parts in enumerate(entries.members):
-                if entries.design.free[i] and not members.isdisjoint(parts):
+                if design.free[i] and not members.isdisjoint(parts):
                     change = change.with_entry(i, ratio=ratio)
-            change = entries.design.rounded(change)
+            change = design.rounded(change)
             if not len(change.tightened):
                 break
             try:
-                yield Tightened(change, _weighted(drawn, study, entries, change))
+                yield Step(change, _weighted(drawn, study, entries, change))
             except TolstatError:
                 break  # too few trials tell of it
 

@@ -8,11 +8,12 @@ from tolstat.answers.next_steps import (
     to_allocate,
     to_decide,
     to_extend,
+    to_replay,
     to_resume,
     to_run_again,
     typed_setting,
 )
-from tolstat.answers.remedy.remedy_finding import RemedyFinding
+from tolstat.answers.remedy.remedy_finding import Evidence, RemedyFinding
 from tolstat.answers.report.report_answer import (
     NOT_BY_TOLERANCES,
     Findings,
@@ -77,9 +78,8 @@ def _remedy(drawn: Drawn, limits: Limits) -> RemedyFinding | None:
         return None
     from tolstat.answers.remedy.find_remedy import remedy_of  # of missed limits alone
 
-    unmet = (limit for limit in limits.values() if limit.verdict != MET)
-    causes = dict.fromkeys(limit.causes[0] for limit in unmet if limit.causes)
-    remedy = remedy_of(drawn, [*causes])
+    unmet = [limit.causes for limit in limits.values() if limit.verdict != MET]
+    remedy = remedy_of(drawn, unmet)
     decided = any(limit.verdict == NOT_MET for limit in limits.values())
     return remedy if decided or (remedy and remedy.steps) else None
 
@@ -120,8 +120,12 @@ def _steps(
         kind = StepKind.FINISH if run.ended == run.trials else StepKind.RESUME
         yield Step(kind, commands=(to_resume(run.path, run.machine),))
         return
-    if finer := finer_run(run, rough):
+    failing = [n for n in rough if limits[n].reason == Caveat.FAILED_ONCE]
+    if failing:
+        yield _failed_once(run, failing)
+    if finer := finer_run(run, [name for name in rough if name not in failing]):
         yield finer  # the other numbers are of the rough run, too
+    if failing or finer:
         return
     for jump in sorted(jumps, key=lambda jump: not jump.clusters.turn):
         turn = jump.clusters.turn
@@ -132,7 +136,7 @@ def _steps(
     for step in (
         _measured(limits),
         _changed(limits, remedy),
-        _more_trials(run, responses, limits),
+        _more_trials(run, responses, limits, remedy),
         _allocated(run, limits),
     ):
         if step:
@@ -143,6 +147,16 @@ def _measured(limits: Limits) -> Step | None:
     """Return the step that measures more parts; None where these are enough."""
     names = tuple(name for name, limit in limits.items() if limit.measured)
     return Step(StepKind.MEASURE_PARTS, names) if names else None
+
+
+def _failed_once(run: Run, responses: Sequence[str]) -> Step:
+    """Return the step that shows a trial that failed in one of two evaluations."""
+    trials, (name, *_) = run.audited.trials if run.audited else (), responses
+    precise = run.audited.responses[name] if run.audited else ()
+    stored = np.isnan(run.column(name)[trials])
+    trial = int(trials[np.flatnonzero(stored != np.isnan(precise))[0]])
+    commands = (to_replay(run.path, trial, run.machine),)
+    return Step(StepKind.SEE_FAILED, tuple(responses), commands=commands)
 
 
 def finer_run(run: Run, responses: Sequence[str]) -> Step | None:
@@ -182,18 +196,26 @@ def _changed(limits: Limits, remedy: RemedyFinding | None) -> Step | None:
     )
 
 
-def _more_trials(run: Run, responses: Responses, limits: Limits) -> Step | None:
+def _more_trials(
+    run: Run, responses: Responses, limits: Limits, remedy: RemedyFinding | None
+) -> Step | None:
     """Return the step that adds trials; None where no more would tell.
 
     Until a verdict falls, and until causes can be named of a limit that more trials
-    miss than it permits.
+    miss than it permits. A limit that seems missed is no longer decided where a proved
+    remedy meets it.
     """
-    deciding = {n: x.trials_that_decide for n, x in limits.items()}
+    mended = remedy is not None and remedy.met and remedy.evidence is Evidence.PROVED
+    deciding = {
+        name: limit.trials_that_decide
+        for name, limit in limits.items()
+        if not (mended and limit.seems_missed)
+    }
     undecided = [name for name, trials in deciding.items() if trials]
     telling = {
         name: causes.needed
         for name, limit in limits.items()
-        if limit.verdict != MET and limit.seems_missed
+        if limit.verdict != MET and limit.seems_missed and not mended
         if (causes := responses[name].causes)
     }
     needed, told = max(deciding.values(), default=0), _fewest(telling)

@@ -39,6 +39,7 @@ from tolstat.document.inline import (
     text,
 )
 from tolstat.statistics.integration_error import Movement
+from tolstat.statistics.limits.yields import Caveat
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -89,6 +90,13 @@ def step_words(run: Run, step: Step, findings: Findings) -> Parts:
             return say(sentence, *typed)
         case StepKind.FINER_RUN:
             return _finer_run(run, step)
+        case StepKind.SEE_FAILED:
+            names = listed([*map(Name, step.responses)])
+            sentence = (
+                "Decide {}, whose trials fail one of two times: see why one of them "
+                "fails: {}."
+            )
+            return say(sentence, names, *typed)
         case StepKind.MEASURE_PARTS:
             return _measure(step, findings)
         case StepKind.ADD_TRIALS:
@@ -208,8 +216,15 @@ def _jump(warning: JumpWarning) -> Parts:
 
 
 def _verdict(warning: VerdictWarning) -> Parts:
-    errors = movement_words(warning.movement, warning.scale)
-    return say("{}: undecided (integration error: {})", Name(warning.response), errors)
+    movement = warning.movement
+    why = text(f"{warning.reason}: ", movement_words(movement, warning.scale))
+    if warning.reason == Caveat.FAILED_ONCE:
+        trials = counted(movement.trials + movement.failed_once, "trial")
+        why = say(
+            f"{movement.failed_once} of {{}} evaluated again failed one of both times",
+            trials,
+        )
+    return say("{}: undecided ({})", Name(warning.response), why)
 
 
 def movement_words(movement: Movement, scale: Scale) -> Parts:

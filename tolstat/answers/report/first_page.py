@@ -173,8 +173,7 @@ def limits_table(
             "main cause": _cause_cell(response, finding),
             "what would help": _help_cell(summary, name),
         })  # fmt: skip
-    if links:
-        _say_once(rows, "what would help")
+    _say_once(rows, "what would help")
     caption = rests_on(summary)
     if unseen := summary.unseen_errors:
         caption = say("{}; {}", caption, _unseen_words(unseen))

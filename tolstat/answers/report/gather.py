@@ -85,8 +85,11 @@ def _no_cause(limited: Limited | None, *, jumps: bool, wrong: bool) -> NoCause |
     """
     if jumps:
         return NoCause.JUMPS
+    reason = limited.yields.reason if limited else Caveat.NONE
+    if reason == Caveat.FAILED_ONCE:
+        return NoCause.FAILED_ONCE
     if wrong:
         return NoCause.INTEGRATION_ERROR
-    if limited and limited.yields.reason == Caveat.FEW_PARTS:
+    if reason == Caveat.FEW_PARTS:
         return NoCause.FEW_PARTS
     return None

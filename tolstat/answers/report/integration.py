@@ -32,7 +32,7 @@ from tolstat.statistics.integration_error import (
     share_above_largest,
 )
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.limits.yields import INTEGRATION_ERROR, UNDECIDED, yield_of
+from tolstat.statistics.limits.yields import UNDECIDED, Caveat, yield_of
 from tolstat.statistics.sample import quantiles_at
 from tolstat.statistics.summary import Summary
 from tolstat.status import Status
@@ -93,9 +93,10 @@ def integration_warnings(
     for name, summary in summaries.items():
         scale, audited = drawn.run.scales[name], drawn.audited(name)
         limited = summary.limited
-        if audited and limited and limited.yields.reason == INTEGRATION_ERROR:
+        reason = limited.yields.reason if limited else Caveat.NONE
+        if audited and reason in Caveat.of_audit():
             visible.pop(name, None)
-            yield VerdictWarning(name, audited.movement, scale)
+            yield VerdictWarning(name, audited.movement, scale, reason)
     for name, summary in summaries.items():
         if wrong := _wrong_numbers(drawn, drawn.run.audited, name, summary):
             visible.pop(name, None)

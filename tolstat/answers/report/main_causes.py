@@ -113,7 +113,6 @@ def _causes(
         meets = [cause for cause in named if cause.halved.upper <= permitted]
         meets.sort(key=lambda cause: (len(cause.members), cause.halved.value))
         named = [*meets, *(cause for cause in named if cause not in meets)]
-    named.sort(key=lambda cause: fixed >= {*cause.members})  # free ones come first
     reason, needed = "", 0
     if count == 0:
         reason = NoCause.NONE_OUT

@@ -16,8 +16,8 @@ from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import Movement
 from tolstat.statistics.limits.yields import (
-    INTEGRATION_ERROR,
     MET,
+    Caveat,
     PartsUncertainty,
 )
 from tolstat.statistics.summary import Limited
@@ -51,11 +51,12 @@ class JumpWarning(NamedTuple):
 
 
 class VerdictWarning(NamedTuple):
-    """A verdict that integration errors leave undecided."""
+    """A verdict that the audit leaves undecided."""
 
     response: str
     movement: Movement
     scale: Scale
+    reason: Caveat
     kind: str = "verdict"
 
 
@@ -157,8 +158,9 @@ def decided_by_errors(
 ) -> list[str]:
     """Return the limited responses that integration errors decide.
 
-    Their verdict is undecided by errors, or the limit is not met and errors exceed an
-    interval or a tenth of sigma. No tolerance explains these.
+    Their verdict is undecided by errors, or by trials that fail in one of two
+    evaluations; or the limit is not met and errors exceed an interval or a tenth of
+    sigma. No tolerance explains these.
     """
     visible = set[str]()
     for warning in warnings:
@@ -169,7 +171,7 @@ def decided_by_errors(
     return [
         name
         for name, limited in limits.items()
-        if limited.yields.reason == INTEGRATION_ERROR
+        if limited.yields.reason in Caveat.of_audit()
         or (limited.yields.verdict != MET and name in visible)
     ]
 

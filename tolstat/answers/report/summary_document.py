@@ -27,7 +27,17 @@ from tolstat.answers.report.response_summary import ResponseSummary
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
-from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
+from tolstat.document.inline import (
+    Name,
+    Number,
+    Parts,
+    Said,
+    Typed,
+    counted,
+    listed,
+    say,
+    text,
+)
 from tolstat.statistics.limits.limit import Limit, margins
 from tolstat.statistics.summary import QUANTILES
 from tolstat.units.scale import share_words
@@ -149,13 +159,18 @@ def _worst_cases(summary: RunSummary) -> Parts:
     for name, limited in summary.limits.items():
         scale, limit = summary.responses[name].scale, limited.limit
         cases = summary.stored_run.worst_cases(name)
-        out += [
-            say(f"{{}} {{}} ({limit.words})", Name(name),
-                "failed" if math.isnan(case.value) else Number(case.value, scale))
-            for case in cases.values()
-            if not margins(np.array(case.value), limit.permitted)
-            >= -_rounding(limit, summary.responses[name].nominal)
-        ]  # fmt: skip
+        rounding = _rounding(limit, summary.responses[name].nominal)
+        for case in cases.values():
+            within = margins(np.array(case.value), limit.permitted) >= -rounding
+            if within and not case.failed:
+                continue
+            value: Said = Number(case.value, scale)
+            if math.isnan(case.value):
+                value = "failed"
+            elif case.failed:  # out of limit, too
+                corners = counted(case.failed, "corner")
+                value = text(value, " and ", corners, " that failed")
+            out.append(say(f"{{}} {{}} ({limit.words})", Name(name), value))
     listing = listed(out, joint="")
     return (
         say("Worst case of the tolerances, out of limit: {}.", listing) if out else ()

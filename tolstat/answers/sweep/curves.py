@@ -11,7 +11,7 @@ import numpy as np
 
 from tolstat.answers.output_file import check_ending, replace
 from tolstat.arrays import Array
-from tolstat.document.blocks import Figure
+from tolstat.document.blocks import PICTURES, Figure
 from tolstat.document.plot import (
     CURVE_COLOURS,
     Layer,
@@ -168,7 +168,7 @@ def save_sweeps(runs: Sequence[Run], path: Path, responses: Sequence[str] = ()) 
         If a run is no grid, they do not sweep the same, or nothing is to be shown.
     """
     from tolstat.render.figures import draw
-    from tolstat.render.picture import PICTURES, picture
+    from tolstat.render.picture import picture
 
     check_ending(path, "a picture", PICTURES)
     title = "\n".join(run.title for run in runs)

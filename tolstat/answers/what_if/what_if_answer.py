@@ -101,14 +101,15 @@ class WhatIf(Answer):
 
     @property
     def words(self) -> str:
-        """The scenario: what changes, or its limits."""
+        """The scenario: what changes, or else its limits that do."""
         changes = [f"{name}: {x.scenario}" for name, x in self.changes.items()]
         limits = [
             f"{name} {x.scenario.limited.limit.words}"
             for name, x in self.responses.items()
             if x.scenario.limited
+            and x.scenario.limited.limit != getattr(x.baseline.limited, "limit", None)
         ]
-        return "; ".join(changes or limits)
+        return "; ".join(changes or limits) or "no change"
 
 
 def _difference_cells(response: ResponseWhatIf) -> Row:

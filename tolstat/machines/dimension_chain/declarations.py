@@ -10,6 +10,7 @@ from tolstat.errors import ModelError, UnitError
 from tolstat.machines.dimension_chain.algebras import Dimensions, Kind, Values
 from tolstat.machines.dimension_chain.formula import Formula
 from tolstat.model.settings import column, setting
+from tolstat.units.conversion import CELSIUS, known_name
 from tolstat.units.grammar import Measure
 
 if TYPE_CHECKING:
@@ -22,7 +23,6 @@ WAVE_GEAR = {
     "e": {"nominal": Measure(0.002, "m")},
     "d": {"nominal": Measure(0.010, "m")},
 }
-TEMPERATURES = "K", "degC"
 GAP = "gap"  # the closing link of a chain that has one
 CLEARANCE = "R_out - R_in - e - d"
 
@@ -65,12 +65,6 @@ class Settings:
             )
         if self.gaps and self.gap != CLEARANCE:
             raise ModelError("gap is given in [settings] too; give it here, by a name")
-        warm = {link["nominal"].shown: name for name, link in self.links.items()}
-        if {*TEMPERATURES} <= warm.keys():
-            typed = " and ".join(f"{warm[unit]} in {unit}" for unit in TEMPERATURES)
-            raise ModelError(
-                f"{typed}: both are differences of temperature; give both in one unit"
-            )
         try:
             _ = self.closed
         except ModelError as error:
@@ -83,6 +77,27 @@ class Settings:
                 self.unit_of(formula)
             except UnitError as error:
                 raise ModelError(f"{formula.gap} = {formula.text!r}: {error}") from None
+        self._check_temperatures()
+
+    def _check_temperatures(self) -> None:
+        """Refuse temperatures in K where others are in degC: one may be absolute."""
+        typed = {
+            name: nominal.shown
+            for name, link in self.links.items()
+            if (nominal := link["nominal"]).unit == "K"
+        }
+        for formula in self.formulas.values():
+            numbers = [q for q in formula.quantities if q.unit == "K"]
+            typed |= {f"{q} of {formula.gap}": "K" for q in numbers}
+        scales = dict[str, str]()
+        for name, unit in typed.items():
+            scale = CELSIUS if known_name(unit) == CELSIUS else "K"
+            scales.setdefault(scale, f"{name} in {scale}")
+        if len(scales) > 1:
+            raise ModelError(
+                f"{scales['K']} and {scales[CELSIUS]}: both are differences of "
+                "temperature; give both in one unit, as links"
+            )
 
     @cached_property
     def formulas(self) -> dict[str, Formula]:

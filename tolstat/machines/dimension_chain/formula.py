@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol, cast
 
-from tolstat.errors import ModelError, allowed_names
+from tolstat.errors import ModelError, UnitError, allowed_names
 from tolstat.machines.dimension_chain.algebras import (
     CHOICE,
     OF_ONE,
@@ -18,7 +18,8 @@ from tolstat.machines.dimension_chain.algebras import (
     Quantity,
     Values,
 )
-from tolstat.units.conversion import MEANINGS
+from tolstat.units.conversion import MEANINGS, known_name
+from tolstat.units.typography import check_signs, typed_formula
 
 LONGEST, SHOWN = 1000, 80  # characters
 DEEPEST = 500  # nodes below each other
@@ -94,7 +95,8 @@ class Formula:
         allowed words.
         """
         # lines may be broken for the eye
-        object.__setattr__(self, "text", " ".join(self.text.split()))
+        text = typed_formula(" ".join(self.text.split()))
+        object.__setattr__(self, "text", text)
         object.__setattr__(self, "tree", self._parsed())
         values = Values(dict.fromkeys(self._all_names, math.nan))
         self._value(self.tree, values)  # as it is walked
@@ -120,6 +122,12 @@ class Formula:
     def _quoted(self) -> str:
         """The text for a message."""
         return repr(self.text if len(self.text) <= SHOWN else f"{self.text[:SHOWN]}...")
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Its numbers that have a unit."""
+        values = (getattr(node, "value", None) for node in ast.walk(self.tree))
+        return tuple(value for value in values if isinstance(value, Quantity))
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -288,6 +296,14 @@ class Formula:
                 f"{self.gap} = {self._quoted}, character {character}: a formula has "
                 "no comments"
             )
+        for i, sign in enumerate(self.text, start=1):
+            try:
+                check_signs(
+                    sign, "of a formula", letters=sign * f"a{sign}".isidentifier()
+                )
+            except UnitError as error:
+                place = f"{self.gap} = {self._quoted}, character {i}"
+                raise ModelError(f"{place}: {error}") from None
         if comma := _COMMA.search(self.text):
             two = comma[0].replace(",", ", ")
             raise ModelError(
@@ -320,7 +336,9 @@ class Formula:
             return self._refused(node, f"{name} is a function; write {name}(...)")
         if fit := [link for link in self.names if link in FIT.format(name).split()]:
             return self._refused(node, f"{name} is a fit; write {' or '.join(fit)}")
-        if name in MEANINGS:
+        if name == "π":
+            return self._refused(node, "write pi")
+        if known_name(name) in MEANINGS:
             reason = "is a unit: a number with a unit of several parts is a link"
             return self._refused(node, f"{name} {reason}")
         allowed = allowed_names(name, [*self._all_names, *self.gaps, *CONSTANTS])

@@ -31,6 +31,7 @@ class Caveat(StrEnum):
 
     NONE = ""
     INTEGRATION_ERROR = "integration error"
+    FAILED_ONCE = "trials fail one of two times"
     JUMP = "the response jumps as an angle does"
     MISSED_KIND = "if no kind of failure was missed"
     FEW_PARTS = "few parts measured"
@@ -42,6 +43,11 @@ class Caveat(StrEnum):
     def of_parts(cls) -> tuple[Caveat, ...]:
         """Return the conditions on measured parts."""
         return cls.NORMAL_PARTS, cls.LOGNORMAL_PARTS, cls.FITTED_PARTS
+
+    @classmethod
+    def of_audit(cls) -> tuple[Caveat, ...]:
+        """Return what the audit of a run shows."""
+        return cls.INTEGRATION_ERROR, cls.FAILED_ONCE
 
 
 MET, NOT_MET, UNDECIDED = Verdict
@@ -252,7 +258,8 @@ def judged_with(
         audited
         and not audited.permits(judged == MET, 1 - within_limit.upper, 1 - demanded)
     ):
-        return UNDECIDED, INTEGRATION_ERROR
+        failures = audited is not None and audited.only_failures
+        return UNDECIDED, Caveat.FAILED_ONCE if failures else INTEGRATION_ERROR
     return judged, Caveat.NONE
 
 

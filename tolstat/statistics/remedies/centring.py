@@ -10,19 +10,18 @@ from tolstat.statistics.remedies.movable_trials import Moved
 CENTRED = 1.25  # the margin above which centring ends
 SLACK = 1e-4  # of that margin: rounding of the programme
 COARSE = 0.02  # step over half tolerance: the nearest one may not be the best
-NEAR = 3.0  # half tolerances that a centre moves, if no median is out of limit
 PASSES = 3  # slopes change with the centre
 GAIN = 0.005  # of the score, at least, by a pass
 
 
-def centred(moved: Moved, entries: Sequence[int]) -> Moved:
+def centred(moved: Moved, entries: Sequence[int], farthest: float) -> Moved:
     """Shift some entries until the least margin of all limits is largest.
 
     With the least sum of shifts, in half tolerances, that leaves this margin or
-    `CENTRED`; rounded as a drawing is.
+    `CENTRED`; rounded as a drawing is. None is larger than `farthest`.
     """
-    for _ in range(PASSES):
-        shift = _least_shift(moved, np.array(entries))
+    for _ in range(PASSES if entries else 0):
+        shift = _least_shift(moved, np.array(entries), farthest)
         if shift is None:
             break
         change = moved.change._replace(shift=moved.change.shift + shift)
@@ -34,7 +33,7 @@ def centred(moved: Moved, entries: Sequence[int]) -> Moved:
     return moved
 
 
-def _least_shift(moved: Moved, entries: Array) -> Array | None:
+def _least_shift(moved: Moved, entries: Array, farthest: float) -> Array | None:
     """Return the shift to add, float64[entry]; None if slopes show none."""
     from scipy.optimize import linprog  # slow to import
 
@@ -44,10 +43,11 @@ def _least_shift(moved: Moved, entries: Array) -> Array | None:
     rows = np.hstack([uses, -uses, moved.reach[finite][:, None]])
     scale = np.abs(rows).max(axis=1) + 1e-300
     rows, room = rows / scale[:, None], moved.room[finite] / scale
-    farthest, so_far = moved.origin.design.farthest, moved.change.shift[entries]
-    if moved.score >= 0:  # no response needs more
-        farthest = min(farthest, NEAR)
-    up, down = (np.maximum(farthest - s, 0.0) for s in (so_far, -so_far))
+    design, so_far = moved.origin.design, moved.change.shift[entries]
+    farthest = min(farthest, design.farthest)
+    lowest = (design.lowest + np.zeros(len(moved.change.shift)))[entries]
+    lowest = np.maximum(lowest, -farthest)
+    up, down = (np.maximum(x, 0.0) for x in (farthest - so_far, so_far - lowest))
     shifts = [(0.0, most) for most in (*up.tolist(), *down.tolist())]
     margin = [*np.zeros(len(shifts)), -1.0]
     best = linprog(margin, rows, room, bounds=[*shifts, (-1e3, 1e3)])

@@ -70,6 +70,8 @@ class Design(NamedTuple):
         False if no remedy may change it.
     movable : bool[entry]
         False if no remedy may shift it.
+    lowest : float64[entry]
+        The least shift in half tolerances: a length stays above 0.
     farthest : float
         Half tolerances that a centre may move.
     """
@@ -80,7 +82,8 @@ class Design(NamedTuple):
     steps: Array
     free: Truths
     movable: Truths
-    farthest: float = 30.0
+    lowest: Array | float = -math.inf
+    farthest: float = math.inf
 
     @property
     def shiftable(self) -> Truths:
@@ -103,8 +106,11 @@ class Design(NamedTuple):
     def changed(self, change: Change) -> Design:
         """Return the design after a change."""
         shifts = (change.shift * self.halves)[self.entries]
-        halves = change.ratio * self.halves
-        return self._replace(centres=self.centres + shifts, halves=halves)
+        return self._replace(
+            centres=self.centres + shifts,
+            halves=change.ratio * self.halves,
+            lowest=(self.lowest - change.shift) / change.ratio,
+        )
 
     def rounded(self, change: Change) -> Change:
         """Round shifts to the nearest step, half tolerances to the next below."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from tolstat.statistics.remedies.remedy import (
 )
 from tolstat.statistics.remedies.surface import NONLINEAR, REMAINDER, UNEXPLAINED
 
+MOST_ERROR = 0.1  # of what shifts gain: one shift instead of several
 ROUNDS = 4  # searches, the later ones from the fresh trials of the one before
 
 
@@ -68,11 +70,16 @@ class Proof(NamedTuple):
     """A change, and what fresh trials of it show."""
 
     change: Change
-    before: Shares
     after: Shares
-    rounds: int  # searches
+    seed: int  # of the fresh trials: counted from 0
     met: bool  # all limits, by the whole intervals
     improves: bool  # nothing else may be called a remedy
+    steps: tuple[Step, ...] = ()  # by fresh trials, too
+
+
+# deviations and responses of fresh trials after a change, SI; NaN in failed trials. And
+# their seed: equal ones have common random numbers
+Sampled = Callable[[Change, int], tuple[Array, Array]]
 
 
 def predicted(trials: MovableTrials, change: Change) -> Shares:
@@ -98,11 +105,31 @@ def predicted(trials: MovableTrials, change: Change) -> Shares:
     return _shares(outs, trials.failed)
 
 
-def steps(trials: MovableTrials, change: Change) -> Iterator[Step]:
+def steps(
+    trials: MovableTrials, change: Change, shares: Callable[[Change], Shares]
+) -> Iterator[Step]:
     """Yield the steps of a change, the one that helps most first.
 
-    All shifts are one step: one alone may push a response out of its limit.
+    All shifts are one step: one alone may push a response out of its limit. So is a
+    change that does not surely help, and the next one. `shares` returns those out of
+    limit after a change.
     """
+    permitted, before = trials.permitted_out, predicted(trials, trials.design.none)
+    step = done = trials.design.none
+    for single in _ordered(trials, change):
+        step, done = _both(step, single), _both(done, single)
+        after = shares(done)
+        if _equal(done, change) or after.improve(before, permitted):
+            yield Step(step, after)
+            step, before = trials.design.none, after
+
+
+def _equal(first: Change, second: Change) -> bool:
+    return all(map(np.array_equal, first, second))
+
+
+def _ordered(trials: MovableTrials, change: Change) -> Iterator[Change]:
+    """Yield single changes, the one that is predicted to help most first."""
     none = done = trials.design.none
     waiting = [none.with_entry(e, ratio=change.ratio[e]) for e in change.tightened]
     if change.size:
@@ -112,49 +139,80 @@ def steps(trials: MovableTrials, change: Change) -> Iterator[Step]:
         options = [predicted(ordering, _both(done, step)).joint for step in waiting]
         step = waiting.pop(int(np.argmin([share.value for share in options])))
         done = _both(done, step)
-        yield Step(step, predicted(trials, done))
+        yield step
 
 
-def proved(
-    trials: MovableTrials, sample: Callable[[Change], tuple[Array, Array]]
-) -> Proof | None:
+def proved(trials: MovableTrials, sample: Sampled) -> Proof | None:
     """Search a change and try it with fresh trials; again from these until it is met.
 
-    None if no change is found. `sample` returns deviations and responses of fresh
-    trials after a change, SI; NaN in failed trials. One shift that meets all limits, if
-    only just, is preferred to more changes; and what a met change does not need is
-    left out.
+    None if no change is found. One shift that meets all limits, if only just, is
+    preferred to more changes; and what a met change does not need is left out. Its
+    steps have the fresh trials of its seed.
     """
-    change, fresh, proof = trials.design.none, trials, None
-    before = predicted(trials, trials.design.none)
+    proof = _searched(trials, sample)
+    if proof is None or not proof.improves:
+        return proof
 
-    def tried(change: Change, rounds: int) -> tuple[MovableTrials, Proof]:
-        fresh = trials.sampled_again(change, *sample(change))
-        after = predicted(fresh, fresh.design.none)
+    def shares(change: Change) -> Shares:
+        if _equal(change, proof.change):
+            return proof.after
+        return _fresh_shares(trials.sampled_again(change, *sample(change, proof.seed)))
+
+    return proof._replace(steps=tuple(steps(trials, proof.change, shares)))
+
+
+def _fresh_shares(fresh: MovableTrials) -> Shares:
+    return predicted(fresh, fresh.design.none)
+
+
+def _searched(trials: MovableTrials, sample: Sampled) -> Proof | None:
+    change, fresh, proof = trials.design.none, trials, None
+    before, seeds = predicted(trials, trials.design.none), count()
+
+    def tried(change: Change) -> tuple[MovableTrials, Proof]:
+        seed = next(seeds)
+        fresh = trials.sampled_again(change, *sample(change, seed))
+        after = _fresh_shares(fresh)
         met = after.permitted(trials.permitted_out)
         improves = after.improve(before, trials.permitted_out)
-        return fresh, Proof(change, before, after, rounds, met, improves)
+        return fresh, Proof(change, after, seed, met, improves)
 
     present = trials.moved(change).score
     alone = one_shift(trials) if present < AIM_PROVED else None
     if alone and alone.change.size and 1 <= alone.score < AIM_PROVED:
-        _, simple = tried(trials.design.rounded(alone.change), 1)
+        _, simple = tried(trials.design.rounded(alone.change))
         if simple.met and simple.improves:
             return simple
-    for rounds in range(1, ROUNDS + 1):
+    for _ in range(ROUNDS):
         added = smallest_change(fresh, AIM_PROVED).change
         if not (added.size or len(added.tightened)):
             break
         change = trials.design.rounded(change.followed_by(added))
-        fresh, proof = tried(change, rounds)
+        fresh, proof = tried(change)
         if proof.met:
             break
     if proof and proof.met:
-        for fewer in _fewer(trials, proof.change):
-            _, simple = tried(fewer, proof.rounds)
+        for fewer in (*_one_shift(trials, proof.change), *_fewer(trials, proof.change)):
+            _, simple = tried(trials.design.rounded(fewer))
             if simple.met and simple.improves:
                 return simple
     return proof
+
+
+def _one_shift(trials: MovableTrials, change: Change) -> Iterator[Change]:
+    """Yield a change with one shift instead of several that gains nearly as much."""
+    shifted, design = change.shifted, trials.design
+    if len(shifted) < 2:
+        return
+    sigma = trials.responses.std(axis=0) + 1e-300
+    slopes = trials.moved(design.none).slopes[shifted] / sigma
+    gain = change.shift[shifted] @ slopes
+    lowest = design.lowest + np.zeros(len(change.shift))
+    for entry, slope in zip(shifted.tolist(), slopes, strict=True):
+        by = gain @ slope / (slope @ slope)
+        error = np.linalg.norm(gain - by * slope)
+        if error <= MOST_ERROR * np.linalg.norm(gain) and by > lowest[entry]:
+            yield change._replace(shift=design.none.with_entry(entry, shift=by).shift)
 
 
 def _fewer(trials: MovableTrials, change: Change) -> Iterator[Change]:

@@ -10,6 +10,10 @@ from tolstat.statistics.remedies.centring import CENTRED, centred
 from tolstat.statistics.remedies.movable_trials import MovableTrials, Moved
 
 AIM_PROVED, AIM_PREDICTED = 1.05, 1.15  # score: fresh trials follow, or none do
+# half tolerances that a centre moves: if no median is out of limit, if one is; alone,
+# where no other change does as well
+NEAR, FAR, ALONE = 3.0, 30.0, 1000.0
+EFFECT_DECIMALS = 2  # of an effect over sigma
 SINGLE = 24  # steepest entries shifted alone
 PAIRED, TOGETHER = 8, 12  # of these in pairs; all together
 LARGER = 1.1, 0.05  # times, plus: what more entries have to gain
@@ -37,30 +41,46 @@ def smallest_change(trials: MovableTrials, aim: float) -> Moved:
 def one_shift(trials: MovableTrials) -> Moved:
     """Return the shift of one entry that centres best; other margins may be small."""
     moved = trials.thinned(MOST_TRIALS).moved(trials.design.none)
-    movable = trials.design.movable
-    order = [entry for entry in steepest(moved).tolist() if movable[entry]]
-    options = [centred(moved, [entry]) for entry in order[:SINGLE]]
-    return max(options, key=lambda option: option.score, default=moved)
+    best = moved
+    for farthest in (_near(moved), ALONE):
+        options = [centred(moved, [entry], farthest) for entry in _shiftable(moved)]
+        best = max(options, key=lambda option: option.score, default=moved)
+        if best.score >= 1:
+            break
+    return best
 
 
 def steepest(moved: Moved) -> Integers:
     """Return the free entries, the one that moves some response most first."""
     effects = np.abs(moved.slopes) / (moved.origin.responses.std(axis=0) + 1e-300)
-    order = np.argsort(-effects.max(axis=1), kind="stable")
+    largest = np.round(effects.max(axis=1), EFFECT_DECIMALS)  # equal ones as they stand
+    order = np.argsort(-largest, kind="stable")
     return np.asarray(order[moved.origin.design.free[order]])
 
 
-def _shifted(moved: Moved, aim: float) -> Moved:
-    """Shift one entry; if the aim needs it two, or many."""
-    movable, best = moved.origin.design.movable, moved
+def _shiftable(moved: Moved) -> list[int]:
+    """Return entries that may be shifted, the steepest first."""
+    movable = moved.origin.design.movable
     order = [entry for entry in steepest(moved).tolist() if movable[entry]]
-    for sets in (
-        [[entry] for entry in order[:SINGLE]],
-        combinations(order[:PAIRED], 2),
-        [order[:TOGETHER]],
+    return order[:SINGLE]
+
+
+def _near(moved: Moved) -> float:
+    return NEAR if moved.score >= 0 else FAR
+
+
+def _shifted(moved: Moved, aim: float) -> Moved:
+    """Shift one entry; if the aim needs it farther, or two, or many."""
+    best, order, near = moved, _shiftable(moved), _near(moved)
+    alone = [[entry] for entry in order]
+    for sets, farthest in (
+        (alone, near),
+        (alone, ALONE),
+        (combinations(order[:PAIRED], 2), near),
+        ([order[:TOGETHER]], near),
     ):
         factor, more = LARGER if best.change.size else (1.0, 0.02)
-        options = [centred(moved, entries) for entries in sets]
+        options = [centred(moved, entries, farthest) for entries in sets]
         candidate = max(options, key=_centredness, default=best)
         if candidate.score > max(best.score * factor, best.score + more):
             best = candidate
@@ -71,7 +91,7 @@ def _shifted(moved: Moved, aim: float) -> Moved:
 
 def _centredness(moved: Moved) -> tuple[float, float]:
     """Return the order of shifts: their margin in tenths, then the least sum."""
-    return round(min(moved.score, CENTRED), 1), -moved.change.size
+    return round(min(moved.score, CENTRED), 1), -round(moved.change.size, 1)
 
 
 def _tightened(moved: Moved, aim: float) -> Moved:
@@ -94,7 +114,7 @@ def _tightened(moved: Moved, aim: float) -> Moved:
         if best.deficit(aim) > before - GAIN:
             break
         shifted = best.change.shifted.tolist()
-        moved = centred(best, shifted) if shifted else best
+        moved = centred(best, shifted, _near(best)) if shifted else best
     return moved
 
 

@@ -10,7 +10,7 @@ from tolstat.statistics.remedies.centring import centred
 from tolstat.statistics.remedies.change import Change
 from tolstat.statistics.remedies.movable_trials import MovableTrials, Moved
 from tolstat.statistics.remedies.prediction import Shares, predicted
-from tolstat.statistics.remedies.remedy import smallest_change
+from tolstat.statistics.remedies.remedy import ALONE, smallest_change
 
 WITHOUT_SPREAD = 1e-3  # ratio of all free entries
 MOST_UNEXPLAINED = 0.05  # of a variance that stays: "nothing helps" needs a surface
@@ -36,7 +36,10 @@ class Unavoidable(NamedTuple):
         Share of the variance that stays and that goes with each fixed entry: mean of
         the responses that miss their limits.
     permitted : float64[response, end]
-        Limits that would be met, SI: those of the study where they are.
+        Limits that would be met, SI: those of the study where they are met, and where
+        the median lies out of limit.
+    beyond : float64[response]
+        How far the median lies above its limit, SI; below 0 if below it.
     freed : tuple of Freed
         Main fixed entries, each of which would help; the one with most variance first.
     """
@@ -44,6 +47,7 @@ class Unavoidable(NamedTuple):
     shares: Shares
     contributions: Array
     permitted: Array
+    beyond: Array
     freed: tuple[Freed, ...]
 
 
@@ -53,7 +57,8 @@ def unavoidable(trials: MovableTrials, aim: float) -> Unavoidable | None:
     exact = replace(trials, design=design._replace(steps=FINEST * design.halves))
     ratios = np.where(design.free, WITHOUT_SPREAD, 1.0)
     without = exact.moved(design.none._replace(ratio=ratios))
-    best = centred(without, np.flatnonzero(design.shiftable).tolist())
+    shiftable = np.flatnonzero(design.shiftable).tolist()
+    best = centred(without, shiftable, ALONE)
     if best.score >= 1 or _is_remainder(best):
         return None
     contributions = _contributions(best)
@@ -67,10 +72,12 @@ def unavoidable(trials: MovableTrials, aim: float) -> Unavoidable | None:
         if helped.score >= aim:
             freed.append(Freed(int(entry), helped.change))
     needed = best.middle[:, None] + best.reach * [-1, 1]
-    permitted = np.where(best.margins < 1, needed, trials.permitted)
+    beyond = best.middle - np.clip(best.middle, *trials.permitted.T)
+    wider = (best.margins < 1) & (beyond == 0)[:, None]  # else no limit is at fault
     return Unavoidable(
-        predicted(exact, best.change), contributions, permitted, tuple(freed)
-    )
+        predicted(exact, best.change), contributions,
+        np.where(wider, needed, trials.permitted), beyond, tuple(freed),
+    )  # fmt: skip
 
 
 def _is_remainder(moved: Moved) -> bool:
