@@ -23,7 +23,7 @@ from tolstat.deviations.draw import SAMPLERS
 from tolstat.model.settings import read
 from tolstat.study.sampling import GIVEN, KINDS
 from tolstat.study.study import load
-from tolstat.units.conversion import MEANINGS, SPELLINGS
+from tolstat.units.conversion import MEANINGS, known_name
 
 PAGES = sorted(
     str(page.relative_to(ROOT))
@@ -203,7 +203,7 @@ def test_the_study_file_page_is_complete():
     section = re.search(r"Known units:\n(.*?)\n\n`", text, re.DOTALL)[1]
     _, *listed = re.findall(r"^\| [a-z, ]+ \| (.*) \|$", section, re.MULTILINE)
     assert {*" ".join(listed).split()} == set(MEANINGS) - {"1", "count"}
-    assert {"µm", "µs", "°"} <= set(SPELLINGS)
+    assert {*map(known_name, ("µm", "µs", "°", "°C", "kΩ"))} <= set(MEANINGS)
 
 
 def test_settings_are_typed_as_shown():

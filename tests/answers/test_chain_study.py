@@ -61,7 +61,7 @@ def test_a_chain_is_the_study_of_its_file(tmp_path):
 def test_methods_of_a_chain_leave_it_as_it_is():
     chain = ring()
     one = chain.gap("play", "seat - ring")
-    other = chain.link("seat", "25 mm", tolerance="+-0.1 mm", cp=1.33)
+    other = tolstat.Chain().link("seat", "25 mm", tolerance="+-0.1 mm", cp=1.33)
     assert "gaps" not in chain.to_dict() and "gaps" in one.to_dict()
     assert other.to_dict()["links"]["seat"] == {
         "nominal": "25 mm", "tolerance": "+-0.1 mm", "cp": 1.33,
@@ -89,6 +89,61 @@ def test_a_wrong_chain_is_refused_as_a_study_is():
         ring().gap("play", "seat - rng").run()
     with pytest.raises(StudyError, match=r"\[links\] seat"):
         tolstat.Chain().link("seat", "25 +0.1/-0.5 mn").gap("g", "seat").run()
+
+
+@pytest.mark.parametrize(
+    ("add", "words"),
+    [
+        (
+            lambda chain: chain.link("seat", "26 mm"),
+            r"\[links\] seat is given twice, as",
+        ),
+        (
+            lambda chain: chain.gap("play", "ring"),
+            "seat - ring and as ring; start from",
+        ),
+        (lambda chain: chain.loop("l", "a @ 0 deg").loop("l", "b @ b"), r"\[loops\] l"),
+    ],
+)
+def test_a_second_entry_of_a_name_is_refused(add, words):
+    with pytest.raises(StudyError, match=words):
+        add(ring().gap("play", "seat - ring"))
+
+
+TWO_SUPPLIERS = [
+    {"share": "70 %", "mean": "10 mm", "sigma": "20 um"},
+    {"share": "30 %", "mean": "10.05 mm", "sigma": "20 um"},
+]
+
+
+def test_what_a_chain_can_say_stands_in_its_text():
+    """Every method and every type of value: read from the text it is the same study."""
+    chain = (
+        tolstat.Chain(
+            'A "chain"\n of all', 2000, 9, study={"document": {"revision": "B"}}
+        )
+        .link("crank", "50 ±0,1 mm", cost={"+-0.1 mm": 4.5, "+-0.05 mm": 9})
+        .link("rod", "150 +0.2/-0.1 mm", cpk=1.33, fixed=True)
+        .link("phi", "60° ±30'")
+        .link("mixed", "10 mm", distribution="mixture", parts=TWO_SUPPLIERS)
+        .link("pair", "30 H7/g6 mm")
+        .loop("main", "crank @ phi + rod @ theta - slide @ 0 deg", theta="-17 deg")
+        .gap("reach", "slide + mixed")
+        .gap("clearance", "pair_hole − pair_shaft")
+        .limit("reach", "178..179 mm", yield_="99 %")
+        .limit("clearance", "≥ 0 mm", ppk=1.33)
+        .case("near", phi="50 deg")
+        .case("far", phi="70 deg")
+    )
+    read = tomllib.loads(chain.to_toml())
+    assert read == chain.to_dict()
+    assert read["limits"]["reach"] == {"limit": "178..179 mm", "yield": "99 %"}
+    run, again = chain.run(), tolstat.run(read)
+    assert tomllib.loads(run.to_toml()) == read
+    assert np.array_equal(run.column("reach_at_far"), again.column("reach_at_far"))
+    assert run.limits["reach_at_near"].demanded == pytest.approx(0.99)
+    answer = run.what_if(pair_hole="H6", crank="±0,08 mm")
+    assert [*answer.changes] == ["pair_hole", "crank"]
 
 
 def test_a_function_gets_sizes_in_its_units():
@@ -193,4 +248,4 @@ def test_links_of_a_function_are_its_inputs():
     with pytest.raises(StudyError, match="no input is called rod; allowed: seat, ring"):
         ring(model=fit).link("rod", "2 mm").run()
     with pytest.raises(StudyError, match="the input seat is in mm, not in deg"):
-        ring(model=fit).link("seat", "2 deg").run()
+        tolstat.Chain(model=fit).link("seat", "2 deg").run()

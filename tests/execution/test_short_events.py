@@ -160,12 +160,15 @@ def test_trials_that_fail_when_evaluated_again_are_no_integration_error(tmp_path
     run = tolstat.run(study, model=Fragile(), output=tmp_path / "fragile.h5")
     found = tolstat.summary(run)
     assert found.limits["force"].yields.words == (
-        "undecided (trials fail one of two times)"
+        "undecided (trials fail when evaluated again)"
     )
     (warning,) = [x for x in found.warnings if isinstance(x, VerdictWarning)]
     (said,) = [as_text(parts) for parts in sentences([warning])]
     again = len(run.audited.trials)
-    assert f"{warning.movement.failed_once} of {again} trials evaluated again" in said
+    assert (
+        f"{warning.movement.failed_again} of {again} trials evaluated again failed"
+        in said
+    )
     assert "integration error" not in said
     assert found.responses["force"].causes.named == () and not found.findings.remedy
     (step,) = found.findings.steps

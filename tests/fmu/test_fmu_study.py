@@ -15,6 +15,7 @@ def test_a_new_study_runs(model, tmp_path):
     loaded = model("Backlash")
     text = tolstat.new_study(loaded)
     assert 'peak = "end peak"' in text
+    assert "# tolstat run STUDY.toml --machine " in text
     path = tmp_path / "drive.toml"
     path.write_text(text.replace("# gap", "gap").replace("4096", "16"))
     run = tolstat.run(path)

@@ -12,11 +12,13 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from click.testing import CliRunner
 
 import tolstat
 from tests.isolation.trouble import ABOVE
 from tests.isolation.trouble import TroubleSettings as Settings
 from tolstat import catalogue
+from tolstat.cli.main import main
 from tolstat.errors import ModelError, StudyError
 from tolstat.isolation import isolated_model, nursery_process, processes
 from tolstat.model.checked import described, simulate
@@ -215,6 +217,18 @@ def test_a_crash_outside_of_trials_is_an_error(tmp_path, where):
         simulate(model, np.zeros((1, 1)), None)
     assert "SIGSEGV" in str(error.value)
     assert f"falling in {where}" in str(error.value)
+
+
+def test_the_doctor_survives_a_crash(tmp_path):
+    path = tmp_path / "falling.py"
+    code = FALLING.format(where="evaluate").replace(
+        "        return Outcome", '        fall("evaluate")\n        return Outcome'
+    )
+    path.write_text(code)
+    done = CliRunner().invoke(main, ["doctor", f"{path}:Falling", "--isolate"])
+    assert done.exit_code == 3, done.output
+    assert "3 crashed" in done.stdout
+    assert "falling in evaluate" in done.stdout
 
 
 def test_a_source_that_has_changed_is_refused(tmp_path):

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import tolstat
 from tests.study.chains import problems_of
@@ -48,19 +49,44 @@ def slider(crank, rod, phi):
     return crank * np.cos(phi) + np.sqrt(rod**2 - (crank * np.sin(phi)) ** 2)
 
 
+def clutch_by_quadrature():
+    """Return mean, sigma and fraction outside 6.65 to 7.35 deg of its closed form."""
+    z, weights = np.polynomial.hermite_e.hermegauss(40)
+    weights = weights / weights.sum()
+    a, c, e = (
+        np.reshape(size + half / 3 * z, shape)
+        for size, half, shape in (
+            (27.645, 0.0125, (-1, 1, 1)), (11.43, 0.01, (-1, 1)), (50.8, 0.0125, -1),
+        )
+    )  # fmt: skip
+    psi = np.degrees(np.arccos((a + c) / (e - c)))
+    joint = np.einsum("i,j,k", weights, weights, weights)
+    mean = np.sum(joint * psi)
+    # a is large where the angle is small
+    largest, least = (
+        ((e - c) * np.cos(np.radians(limit)) - c - 27.645) / (0.0125 / 3)
+        for limit in (6.65, 7.35)
+    )
+    outside = np.einsum("j,k,jk", weights, weights, norm.sf(largest) + norm.cdf(least))
+    return mean, math.sqrt(np.sum(joint * (psi - mean) ** 2)), outside
+
+
 def test_a_clutch_has_the_angle_and_the_failures_of_its_closed_form():
     run = tolstat.run(clutch(), trials=TRIALS)
     frame = run.frame()
     a, c, e = (
         (np.array([27.645, 11.43, 50.8]) + 1e3 * frame[["a", "c", "e"]]).to_numpy().T
     )
-    exact = np.arccos((a + c) / (e - c))
-    np.testing.assert_allclose(frame["psi"], exact, rtol=1e-12)
+    closed = np.arccos((a + c) / (e - c))
+    np.testing.assert_allclose(frame["psi"], closed, rtol=1e-12)
     degrees = np.degrees(frame["psi"])
-    assert degrees.mean() == pytest.approx(7.01763, abs=4 * 0.10558 / math.sqrt(TRIALS))
-    assert degrees.std() == pytest.approx(0.10558, rel=0.01)
+    mean, sigma, beyond = clutch_by_quadrature()
+    exact = (7.01759, 0.10562, 991.0e-6)
+    assert (mean, sigma, beyond) == pytest.approx(exact, rel=1e-4)
+    assert degrees.mean() == pytest.approx(mean, abs=4 * sigma / math.sqrt(TRIALS))
+    assert degrees.std() == pytest.approx(sigma, rel=0.01)
     out = (degrees < 6.65) | (degrees > 7.35)
-    assert abs(out.sum() - TRIALS * 982e-6) < 4 * math.sqrt(TRIALS * 982e-6)
+    assert abs(out.sum() - TRIALS * beyond) < 4 * math.sqrt(TRIALS * beyond)
     numbers = {number.name: number.value for number in run.numbers}
     sides = [
         np.arccos(

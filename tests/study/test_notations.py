@@ -9,7 +9,9 @@ import math
 
 import pytest
 
+from tests.conftest import ROOT
 from tests.study.chains import chain, problems_of
+from tolstat.deviations.spread import spread_of
 from tolstat.study.study import load
 from tolstat.units.grammar import limit, quantity, quantity_range, tolerance
 
@@ -115,6 +117,20 @@ def test_a_notation_of_drawings_is_read(text):
     zone = study.deviating.distributions["x"].tolerance
     assert zone == pytest.approx((lower * unit, upper * unit), rel=1e-9, abs=1e-18)
     assert study.editor().table["links"]["x"] == text  # as the drawing has it
+
+
+def test_the_study_of_a_drawing_has_its_numbers():
+    """Root sum square, mm: each normal at Cp = 1, the gasket uniform."""
+    study = load(ROOT / "runs" / "drawing.toml")
+    spreads = {n: spread_of(x) for n, x in study.deviating.distributions.items()}
+    numbers = study.model.numbers(study.settings, spreads)
+    values = {number.name: 1e3 * number.value for number in numbers}
+    assert values["rss_mean_clearance"] == pytest.approx(0.0295)
+    assert values["rss_sigma_clearance"] == pytest.approx(0.004947, abs=5e-7)
+    mean = 60.025 + 0.5 - 12 - 1.975 - 8 - 25.4 * 1.2505
+    assert values["rss_mean_room"] == pytest.approx(mean)
+    halves = (0.075, 0.1, 0.025, 0.2, 25.4 * 0.0015, 0.05 * math.sqrt(3))
+    assert values["rss_sigma_room"] == pytest.approx(math.hypot(*halves) / 3)
 
 
 @pytest.mark.parametrize("text", REFUSED)

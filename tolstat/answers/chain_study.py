@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tolstat.answers.reports import report
 from tolstat.answers.what_if.scenarios import what_if
+from tolstat.errors import StudyError
 from tolstat.execution.execute import run as run_study
 from tolstat.model.contract import Model
+from tolstat.model.setting_kinds import as_typed
 from tolstat.store.stored_fields import ELSEWHERE
 from tolstat.store.stored_run import Run
 from tolstat.study.editor import Entries
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from tolstat.answers.what_if.what_if_answer import WhatIf
 
 TRIALS = 10_000
+ONCE = "links", "gaps", "loops"  # sections where a second entry of a name is a slip
 DIMENSION_CHAIN = "dimension_chain"
 
 
@@ -62,6 +65,9 @@ class ChainRun(Run):
 @dataclass(frozen=True)
 class Chain:
     """A study of a dimension chain, built in Python. Each method returns a new one.
+
+    A second link, gap or loop of a name is a `StudyError`; a second limit or case takes
+    the place of the first.
 
     Parameters
     ----------
@@ -111,8 +117,15 @@ class Chain:
             chain = chain._with("loops", unknown, start)
         return chain
 
-    def limit(self, name: str, limit: str, **demand: Any) -> Chain:
-        """Add the limit of a response, with its demand: `ppm = 100`, `ppk = 1.33`."""
+    def limit(
+        self, name: str, limit: str, *, yield_: str | None = None, **demand: Any
+    ) -> Chain:
+        """Add the limit of a response, with its demand.
+
+        It is one of `yield_="99 %"`, `ppm=100` and `ppk=1.33`.
+        """
+        if yield_ is not None:
+            demand["yield"] = yield_
         entry = {"limit": limit, **demand} if demand else limit
         return self._with("limits", name, entry)
 
@@ -122,7 +135,13 @@ class Chain:
 
     def _with(self, section: str, name: str, entry: Any) -> Chain:
         study = dict(self.study or {})
-        study[section] = {**study.get(section, {}), name: entry}
+        entries = study.get(section, {})
+        if name in entries and section in ONCE:
+            raise StudyError(
+                f"[{section}] {name} is given twice, as {as_typed(entries[name])} and "
+                f"as {as_typed(entry)}; start from a chain without it"
+            )
+        study[section] = {**entries, name: entry}
         return replace(self, study=study)
 
     def to_dict(self) -> dict[str, Any]:

@@ -188,7 +188,9 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
         "trials": ", ".join(f"{count} {words[code]}" for code, count in ended),
         "alone and in a block": "different" if dependent else "the same",
     }
-    advice, states, healthy = [DEPENDENT] * dependent, None, not dependent
+    done = bool((together.status == Status.DONE).all())
+    advice, states, healthy = [DEPENDENT] * dependent, None, done and not dependent
+    advice += [f"A trial fails: {output}" for output in [*together.output.values()][:1]]
     if seen:
         longest = max(seen, key=lambda i: int(i.solution.steps.sum()))
         examination, rtol = examine(longest), longest.block.accuracy.rtol
@@ -200,10 +202,8 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
         healthy &= not examination.failed.any() and settled
         states = _states(examination)
     else:
-        others = "those of others, which tolstat does not see"
-        facts["equations"] = (
-            others if model.unwrapped.isolated else "none are integrated"
-        )
+        others = "solved in other processes, which tolstat does not see"
+        facts["equations"] = others if model.isolation else "none are integrated"
     warnings = _audit(model, settings, deviations, limits, largest_residual(seen))
     parts = blocks.shown(
         blocks.Paragraph(text(model.title), "lead"),

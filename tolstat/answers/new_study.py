@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 
 from tolstat import catalogue
+from tolstat.answers.next_steps import command
 from tolstat.deviations.names import general
 from tolstat.errors import ModelError
+from tolstat.literal import visible
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, impossible
 from tolstat.model.contract import Model
@@ -29,14 +31,16 @@ BEGIN = 34
 SMALL = 1e-9  # SI: a deviation that any part may have on both sides
 EXAMPLES = {"m": "0.1 mm", "rad": "0.1 deg", "s": "1 ms", "N m": "1 N m"}
 LINK_TEXTS = """\
-# as drawings have them: "25 +0.1/-0.05 mm", "30 g6 mm"; with more keys
+# as drawings have them: "25 +0.1/-0.05 mm", "30 g6 mm", "11.9..12.1 mm",
+# "8 mm ISO 2768-m", "45°30' +-15'"; with more keys
 # { nominal = "25 +-0.1 mm", cp = 1.33 }; a fit, pair = "30 H7/g6 mm", is two links,
-# pair_hole and pair_shaft; [cases] has other conditions for the same parts, such as
-# hot = { d = "10.1 mm" }; [deviations] may have means of lots, d_lot = "+-0.02 mm"
+# pair_hole and pair_shaft; [gaps] has several closing links; [cases] has other
+# conditions for the same parts, hot = { d = "10.1 mm" }; [deviations] may have means of
+# lots, d_lot = "+-0.02 mm"
 """
 HEAD = """\
 # {title}
-# tolstat run STUDY.toml, then tolstat report STUDY.h5
+# {run}, then tolstat report STUDY.h5
 # Settings have their default values: delete those that you keep. Remove the # before
 # deviations and limits that you need, and set your numbers.
 
@@ -105,7 +109,8 @@ def new_study(model: str | Model) -> str:
         ("[limits]  # 99.73 % within, unless said otherwise", _limits(responses)),
     )
     title = " ".join((model.title or model.name).split())
-    lines = [HEAD.format(title=title, name=toml_of(model.name))]
+    run = visible(command("run", "STUDY.toml", machine=catalogue.place_of(model)))
+    lines = [HEAD.format(title=title, run=run, name=toml_of(model.name))]
     for head, section in sections:
         if entries := [*section]:
             lines += [head, *entries, ""]
@@ -202,6 +207,8 @@ def _row(kind: Rows, row: Mapping[str, Any]) -> dict[str, Any]:
 
 def _entry(line: str, words: str) -> str:
     """Return an entry with its comment behind it, or above it where both are long."""
+    if not words:
+        return line
     column = max(BEGIN, len(line) + 2)
     above = column + 24 > WIDTH
     width = WIDTH - 2 - (0 if above else column)
@@ -210,7 +217,7 @@ def _entry(line: str, words: str) -> str:
         return "\n".join([*(f"# {text}" for text in comment), line])
     return "\n".join(
         f"{start:<{column}}# {text}".rstrip()
-        for start, text in zip_longest([line], comment or [""], fillvalue="")
+        for start, text in zip_longest([line], comment, fillvalue="")
     )
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from tolstat.document.blocks import PICTURES
 from tolstat.errors import RunFileError
 from tolstat.literal import visible
 
@@ -185,6 +184,7 @@ def check_delivery(output: Path | None, form: str | None, figure: str = "") -> N
     """Refuse a file that cannot be written, before the answer is computed."""
     from tolstat.answers.answer import ENDINGS
     from tolstat.answers.output_file import check_ending, check_output
+    from tolstat.document.blocks import PICTURES
 
     if figure and (form or not output or output.suffix.lower() not in PICTURES):
         raise click.UsageError("--figure needs -o with a .svg, .png or .pdf file")

@@ -40,6 +40,7 @@ def verify(source: Path, all_trials: bool, workers: int | None) -> None:
 @click.argument(
     "source", metavar="[MODEL|STUDY.toml|FILE.py:NAME|FILE.fmu]", required=False
 )
+@isolate
 def doctor(source: str | None) -> None:
     """Check the installation, or the integration of a model.
 

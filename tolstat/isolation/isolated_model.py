@@ -6,6 +6,7 @@ import pickle
 import time
 from collections import OrderedDict
 from collections.abc import Callable
+from functools import partial
 from threading import Lock
 from typing import Any, NamedTuple
 
@@ -27,6 +28,9 @@ UNKNOWN = 3600.0  # s, for the first trial, where no limit is known
 SLACK = 10  # times as long as the fastest block may a block take, beside the limit
 FEW = 32  # rows that may take as long as one, while none has been evaluated
 AGAIN = 3  # times a trial is repeated whose process was killed by another
+# methods of a model that another process calls; of the first, those of tolstat are
+# called here
+DECLARED, EVALUATED = ("impossible", "numbers", "warnings"), ("history", "mechanism")
 MOST_MODELS = 4  # that have processes at once
 
 _processes: OrderedDict[tuple[int, bytes], Processes] = OrderedDict()
@@ -51,6 +55,8 @@ class Isolated(Wrapped):
         self.load, self.longest = load, longest
         self._digest = ""  # of the code that its processes have to load
         self._described: tuple[Any, Description] | None = None  # settings, and theirs
+        vars(self).update({name: partial(self._declared, name) for name in DECLARED})
+        vars(self).update({name: partial(self._called, name) for name in EVALUATED})
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return how it is made again in another process."""
@@ -75,26 +81,6 @@ class Isolated(Wrapped):
     def evaluate(self, deviations: Array, settings: Any) -> Outcome:
         """Return the outcome of trials; one whose process ends has failed."""
         return Outcome(**self._evaluated(deviations, settings)._asdict())
-
-    def impossible(self, deviations: Array, settings: Any) -> Any:
-        """Return which trials cannot be built."""
-        return self._declared("impossible", deviations, settings)
-
-    def numbers(self, *arguments: Any, **options: Any) -> Any:
-        """Return numbers of the study."""
-        return self._declared("numbers", *arguments, **options)
-
-    def warnings(self, *arguments: Any) -> Any:
-        """Return warnings of the study."""
-        return self._declared("warnings", *arguments)
-
-    def history(self, deviations: Array, settings: Any, step: float) -> Any:
-        """Return the history of a trial."""
-        return self._called("history", deviations, settings, step)
-
-    def mechanism(self, deviations: Array, settings: Any) -> Any:
-        """Return the mechanism of a trial."""
-        return self._called("mechanism", deviations, settings)
 
     @property
     def views(self) -> tuple[Offer, ...]:  # type: ignore[override]

@@ -167,7 +167,8 @@ class Movement(NamedTuple):
     third: int  # evaluated a third time
     moved_third: int  # of these, that moved again
     jumped_over: bool  # whether rates were seen to jump inside steps
-    failed_once: int  # trials evaluated again that failed one of both times
+    failed_again: int  # trials that are done, and failed when evaluated again
+    failed_before: int  # trials that failed, and did not when evaluated again
 
 
 @dataclass(frozen=True)
@@ -261,21 +262,26 @@ class AuditedResponse:
         return Movement(
             len(finite), int(self.moved.sum()), float(largest),
             len(self.third), int(self.unsettled.sum()), self.jumped_over,
-            self._failed_once,
+            *map(int, self._failed_once.sum(axis=1)),
         )  # fmt: skip
 
     @property
-    def _failed_once(self) -> int:
-        once = np.isnan(self.values[self.trials]) != np.isnan(self.precise)
-        return int(np.count_nonzero(once))
+    def _failed_once(self) -> Truths:
+        """Which trials failed the second time alone, or the first; bool[2, n]."""
+        first, second = np.isnan(self.values[self.trials]), np.isnan(self.precise)
+        return np.stack([second & ~first, first & ~second])
 
     @property
     def only_failures(self) -> bool:
-        """Whether trials fail in one evaluation only, and nothing else is wrong."""
+        """Whether trials fail only when evaluated again, and nothing else is wrong.
+
+        Those that fail in the run alone fail by too rough an integration.
+        """
         both = np.isfinite(self.precise[self.third]) & np.isfinite(self.most_precise)
-        wrong = self.moved.any() or (self.unsettled & both).any()
+        wrong = bool(self.moved.any() or (self.unsettled & both).any())
         wrong = wrong or self.jumped_over or self.dominant
-        return bool(self._failed_once) and not wrong
+        again, before = (bool(trials.any()) for trials in self._failed_once)
+        return again and not (before or wrong)
 
     def permits(self, met: bool, least_out: float, permitted_out: float) -> bool:
         """Return whether a verdict stands beside what the audit shows.

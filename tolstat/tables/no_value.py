@@ -44,7 +44,7 @@ def suspected_codes(values: Array) -> Integers:
     [1, 3]
     """
     coded = np.abs(values) > LARGEST
-    coded |= [_has_only_nines(value) for value in values.tolist()]
+    coded |= np.array([_has_only_nines(x) for x in values.tolist()], dtype=bool)
     others = values[~coded]
     if not len(others):
         return np.empty(0, np.int64)

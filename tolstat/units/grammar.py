@@ -230,8 +230,9 @@ def split(text: str) -> tuple[str, str, str, str]:
         upper, inner, lower, last = (
             part or "" for part in match.groups()[0 if match[1] else 4 :][:4]
         )
-        ends = sorted((end.replace(" ", "") for end in (upper, lower)), key=float)
-        return "/", *ends, common_unit(inner, last.strip())
+        ends = (end.replace(" ", "") for end in (upper, lower))
+        lower, upper = sorted(ends, key=float)
+        return "/", lower, upper, common_unit(inner, last.strip())
     if match := _DASHED.fullmatch(text):
         lower, inner, _, upper, last = (part or "" for part in match.groups())
         return DASHED, lower, upper, common_unit(inner, last.strip())

@@ -15,17 +15,17 @@ _HYPHENS = f"{MINUS}\N{HYPHEN}\N{NON-BREAKING HYPHEN}﹣－"
 _TIMES, _OVER, _PLUSES, _DEGREES = "·⋅∙", "÷∕⁄", "＋﹢", "º˚"
 
 
-def _each(signs: str, key: str) -> dict[str, str]:
+def _same(signs: str, key: str) -> dict[str, str]:
     return dict.fromkeys(signs, key)
 
 
 _ARITHMETIC = {
-    **_each(_HYPHENS, "-"), **_each(_PLUSES, "+"), **_each(_TIMES, "*"),
-    **_each(_OVER, "/"), **_each(_DEGREES, "°"), "\N{OHM SIGN}": "Ω",
+    **_same(_HYPHENS, "-"), **_same(_PLUSES, "+"), **_same(_TIMES, "*"),
+    **_same(_OVER, "/"), **_same(_DEGREES, "°"), "\N{OHM SIGN}": "Ω",
 }  # fmt: skip
-_OF_FORMULAS = str.maketrans({**_ARITHMETIC, **_each(DASHES, "-"), "×": "*"})
+_OF_FORMULAS = str.maketrans({**_ARITHMETIC, **_same(DASHES, "-"), "×": "*"})
 _OF_QUANTITIES = str.maketrans({
-    **_ARITHMETIC, **_each("∅⌀øφΦϕ", "Ø"), **_each("′’ʹ", "'"), **_each("″”ʺ", '"'),
+    **_ARITHMETIC, **_same("∅⌀øφΦϕ", "Ø"), **_same("′’ʹ", "'"), **_same("″”ʺ", '"'),
     "×": "x", "…": "..", "≤": "<=", "≥": ">=", "℃": "°C",
 })  # fmt: skip
 _INSTEAD = {"²": "**2", "³": "**3", "√": "sqrt(...)", "≤": "<=", "≥": ">=", "½": "0.5",

@@ -43,6 +43,20 @@ def test_the_page_of_a_rare_run_is_complete(rare, tmp_path):
     the_page_is_as_wide_as_its_window(rare, tmp_path)
 
 
+def test_pictures_show_the_tail_and_the_failure_point(rare):
+    answer = rare.answer
+    (curve, *_) = answer.plot("Fraction of gap").axes[0].lines
+    values, ppm = curve.get_data()
+    lower, upper = (1e3 * end for end in answer.limit.permitted)
+    assert (values < lower).all() or (values > upper).all()
+    share = answer.fraction_out_of_limit
+    assert share.value / 2 <= 1e-6 * max(ppm) <= share.value * (1 + 1e-9)
+    assert sorted(ppm, reverse=True) == [*ppm] or sorted(ppm) == [*ppm]
+    bars = answer.plot("Most probable failure point").axes[0].patches
+    scores = sorted(answer.failure_points[0].scores.values(), key=abs, reverse=True)
+    assert [bar.get_width() for bar in bars] == pytest.approx(scores)
+
+
 def test_hidden_rows_do_not_raise_row_height_on_a_phone(rare, tmp_path):
     others = "section:not(:has(#summary))"  # intervals below numbers
     rows_out_of_sight_make_no_row_high_on_a_phone(rare.path, tmp_path, 40, others)

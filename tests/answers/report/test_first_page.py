@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -242,6 +243,20 @@ def test_a_chain_is_drawn_and_fits_one_sheet(stack, tmp_path):
     assert asked(path, tmp_path, int(PAPER) + 1, bottom, paper=True) < TALL
     with pytest.raises(QuestionError, match="figure 'Waterfal of x'"):
         found.plot("Waterfal of x")
+
+
+def test_cases_and_measured_parts_are_drawn_on_the_first_page(tmp_path):
+    study = tomllib.loads((ROOT / "runs" / "cases.toml").read_text())
+    study |= {"trials": 300, "cases": {"dT": ["-60 K", "0 K", "100 K"]}}
+    first = report_of(tolstat.run(study)).document().blocks[0]
+    assert [figure.alt for figure in figures_in(first)][1] == "gap by case"
+    study = ROOT / "runs" / "measured-parts.toml"
+    parts = tolstat.run(study, trials=300, output=tmp_path / "parts.h5")
+    document = report_of(parts).document()
+    first = replace(document, blocks=document.blocks[:1])
+    cells = [c for t in tables_of(first) for row in t.rows for c in row if c.sketch]
+    (sketch,) = (cell.sketch for cell in cells)
+    assert sketch.ends == pytest.approx((-0.04e-3, 0.04e-3))
 
 
 def test_links_of_a_long_chain_are_summed(tmp_path):

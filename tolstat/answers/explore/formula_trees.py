@@ -20,7 +20,7 @@ class Trees:
 
     nominal: Mapping[str, float]  # SI, of every link
     parts: Sequence[str]  # links that deviate, by their place
-    drawn: Mapping[str, float]  # nominal values without the changes of a case
+    unchanged: Mapping[str, float]  # nominal values without the changes of a case
 
     def constant(self, value: float) -> Tree:
         """Return a number."""
@@ -31,7 +31,7 @@ class Trees:
         if name not in self.parts:
             return float(self.nominal[name])
         part = ["link", self.parts.index(name)]
-        change = float(self.nominal[name] - self.drawn[name])
+        change = float(self.nominal[name] - self.unchanged[name])
         return ["+", part, change] if change else part
 
     def operation(self, sign: str, first: Tree, second: Any) -> Tree:
@@ -82,9 +82,9 @@ class ChainFormulas:
     @property
     def changed(self) -> frozenset[str]:
         """Links whose size some case changes: a case replaces what a study has."""
-        drawn = self.settings.nominal if self.cases else {}
+        nominal = self.settings.nominal if self.cases else {}
         sizes = [case.nominal for case in self.cases.values()]
-        return frozenset(n for n, x in drawn.items() if any(y[n] != x for y in sizes))
+        return frozenset(n for n, x in nominal.items() if any(y[n] != x for y in sizes))
 
 
 def _cases(model: Model, settings: Any) -> Iterator[tuple[str, Settings]]:

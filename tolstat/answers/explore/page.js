@@ -178,7 +178,8 @@ function curves() {
       const y = share => 38 - 36 * clamp(Math.log10(Math.max(1e6 * share, 1)) / 6, 0, 1); // from 1 ppm to all
       const at = 100 * clamp((FIELDS[name].get(scenarios[chosen].entries[i]) - low) / (high - low), 0, 1); let pen = 'M';
       const path = shares.map((share, k) => { if (share !== share) { pen = 'M'; return ''; } const step = `${pen}${100 * k / (POINTS - 1)} ${y(share)}`; pen = 'L'; return step; }).join('');
-      svg.innerHTML = `<path class="permitted" d="M0 ${y(1 - response().demanded)}H100"/><path class="axis-line" d="M${at} 0V40" vector-effect="non-scaling-stroke"/><path class="curve" d="${path}"/>`;
+      const line = (kind, d) => `<path class="${kind}" d="${d}" vector-effect="non-scaling-stroke"/>`;
+      svg.innerHTML = line('permitted', `M0 ${y(1 - response().demanded)}H100`) + line('axis-line', `M${at} 0V40`) + line('curve', path);
     }));
   });
 }

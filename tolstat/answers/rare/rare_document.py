@@ -3,6 +3,7 @@
 from tolstat.answers.cells import ppm
 from tolstat.answers.next_steps import to_replay
 from tolstat.answers.rare.rare_answer import FailurePoint, RareSummary
+from tolstat.answers.rare.rare_figures import rare_pictures
 from tolstat.answers.report.finding_words import in_words, next_steps
 from tolstat.answers.report.first_page import INTERVAL, limits_table, ranges_section
 from tolstat.answers.report.report_document import assumptions_section, sheet
@@ -81,6 +82,7 @@ def _verdict(summary: RareSummary) -> tuple[blocks.Block, ...]:
     return blocks.shown(
         in_words(summary.warnings),
         blocks.Paragraph(lead, "lead"),
+        rare_pictures(summary),
         limits_table(summary),
         ranges_section(summary),
         *map(blocks.paragraph, sentences),

@@ -56,6 +56,7 @@ from tolstat.study.study import Study, load
 # of a proof; more where a limit permits few out of it, to find so many of these
 FRESH_TRIALS, MOST_FRESH, TELLING = 20_000, 200_000, 50
 FARTHEST_UNPROVED = 1.0  # half tolerances that a centre moves
+STRAIGHT = 1e-6  # of sigma: what a linear surface leaves
 QUICK, QUICK_INTEGRATED = 10.0, 1.0  # s, that a proof may take; of equations of motion
 NOTHING_HELPS = "no change of the free tolerances and centres is known to help"
 TOLD = (NoRemedy.FREE, NoRemedy.FAILED)  # other refusals say nothing to a reader
@@ -153,14 +154,19 @@ class _Search:
                 return _Tried(proof.change, proof.steps, proof.met, fresh.number)
             except (_ProofError, TolstatError) as error:
                 self.note = str(error)
-        # nothing is known of a response farther off than its trials
-        near = self.trials.design._replace(farthest=FARTHEST_UNPROVED)
-        trials = replace(self.trials, design=near)
+        trials = self.trials
+        # nothing is known of a response farther off than its trials, but that a
+        # straight one may go on so
+        if not _straight(trials):
+            near = trials.design._replace(farthest=FARTHEST_UNPROVED)
+            trials = replace(trials, design=near)
         change = smallest_change(trials, AIM_PREDICTED).change
         if not (change.size or len(change.tightened)):
             return None
-        shares = partial(predicted, self.trials)
-        return self._judged(change, steps(self.trials, change, shares), before)
+        shares = partial(predicted, trials)
+        tried = self._judged(change, steps(trials, change, shares), before)
+        far = np.abs(change.shift).max() > FARTHEST_UNPROVED
+        return tried and tried._replace(met=tried.met and not far)
 
     def _judged(
         self, change: Change, steps: Iterable[Step], before: Shares, proved: int = 0
@@ -220,6 +226,13 @@ class _Search:
         telling = TELLING / self.trials.permitted_out.min()
         number = min(telling, most / max(seconds, 1e-9), MOST_FRESH)
         return _FreshTrials(self, study, max(int(number), FRESH_TRIALS))
+
+
+def _straight(trials: MovableTrials) -> bool:
+    """Return whether all responses are linear in all trials."""
+    surface, sigma = trials.surface, trials.responses.std(axis=0)
+    exact = surface.remainders <= STRAIGHT * sigma
+    return bool(exact.all() and not surface.bends.any())
 
 
 class _FreshTrials:

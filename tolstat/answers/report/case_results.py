@@ -58,6 +58,16 @@ def cases_section(report: Report) -> blocks.Section | None:
     )
 
 
+def over_cases(report: Report, name: str) -> blocks.Figure | None:
+    """Draw a response over what the cases change; None unless it is a number."""
+    cases: dict[str, Any] = report.stored_run.study.table.get(CASES, {})
+    axis, stem = case_axis(cases) if cases else None, name.rpartition(IN_CASE)[0]
+    if axis is None or len(axis.values) < LEAST_DRAWN or not stem:
+        return None
+    names = (f"{stem}{IN_CASE}{case}" for case in changes_of(cases))
+    return _values(stem, {name: report.responses[name] for name in names}, axis)
+
+
 def _families(report: Report, cases: Iterable[str]) -> dict[str, Family]:
     """Return responses by name and case: those with limits, else the first ones."""
     responses = report.responses

@@ -5,11 +5,13 @@ from collections.abc import Iterator
 
 from tolstat.answers.cells import ppm
 from tolstat.answers.report.full_report import Report
+from tolstat.answers.sketches import sketch_of
 from tolstat.document import blocks
-from tolstat.document.blocks import Block, Given
-from tolstat.document.inline import Name, Number, with_unit
+from tolstat.document.blocks import Block, Cell, Given
+from tolstat.document.inline import Name, Number, text, with_unit
 from tolstat.model.description import Contributor
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.summary import HIGH, LOW, MIDDLE
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PPM, Ratio, Scale
@@ -81,8 +83,19 @@ def _links(report: Report, run: Run, name: str) -> Iterator[dict[str, Given]]:
             "direction": "increasing" if slope > 0 else "decreasing",
             "slope": with_unit(Number(slope, Ratio(response.scale, scale))),
             "sigma": with_unit(Number(assumed.sigma, scale)),
-            "distribution": "measured" if part.name in as_measured else assumed.words,
+            "distribution": _measured(report, part.name)
+            if part.name in as_measured
+            else assumed.words,
         }
+
+
+def _measured(report: Report, name: str) -> Cell:
+    """Return a small histogram of measured parts within their tolerance."""
+    run = report.stored_run
+    sample = next(x for x in run.measured if name in x.contributors)
+    drawing = Limit(sample.lower, sample.upper)
+    sketch = sketch_of(name, sample.values, drawing, run.scales[name])
+    return Cell(text("measured"), (), sketch)
 
 
 def size_words(run: Run, part: Contributor, deviation: float) -> str:

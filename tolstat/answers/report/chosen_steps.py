@@ -120,9 +120,9 @@ def _steps(
         kind = StepKind.FINISH if run.ended == run.trials else StepKind.RESUME
         yield Step(kind, commands=(to_resume(run.path, run.machine),))
         return
-    failing = [n for n in rough if limits[n].reason == Caveat.FAILED_ONCE]
+    failing = [n for n in rough if limits[n].reason == Caveat.FAILED_AGAIN]
     if failing:
-        yield _failed_once(run, failing)
+        yield _failed_again(run, failing)
     if finer := finer_run(run, [name for name in rough if name not in failing]):
         yield finer  # the other numbers are of the rough run, too
     if failing or finer:
@@ -149,12 +149,12 @@ def _measured(limits: Limits) -> Step | None:
     return Step(StepKind.MEASURE_PARTS, names) if names else None
 
 
-def _failed_once(run: Run, responses: Sequence[str]) -> Step:
-    """Return the step that shows a trial that failed in one of two evaluations."""
+def _failed_again(run: Run, responses: Sequence[str]) -> Step:
+    """Return the step that shows a trial that failed when evaluated again."""
     trials, (name, *_) = run.audited.trials if run.audited else (), responses
     precise = run.audited.responses[name] if run.audited else ()
     stored = np.isnan(run.column(name)[trials])
-    trial = int(trials[np.flatnonzero(stored != np.isnan(precise))[0]])
+    trial = int(trials[np.flatnonzero(~stored & np.isnan(precise))[0]])
     commands = (to_replay(run.path, trial, run.machine),)
     return Step(StepKind.SEE_FAILED, tuple(responses), commands=commands)
 

@@ -93,8 +93,8 @@ def step_words(run: Run, step: Step, findings: Findings) -> Parts:
         case StepKind.SEE_FAILED:
             names = listed([*map(Name, step.responses)])
             sentence = (
-                "Decide {}, whose trials fail one of two times: see why one of them "
-                "fails: {}."
+                "Decide {}, whose trials fail when evaluated again: see one of them: "
+                "{}."
             )
             return say(sentence, names, *typed)
         case StepKind.MEASURE_PARTS:
@@ -218,12 +218,9 @@ def _jump(warning: JumpWarning) -> Parts:
 def _verdict(warning: VerdictWarning) -> Parts:
     movement = warning.movement
     why = text(f"{warning.reason}: ", movement_words(movement, warning.scale))
-    if warning.reason == Caveat.FAILED_ONCE:
-        trials = counted(movement.trials + movement.failed_once, "trial")
-        why = say(
-            f"{movement.failed_once} of {{}} evaluated again failed one of both times",
-            trials,
-        )
+    if warning.reason == Caveat.FAILED_AGAIN:
+        trials = counted(movement.trials + movement.failed_again, "trial")
+        why = say(f"{movement.failed_again} of {{}} evaluated again failed", trials)
     return say("{}: undecided ({})", Name(warning.response), why)
 
 
@@ -235,6 +232,9 @@ def movement_words(movement: Movement, scale: Scale) -> Parts:
     if movement.moved:
         moved = f"{movement.moved} of {movement.trials} trials evaluated again moved"
         errors = text(moved, ", by up to ", largest)
+    elif movement.failed_before:
+        trials = counted(movement.failed_before, "failed trial")
+        errors = say("{} did not fail when evaluated again", trials)
     third = (
         f"; evaluated a third time, {movement.moved_third} of {movement.third} moved"
     )

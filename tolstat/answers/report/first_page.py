@@ -37,6 +37,8 @@ from tolstat.statistics.sensitivity.pairs import Together
 from tolstat.units.scale import PART, PER_CENT, PPM
 
 MOST_LIMITS = 6  # in the table of a first page: on paper it is one sheet
+MOST_NOTES = 1  # below so many limits: how many trials failed
+MOST_ABOVE_DIMENSIONS = 3  # where the dimensions of a chain stand there, too
 PICTURE = "Fraction out of limit against what is permitted"
 ALL_LIMITS = "All limits"
 CASES = "cases"  # of a study
@@ -71,7 +73,11 @@ def first_page(
     sketches : mapping of str to Sketch
         Small histograms for the table of limits.
     """
-    table = limits_table(summary, links, MOST_LIMITS if links else None, sketches)
+    most = most_limits(drawing) if links else len(summary.limits)
+    table = limits_table(summary, links, most, sketches)
+    notes = summary.trials.notes if summary.trials.ran else ()
+    if len(summary.limits) > most:  # the others stand behind, with all limits
+        notes = notes[:MOST_NOTES]
     if opening and len(table.rows) == 1:
         table = table.without(*IN_TILES)
     return blocks.shown(
@@ -82,8 +88,13 @@ def first_page(
         what_next(next_steps(summary)),
         in_words(summary.late_warnings),
         *drawing,
-        *map(blocks.note, summary.trials.notes if summary.trials.ran else ()),
+        *map(blocks.note, notes),
     )
+
+
+def most_limits(drawing: Collection[blocks.Block]) -> int:
+    """Return how many limits a first page has, above dimensions of the drawing."""
+    return MOST_ABOVE_DIMENSIONS if drawing else MOST_LIMITS
 
 
 def lead(summary: RunSummary) -> blocks.Paragraph:

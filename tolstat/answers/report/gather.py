@@ -86,8 +86,8 @@ def _no_cause(limited: Limited | None, *, jumps: bool, wrong: bool) -> NoCause |
     if jumps:
         return NoCause.JUMPS
     reason = limited.yields.reason if limited else Caveat.NONE
-    if reason == Caveat.FAILED_ONCE:
-        return NoCause.FAILED_ONCE
+    if reason == Caveat.FAILED_AGAIN:
+        return NoCause.FAILED_AGAIN
     if wrong:
         return NoCause.INTEGRATION_ERROR
     if reason == Caveat.FEW_PARTS:

@@ -1,10 +1,12 @@
 """What one sees first of a report: tiles, and pictures of what decides."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from tolstat.answers.cells import demand_words, limit_row
+from tolstat.answers.report.case_results import over_cases
 from tolstat.answers.report.chain_figures import chain_of, vectors, waterfall
 from tolstat.answers.report.full_report import Report
 from tolstat.answers.report.report_answer import RunSummary
@@ -26,7 +28,7 @@ from tolstat.units.scale import PER_CENT, PPM
 
 MOST_PARETO = 5  # bars on the first page
 MOST_WITHIN = 1500  # trials within the limit that are drawn as points
-FEW_LIMITS = 3  # more leave room for two pictures on a printed sheet
+FEW_LIMITS = 2  # more leave room for two pictures on a printed sheet
 LOW = 1.8  # inches: height of a picture on the first page
 
 
@@ -94,6 +96,10 @@ def _pictures(report: Report, drawn: Drawn, name: str) -> Columns:
     if response.still or not len(drawn.done(name)):
         return Columns((), ())
     values = histogram(drawn, name, response, LOW, marked=())
+    if cases := over_cases(report, name):
+        return Columns(
+            (values,), (replace(cases, picture=cases.picture._replace(height=LOW)),)
+        )
     if chain := chain_of(report, name):
         if len(report.limits) > FEW_LIMITS:
             return Columns((values,), (waterfall(chain),))

@@ -30,13 +30,13 @@ class NoCause(StrEnum):
     RANDOM_ONLY = str(estimate.RANDOM_ONLY)
     JUMPS = "the response jumps"
     INTEGRATION_ERROR = Caveat.INTEGRATION_ERROR.value
-    FAILED_ONCE = Caveat.FAILED_ONCE.value
+    FAILED_AGAIN = Caveat.FAILED_AGAIN.value
     FEW_PARTS = "number of measured parts"
 
 
 # none of the contributors is to be changed for these reasons
 NOT_BY_TOLERANCES = (
-    NoCause.JUMPS, NoCause.INTEGRATION_ERROR, NoCause.FAILED_ONCE, NoCause.FEW_PARTS,
+    NoCause.JUMPS, NoCause.INTEGRATION_ERROR, NoCause.FAILED_AGAIN, NoCause.FEW_PARTS,
 )  # fmt: skip
 
 
@@ -46,7 +46,7 @@ class StepKind(StrEnum):
     RESUME = "run missing trials"
     FINISH = "finish audit and diagnostics"
     FINER_RUN = "run with finer settings"
-    SEE_FAILED = "simulate a trial that failed once again"
+    SEE_FAILED = "simulate a trial that failed when evaluated again"
     MEND_FORMULA = "mend formula"
     CHECK_FORMULA = "check formula"  # a machine may jump so
     REMEDY = "change nominal values and tolerances"

@@ -11,9 +11,10 @@ from tolstat.answers.report.chain_section import is_chain, links_table, three_wa
 from tolstat.answers.report.first_page import (
     ALL_LIMITS,
     INTERVAL,
-    MOST_LIMITS,
+    MOST_NOTES,
     first_page,
     limits_table,
+    most_limits,
     performance,
     ranges_section,
 )
@@ -56,16 +57,16 @@ JUDGED = (
 
 def report_document(report: Report) -> blocks.Document:
     """Return first page, assumptions, summary, responses in focus, provenance."""
-    sketches = sketches_of(report)
+    sketches, drawing = sketches_of(report), _drawing(report)
     first = first_page(
         report, report.focus, opening(report),
-        sketches if len(sketches) > 1 else {}, _drawing(report),
+        sketches if len(sketches) > 1 else {}, drawing,
     )  # fmt: skip
     return sheet(
         "Statistical tolerance report",
         report,
         (*first, blocks.note(f"{INTERVAL}.")),
-        _limits(report, sketches),
+        _limits(report, sketches, crowded=len(report.limits) > most_limits(drawing)),
         assumptions_section(report),
         _measured_parts(report),
         cases_section(report),
@@ -87,9 +88,10 @@ def _drawing(report: Report) -> tuple[blocks.Block, ...]:
     return replace(ways.without(*medians), look="dense"), *few
 
 
-def _limits(report: Report, sketches: Mapping[str, blocks.Sketch]) -> blocks.Section:
+def _limits(
+    report: Report, sketches: Mapping[str, blocks.Sketch], *, crowded: bool
+) -> blocks.Section:
     """Return all limits where the first page has the worst, and what is permitted."""
-    crowded = len(report.limits) > MOST_LIMITS
     table = limits_table(report, report.focus, sketches=sketches) if crowded else None
     return blocks.section(
         ALL_LIMITS,
@@ -97,6 +99,7 @@ def _limits(report: Report, sketches: Mapping[str, blocks.Sketch]) -> blocks.Sec
         ranges_section(report),
         performance(report),
         narrowing(report),
+        *(map(blocks.note, report.trials.notes[MOST_NOTES:]) if crowded else ()),
         anchor="limits",
     )
 

@@ -157,8 +157,8 @@ def decided_by_errors(
 ) -> list[str]:
     """Return the limited responses that integration errors decide.
 
-    Their verdict is undecided by errors, or by trials that fail in one of two
-    evaluations; or the limit is not met and errors exceed an interval or a tenth of
+    Their verdict is undecided by errors, or by trials that fail when evaluated again;
+    or the limit is not met and errors exceed an interval or a tenth of
     sigma. No tolerance explains these.
     """
     visible = set[str]()

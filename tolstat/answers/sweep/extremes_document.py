@@ -42,9 +42,10 @@ MOST_ROWS = 40
 def extremes_document(extremes: Extremes) -> Document:
     """Return limits, picture, next steps, responses, trials of a table, reference."""
     run, ran = extremes.stored_run, extremes.ran > 0
-    pictures = (point_figure(run, name) for name in extremes.focus if ran)
+    pictures = [point_figure(run, name) for name in extremes.focus if ran]
+    first = blocks.section("", *pictures[:1], page_only=True)
     title = f"Trials of the {extremes.sampling}"
-    figures = Section(title, (*pictures,), page_only=True)
+    others = blocks.section(title, *pictures[1:], page_only=True)
     findings = extremes.findings
     steps = tuple(step_words(run, step, findings) for step in findings.steps)
     trials = [_responses(extremes), *table_rows(run), *comparisons(run)] if ran else ()
@@ -54,11 +55,12 @@ def extremes_document(extremes: Extremes) -> Document:
         blocks.shown(
             in_words(extremes.warnings),
             blocks.Paragraph(_lead(extremes), "lead"),
+            first,
             _limits(extremes),
-            figures,
             what_next(steps),
             *map(blocks.note, extremes.notes),
         ),
+        others,
         Section("Responses", tuple(trials), "responses"),
         role="",
     )

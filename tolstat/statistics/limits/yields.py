@@ -31,7 +31,7 @@ class Caveat(StrEnum):
 
     NONE = ""
     INTEGRATION_ERROR = "integration error"
-    FAILED_ONCE = "trials fail one of two times"
+    FAILED_AGAIN = "trials fail when evaluated again"
     JUMP = "the response jumps as an angle does"
     MISSED_KIND = "if no kind of failure was missed"
     FEW_PARTS = "few parts measured"
@@ -47,7 +47,7 @@ class Caveat(StrEnum):
     @classmethod
     def of_audit(cls) -> tuple[Caveat, ...]:
         """Return what the audit of a run shows."""
-        return cls.INTEGRATION_ERROR, cls.FAILED_ONCE
+        return cls.INTEGRATION_ERROR, cls.FAILED_AGAIN
 
 
 MET, NOT_MET, UNDECIDED = Verdict
@@ -259,7 +259,7 @@ def judged_with(
         and not audited.permits(judged == MET, 1 - within_limit.upper, 1 - demanded)
     ):
         failures = audited is not None and audited.only_failures
-        return UNDECIDED, Caveat.FAILED_ONCE if failures else INTEGRATION_ERROR
+        return UNDECIDED, Caveat.FAILED_AGAIN if failures else INTEGRATION_ERROR
     return judged, Caveat.NONE
 
 

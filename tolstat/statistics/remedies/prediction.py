@@ -147,9 +147,9 @@ def proved(trials: MovableTrials, sample: Sampled) -> Proof | None:
 
     None if no change is found. One shift that meets all limits, if only just, is
     preferred to more changes; and what a met change does not need is left out. Its
-    steps have the fresh trials of its seed.
+    steps have the fresh trials of its seed, and end where all limits are met.
     """
-    proof = _searched(trials, sample)
+    proof, permitted_out = _searched(trials, sample), trials.permitted_out
     if proof is None or not proof.improves:
         return proof
 
@@ -158,7 +158,15 @@ def proved(trials: MovableTrials, sample: Sampled) -> Proof | None:
             return proof.after
         return _fresh_shares(trials.sampled_again(change, *sample(change, proof.seed)))
 
-    return proof._replace(steps=tuple(steps(trials, proof.change, shares)))
+    found, change = list[Step](), trials.design.none
+    for step in steps(trials, proof.change, shares):
+        found.append(step)
+        change, met = _both(change, step.change), step.after.permitted(permitted_out)
+        if met:
+            break
+    return proof._replace(
+        change=change, after=found[-1].after, met=met, steps=tuple(found)
+    )
 
 
 def _fresh_shares(fresh: MovableTrials) -> Shares:
