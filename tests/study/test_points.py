@@ -138,6 +138,20 @@ def test_heads_of_another_program_are_named_by_columns(toy, study, tmp_path):
             load(study(text.replace(before, after)), model=toy)
 
 
+def test_heads_of_a_publication_are_named_by_columns(toy, study, tmp_path):
+    (tmp_path / "paper.csv").write_text(
+        "no;Winkel;Spalt [um];T\n1;0;250;20\n2;9;260;21\n"
+    )
+    text = (
+        'model = "toy"\nsampling = "grid"\n[grid]\nangle = ["0 deg", "90 deg"]\n'
+        '[reference]\ndata = "paper.csv"\nlabel = "paper"\n'
+        'columns = { angle = "Winkel [deg]", gap = "Spalt" }\n'
+    )
+    reference = tolstat.run(study(text), model=toy).reference
+    np.testing.assert_allclose(reference.columns["angle"], np.radians([0, 9]))
+    np.testing.assert_allclose(reference.columns["gap"], [250e-6, 260e-6])
+
+
 def test_fig_4_by_the_shipped_study(tmp_path):
     """To 0.02 percentage points at every point of the spec's table."""
     run = tolstat.run("runs/khpt75-fig4.toml", output=tmp_path / "fig4.h5")

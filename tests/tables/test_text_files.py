@@ -40,6 +40,18 @@ FILES = {  # content, column, its values, words of how it was read
         b"sep=|\r\nn|d\r\n1|7,5\r\n2|7,25\r\n", "d", [7.5, 7.25],
         "vertical bars, decimal comma, UTF-8",
     ),
+    "a CMM that says where it ends": (
+        b"id\tactual\nBore\t20,01\nBore\t20,02\nEND\n", "actual", [20.01, 20.02],
+        "tabs, decimal comma, UTF-8, 1 line below skipped",
+    ),
+    "NumPy, its head in a remark": (
+        b"# made by savetxt\n# d [mm];F [N]\n2.5e+01;1\n2.6e+01;2\n", "d",
+        [25.0, 26.0], "semicolons, decimal point, UTF-8",
+    ),
+    "doubles of Fortran": (
+        b"n,d\n1,2.5D+01\n2,0.26d2\n", "d", [25.0, 26.0],
+        "commas, decimal point, UTF-8",
+    ),
     "ends of lines of an old Macintosh": (
         b"n;d\r1;7,5\r2;7,25\r", "d", [7.5, 7.25], "semicolons, decimal comma, UTF-8",
     ),
@@ -239,6 +251,25 @@ def test_the_wanted_column_tells_the_head():
         read_table(Path("a.csv"), content).measured("Auftrag")
     measured = read_table(Path("a.csv"), content, requested=("d",)).measured("d")
     assert measured.numbers == (5.5, 6.5) and "2 lines skipped" in measured.words
+
+
+def test_rows_of_one_characteristic_among_others():
+    """As Calypso writes them: a row for each characteristic of each part."""
+    rows = "".join(
+        f"{part}\tBore {bore}\t{20 * bore},0{part}1\t{20 * bore}\n"
+        for part in (1, 2, 3)
+        for bore in (1, 2)
+    )
+    content = f"partnb\tid\tactual\tnominal\n{rows}END\n".encode()
+    form = Form(only=(("id", "Bore 2"),), decimal=",")
+    measured = read_table(Path("chr.txt"), content, form).measured("actual")
+    assert measured.numbers == (40.011, 40.021, 40.031)
+    assert measured.places[0] == "chr.txt, line 3"
+    assert "rows with id = Bore 2" in measured.words
+    with pytest.raises(DataError, match=r"column id has no 'Bore 3'; .*Bore 2"):
+        read_table(Path("chr.txt"), content, Form(only=(("id", "Bore 3"),))).measured(
+            "actual"
+        )
 
 
 def test_lots_stand_beside_their_parts():

@@ -1,12 +1,13 @@
 """The trials of a run that its statistics rest on."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.answers.parts.judged_parts import JudgedParts, judged_parts_of
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.samplers import AS_STUDY, DISTANCE, OWN, WEIGHT, Saltelli
 from tolstat.errors import Advice, QuestionError, Remedy
@@ -100,8 +101,12 @@ class Drawn:
         return {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
 
     @cached_property
-    def judged_parts(self) -> dict[str, JudgedParts]:
-        """The measured parts, judged as deviations, by entry."""
+    def judged_parts(self) -> Mapping[str, Any]:
+        """The measured parts, judged as deviations (`JudgedParts`), by entry."""
+        if not self.run.measured:
+            return {}
+        from tolstat.answers.parts.judged_parts import judged_parts_of  # seldom used
+
         return judged_parts_of(self.run)
 
     @cached_property

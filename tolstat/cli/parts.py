@@ -32,6 +32,12 @@ from tolstat.cli import options
 @click.option("--sheet", metavar="NAME", help="The sheet of a workbook.")
 @click.option("--part", metavar="NUMBER", help="The part of a Q-DAS file.")
 @click.option(
+    "--rows",
+    multiple=True,
+    metavar="COLUMN=WORD",
+    help='Only rows that have this word, such as "id=Bore 1".',
+)
+@click.option(
     "--no-value",
     multiple=True,
     metavar="TEXT",
@@ -46,6 +52,7 @@ def parts(
     tolerance: str,
     nominal: str,
     lots: str,
+    rows: tuple[str, ...],
     no_value: tuple[str, ...],
     output: Path | None,
     form: str | None,
@@ -61,6 +68,9 @@ def parts(
 
     options.check_delivery(output, form, figure)
     typed: dict[str, Any] = {k: value for k, value in keys.items() if value is not None}
+    if wrong := [text for text in rows if "=" not in text]:
+        raise click.BadParameter(f"'{wrong[0]}': COLUMN=WORD is expected")
+    typed["rows"] = dict(text.split("=", 1) for text in rows)
     if no_value:
         typed["no_value"] = [*no_value]
     answer = judged(

@@ -47,6 +47,8 @@ class MeasuredFile:
         raw, form = content(path, MOST_MEGABYTES), form_of(entry)
         self._file: Table | qdas.QdasFile
         if path.suffix.lower() in qdas.ENDINGS:
+            if entry.rows:
+                raise DataError(f"{path}: a Q-DAS file has no columns; leave rows out")
             self._file = read_qdas(path, raw, _values_beside(path), form)
         else:
             self._file = read_table(path, raw, form, requested)
@@ -96,6 +98,7 @@ def form_of(entry: FileEntry) -> Form:
         sheet=entry.sheet or "", part=part or "",
         no_value=None
         if entry.no_value is None else tuple(map(str, entry.no_value)),
+        only=tuple(entry.rows.items()),
     )  # fmt: skip
 
 
@@ -133,8 +136,9 @@ def named_column(table: Table, name: str, typed: str) -> tuple[str, str]:
     return head, written or unit
 
 
-def si_values(table: Table, name: str, written: str, unit: str) -> Array:
-    """Return the numbers of a column in a written unit, SI."""
+def si_values(table: Table, name: str, unit: str, written: str = "") -> Array:
+    """Return the numbers of a column, SI; `written`: its unit if the file has none."""
+    written = table.units[name] or written
     try:
         factor = to_si(1.0, "" if written == "1" else written, unit)
     except ValueError as error:

@@ -283,5 +283,6 @@ def read_reference(
         allowed = allowed_names(wrong[0], units)
         raise DataError(f"{table.path}, column {wrong[0]}: {allowed}")
     return entry.label, {
-        name: si_values(table, *column, units[name]) for name, column in columns.items()
+        name: si_values(table, head, units[name], written)
+        for name, (head, written) in columns.items()
     }

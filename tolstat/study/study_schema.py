@@ -169,6 +169,9 @@ class FileEntry(Entry):
     delimiter: str | None = key('a character such as ";", or "tab" or "space"', None)
     encoding: str | None = key('a text such as "utf-8" or "cp1252"', None)
     sheet: str | None = key("the name of a sheet or of an HDF5 group, in quotes", None)
+    rows: dict[str, str] = key(
+        'what the rows to read have, by column, such as { id = "Bore 1" }', {}
+    )
     no_value: list[str | int | float] | None = key(
         'a list of what cells without a value have, such as [-999, "9.9e37"]', None
     )

@@ -18,6 +18,7 @@ SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars", ",": "comma
 BLANKS = "blanks"
 NONE = "\x1f"  # in no line of a text
 TYPED = {"tab": "\t", "\\t": "\t", "space": " "}
+_END = re.compile(r"end|ende|eof|end of file|\(.*\)|[-=*_]+", re.IGNORECASE)
 _EXCEL = re.compile(r'"?sep=(.)"?\s*')  # as Excel begins a file
 
 
@@ -47,23 +48,31 @@ def read_delimited(
 ) -> Grid:
     """Return the rows of a text from its head on; `#` begins a remark.
 
+    The last remark above the numbers may be the head.
+
     Raises
     ------
     DataError
         If there is no head above numbers, columns may be separated in two ways, or a
         row has more or fewer cells than its head.
     """
-    lines = [
+    filled = [
         (number, line)
         for number, line in enumerate(decoded.text.split("\n"), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
+        if line.strip()
     ]
+    lines = [line for line in filled if not line[1].lstrip().startswith("#")]
     if lines and (first := _EXCEL.fullmatch(lines[0][1])):
         delimiter = delimiter or first[1]
         del lines[0]
     if len(lines) < 2:
         raise DataError(f"{path} is empty: a head and a row of numbers are expected")
     split = _split(path, lines, TYPED.get(delimiter, delimiter), requested)
+    remarks = filled[: filled.index(lines[0])]
+    if split.head is None and remarks:
+        number, remark = remarks[-1]
+        lines = [(number, remark.lstrip("# \t")), *lines]
+        split = _split(path, lines, TYPED.get(delimiter, delimiter), requested)
     separator, rows, head = split.separator, split.rows, split.head
     if head is None:
         raise DataError(
@@ -73,6 +82,12 @@ def read_delimited(
     usual = [row for row in rows if len(row.cells) == split.width]
     first_line = usual[head.position].line
     table = [row for row in rows if row.line >= first_line]
+    below = 0
+    while split.width > 1 and len(cells := table[-1].cells) == 1:
+        if not _END.fullmatch(str(cells[0])):
+            break
+        del table[-1]
+        below += 1
     for row in table:
         if len(row.cells) != split.width:
             hint = "; is a comma its decimal sign? Use points" * (
@@ -83,16 +98,20 @@ def read_delimited(
                 f"heads{hint}"
             )
     _check_decimal_comma(path, split, table, decimal)
-    skipped = len(rows) - len(table)
+    skipped = len(rows) - len(table) - below
     words = [SEPARATORS.get(separator, f"'{separator}' between columns")]
     if separator in (NONE, " "):
         words = ["one column" if separator == NONE else BLANKS]
-    above = [f"{skipped} line{'s' * (skipped > 1)} skipped"] if skipped else []
+    outside = [
+        f"{count} line{'s' * (count > 1)} {place}"
+        for count, place in ((skipped, "skipped"), (below, "below skipped"))
+        if count
+    ]
     return Grid(
         path, digest, table, head,
         separator="" if separator == NONE else separator,
-        words=(*words, decoded.encoding, *above),
-        plain=separator in (COMMA, NONE) and decoded.encoding == UTF_8 and not skipped,
+        words=(*words, decoded.encoding, *outside),
+        plain=separator in (COMMA, NONE) and decoded.encoding == UTF_8 and not outside,
     )  # fmt: skip
 
 

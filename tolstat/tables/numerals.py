@@ -18,7 +18,7 @@ OTHER = {POINT: COMMA, COMMA: POINT}
 NAMES = {POINT: "decimal point", COMMA: "decimal comma"}
 MISSING = frozenset({"", "-", "--", "n/a", "na", "nan", "#n/a", "none", "null"})
 _GAPS = "'’ \u00a0\u2009\u202f"  # between thousands, whatever the decimal sign
-_SIGNED = re.compile(rf"[+\-{MINUS}]?(?P<body>.*?)(?P<exponent>[eE][+-]?\d+)?")
+_SIGNED = re.compile(rf"[+\-{MINUS}]?(?P<body>.*?)(?P<exponent>[eEdD][+-]?\d+)?")
 _BODY = re.compile(rf"\d[\d.,{_GAPS}]*|[.,]\d+")
 _GAPPED = re.compile(rf"\d{{1,3}}([{_GAPS}])\d{{3}}(?:\1\d{{3}})*(?P<rest>[.,]\d*)?")
 
@@ -139,4 +139,5 @@ def number(text: str, decimal: str) -> float:
     if proved in (Proof.NO_NUMBER, Proof(OTHER[sign])):
         raise UnitError(f"with a {NAMES[sign]} it is none")
     body = re.sub(f"[{_GAPS}]", "", text.strip()).replace(MINUS, "-")
+    body = re.sub("[dD]", "e", body)  # as Fortran writes doubles
     return bare_number(body.replace(OTHER[sign], "").replace(sign, "."))

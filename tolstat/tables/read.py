@@ -25,6 +25,9 @@ class Form:
     part: str = ""  # of a Q-DAS file
     # codes of cells without a value; None: what looks like one is refused
     no_value: tuple[str, ...] | None = None
+    only: tuple[
+        tuple[str, str], ...
+    ] = ()  # what the rows that are read have, by column
 
 
 AS_IS = Form()
@@ -68,7 +71,7 @@ def read_table(
             path, digest, text_of_data(path, raw, form.encoding),
             delimiter=form.delimiter, decimal=form.decimal, requested=requested,
         )  # fmt: skip
-    return Table(grid, form.decimal, form.no_value)
+    return Table(grid, form.decimal, form.no_value, dict(form.only))
 
 
 def read_qdas(

@@ -1,8 +1,8 @@
 """A table of a file: columns by name, their numbers, and how they were read."""
 
 import math
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.errors import DataError, UnitError, allowed_names
-from tolstat.tables.grid import Grid, Head, Row, Unusable
+from tolstat.tables.grid import Cell, Grid, Head, Row, Unusable
 from tolstat.tables.heads import is_empty, is_number, split_head, summary_word
 from tolstat.tables.no_value import suspected_codes, without_codes
 from tolstat.tables.numerals import COMMA, NAMES, POINT, number, settled_decimal
@@ -51,11 +51,14 @@ class Table:
     no_value : tuple of str or None
         Codes of cells without a value; None where the study does not name them: what
         looks like one is refused.
+    only : mapping of str to str
+        What its rows have, by column; others are not read.
     """
 
     grid: Grid
     typed_decimal: str = ""
     no_value: tuple[str, ...] | None = None
+    only: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Empty the cells that have a code."""
@@ -96,6 +99,15 @@ class Table:
         """The rows below the head; refuse those of a summary."""
         rows = self.grid.rows[self.head.body - self.head.position :]
         rows = [row for row in rows if not all(map(is_empty, row.cells))]
+        for name, word in self.only.items():
+            index = self._index(name)
+            words = [_text(row.cells[index]) for row in rows]
+            rows = [row for row, text in zip(rows, words, strict=True) if text == word]
+            if not rows:
+                allowed = allowed_names(word, dict.fromkeys(words))
+                raise DataError(
+                    f"{self.path}, column {name} has no '{word}'; {allowed}"
+                )
         for row in rows:
             if word := summary_word(row):
                 raise DataError(
@@ -150,12 +162,13 @@ class Table:
         first, *rest = self.grid.words
         decimal = [NAMES[self.decimal]] if self.decimal else []
         empty = [f"{left_out} empty"] if left_out else []
-        return ", ".join((first, *decimal, *rest, *empty))
+        only = [f"rows with {name} = {word}" for name, word in self.only.items()]
+        return ", ".join((first, *decimal, *rest, *only, *empty))
 
     @property
     def plain(self) -> bool:
         """Whether it goes without saying how it was read."""
-        return self.grid.plain and self.decimal in ("", POINT)
+        return self.grid.plain and not self.only and self.decimal in ("", POINT)
 
     def column(self, name: str, without: Collection[int] = ()) -> list[float]:
         """Return the numbers of a column, as written; refuse empty cells.
@@ -215,8 +228,7 @@ class Table:
     def texts(self, name: str) -> list[str]:
         """Return the cells of a column as texts."""
         index = self._index(name)
-        cells = (row.cells[index] for row in self.rows)
-        return [f"{x:g}" if isinstance(x, float) else str(x).strip() for x in cells]
+        return [_text(row.cells[index]) for row in self.rows]
 
     def _index(self, name: str) -> int:
         for typed in (name, split_head(name)[0]):  # with its unit
@@ -269,3 +281,7 @@ class Table:
         except UnitError as error:
             address = self.grid.address(row.line, index, name)
             raise DataError(f"{address}: '{cell}' is not a number ({error})") from None
+
+
+def _text(cell: Cell) -> str:
+    return f"{cell:g}" if isinstance(cell, float) else str(cell).strip()

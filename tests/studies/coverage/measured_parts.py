@@ -2,6 +2,11 @@
 
     python -m tests.studies.coverage.measured_parts          # 400 studies a cell
     python -m tests.studies.coverage.measured_parts 40       # a first look
+    python -m tests.studies.coverage.measured_parts 400 fresh    # an hour
+
+"fresh" are cells that no constant of the package was chosen by (`FEW_PARTS` was, by the
+others): other numbers of parts, other shapes, two to four contributors; their table is
+measured_parts_fresh.csv.
 
 A response is the sum of one to five measured contributors and of a normal one. Its
 limit permits 2700 ppm, and so many are out of it, or a quarter more. The populations
@@ -23,7 +28,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
-from scipy.special import gammaincinv, ndtr, ndtri
+from scipy.special import gammaincinv, ndtr, ndtri, stdtrit
 from scipy.stats import qmc
 
 from tolstat.statistics.measured.populations import FEW_PARTS, MeasuredSample
@@ -43,11 +48,41 @@ CELLS = [
 ]
 
 
+FRESH = [
+    *((kind, "", parts, contributors)
+      for kind, parts, contributors in (
+          ("normal", 7, 2), ("normal", 20, 3), ("normal", 60, 4), ("normal", 400, 2),
+          ("skewed", 7, 3), ("skewed", 20, 2), ("skewed", 60, 1), ("skewed", 200, 4),
+          ("skewed", 1000, 1), ("skewed", 1000, 3),
+          ("very skewed", 15, 1), ("very skewed", 50, 2), ("very skewed", 200, 1),
+          ("very skewed", 1000, 1),
+          ("heavy", 15, 2), ("heavy", 50, 1), ("heavy", 200, 3), ("heavy", 1000, 1),
+          ("uniform", 15, 3), ("uniform", 50, 1), ("uniform", 200, 2),
+          ("two kinds", 20, 1), ("two kinds", 60, 3), ("two kinds", 400, 1),
+      )),
+    *(("normal", "normal", parts, contributors)
+      for parts, contributors in ((8, 3), (20, 2), (60, 4), (400, 1))),
+]  # fmt: skip
+
+
 def population(kind, unit):
-    """Return parts of mean 0 and sigma 1, of skewness 0 or 1."""
-    if kind == "normal":
-        return ndtri(unit)
-    return (gammaincinv(4.0, unit) - 4.0) / 2.0
+    """Return parts of mean 0 and sigma 1: of skewness 1 or 2, of kurtosis 9, ..."""
+    match kind:
+        case "normal":
+            return ndtri(unit)
+        case "skewed":
+            return (gammaincinv(4.0, unit) - 4.0) / 2.0
+        case "very skewed":
+            return -np.log1p(-unit) - 1.0
+        case "heavy":
+            return stdtrit(5.0, unit) * np.sqrt(3 / 5)
+        case "uniform":
+            return np.sqrt(12) * (unit - 0.5)
+        case "two kinds":  # two bells, 3 sigma apart
+            values = np.linspace(-6, 6, 4001)
+            share = (ndtr(values - 1.5) + ndtr(values + 1.5)) / 2
+            return np.interp(unit, share, values) / np.sqrt(1 + 1.5**2)
+    raise ValueError(kind)
 
 
 @cache
@@ -104,7 +139,7 @@ def study(rng, kind, fit, parts, contributors):
     return np.stack([lower, upper], axis=1)
 
 
-def measured(studies, cells=CELLS):
+def measured(studies, cells=CELLS, table=TABLE):
     """Return a row for each cell."""
     rows = []
     for cell in cells:
@@ -122,9 +157,13 @@ def measured(studies, cells=CELLS):
             "median upper, ppm": round(1e6 * np.median(upper)),
         })  # fmt: skip
         print(rows[-1], file=sys.stderr, flush=True)
-        pd.DataFrame(rows).to_csv(TABLE, index=False)
+        pd.DataFrame(rows).to_csv(table, index=False)
     return rows
 
 
 if __name__ == "__main__":
-    measured(int(sys.argv[1]) if len(sys.argv) > 1 else STUDIES)
+    number = int(sys.argv[1]) if len(sys.argv) > 1 else STUDIES
+    if sys.argv[2:] == ["fresh"]:
+        measured(number, FRESH, TABLE.with_stem("measured_parts_fresh"))
+    else:
+        measured(number)

@@ -80,9 +80,6 @@ class FarParts(NamedTuple):
 PartsFinding = (
     FewParts | NotNormal | TwoKinds | Sorted | Drift | OtherLots | CoarseStep | FarParts
 )
-# what concerns a study that samples from the parts: its intervals count how few they
-# are, and it needs no normal ones
-OF_STUDIES = TwoKinds | Sorted | Drift | OtherLots | CoarseStep | FarParts
 
 
 class Lot(NamedTuple):
@@ -123,6 +120,15 @@ class JudgedParts:
     # the parts in their order, and the lot of each
     values: Array = field(metadata={"json": False})
     lot_of_each: tuple[str, ...] = field(metadata={"json": False})
+
+    @property
+    def unusual(self) -> list[PartsFinding]:
+        """What concerns a study that samples from the parts.
+
+        Its intervals count how few they are, and it needs no normal ones.
+        """
+        others = FewParts | NotNormal
+        return [finding for finding in self.warnings if not isinstance(finding, others)]
 
 
 def judged_parts(sample: Sample, scale: Scale, source: str) -> JudgedParts:

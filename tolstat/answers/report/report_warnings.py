@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from tolstat.answers.parts.judged_parts import OF_STUDIES
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array, Integers
 from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
@@ -133,7 +132,7 @@ class UnusualParts(NamedTuple):
     """What is unusual in measured parts: two kinds, a cut tail, a trend, lots."""
 
     entry: str
-    finding: OF_STUDIES
+    finding: Any  # of `JudgedParts`, which few runs load
     scale: Scale
     kind: str = "unusual parts"
 
@@ -216,8 +215,7 @@ def warnings_of(
     unusual = (
         UnusualParts(name, finding, part.scale)
         for name, part in drawn.judged_parts.items()
-        for finding in part.warnings
-        if isinstance(finding, OF_STUDIES)
+        for finding in part.unusual
     )
     if unsettled:
         return (*map(StudyWarning, run.warnings), *unusual)
