@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +29,12 @@ LONGEST = ("test_tutorial.py", "test_shifts.py", "test_mutants.py", "test_kills.
 
 # rooms whose tests compile nothing, draw nothing and sample little
 QUICK = ("model", "study", "units")
+
+
+def pytest_configure():
+    """Let Ctrl-C reach the processes of tests that run in a shell's background."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items):
