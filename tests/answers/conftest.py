@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import os
-import re
 
 import portalocker
 import pytest
 
 import tolstat
-from tests.conftest import ROOT
+from tests.conftest import mill_text
 
 
 def run_once(factory, name):
-    """2200 trials of a mill, for all processes of the tests: 2000 are rasterised.
-
-    Its steps are those of the defaults: they take half the time.
-    """
+    """2200 trials of a mill, for all processes of the tests: 2000 are rasterised."""
     folder = factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
-    study, path = folder / f"{name}.toml", folder / f"{name}.h5"
-    text = (ROOT / "runs" / f"{name}.toml").read_text()
+    path = folder / f"{name}.h5"
     with portalocker.Lock(folder / f"{name}.tests", timeout=600):
         if not path.exists():
-            study.write_text(re.sub(r"^(rtol|max_step) = .*\n", "", text, flags=re.M))
+            study = folder / f"{name}.toml"
+            study.write_text(mill_text(name))
             tolstat.run(study, trials=2200)
     return tolstat.open(path)
 

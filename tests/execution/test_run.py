@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import tolstat
+from tests.conftest import mill_text
 from tolstat.errors import ModelError, QuestionError, RunFileError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import BlockSize, Workers
@@ -72,9 +73,11 @@ def test_seed_and_trials_of_the_caller(toy, toy_study, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def khpt75():
+def khpt75(tmp_path_factory):
     """300 machines of khpt75, five of them impossible, and their outcome."""
-    study = load("runs/khpt75.toml")
+    path = tmp_path_factory.mktemp("mill") / "khpt75.toml"
+    path.write_text(mill_text())
+    study = load(path)
     names = [contributor.name for contributor in study.description.contributors]
     deviations = study.deviations()[:300]
     deviations[[3, 4, 70, 150, 299], names.index("rod_stiffness_1")] = -2.0

@@ -93,7 +93,7 @@ def test_an_fmu_that_forgets_to_reset_has_new_instances(model, tmp_path, fmi):
     clean, forgetful = (
         tolstat.run(
             {
-                "model": name, "trials": 40, "seed": 1,
+                "model": name, "trials": 16, "seed": 1,
                 "settings": {"max_step": "0.1 s"},
                 "deviations": {"F": "+-6 N"},
             },

@@ -279,8 +279,8 @@ def test_measured_parts(tmp_path):
         with pytest.raises(StudyError, match=f"line {line}"):
             given(tmp_path, ["k [N/mm]", *wrong], {"k": link}, "k")
     link |= {"holds": "deviations"}
-    with pytest.raises(StudyError, match="line 3: 9999"):
-        given(tmp_path, ["k [N/mm]", "1", "9999"], {"k": link}, "k")
+    with pytest.raises(StudyError, match="line 3: 8888"):
+        given(tmp_path, ["k [N/mm]", "1", "8888"], {"k": link}, "k")
 
 
 class Absolute(Model):
