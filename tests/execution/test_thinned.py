@@ -59,6 +59,29 @@ def test_other_numbers_rest_on_the_first_trials(decided):
     assert scenario.json()
 
 
+def test_a_weighted_scenario_is_judged_by_the_first_trials(decided):
+    plain = tolstat.run({**STUDY, "trials": 2048}, model=Three())
+    wider, limits = {"part": "+-3.5 mm"}, {"sum": ENDS["sum"]}
+    ours, theirs = (
+        tolstat.what_if(run, wider, model=Three(), evaluate=False)
+        for run in (decided, plain)
+    )
+    for name in STUDY["limits"]:
+        yields, plainly = (
+            answer.responses[name].scenario.limited.yields for answer in (ours, theirs)
+        )
+        assert yields == plainly
+    assert ours.all_limits.scenario == theirs.all_limits.scenario
+    assert "first 2048 trials" in ours.notes[0]
+    of_all = tolstat.what_if(decided, {}, limits=limits, model=Three())
+    of_first = tolstat.what_if(plain, {}, limits=limits, model=Three())
+    narrow, wide = (
+        answer.responses["sum"].scenario.limited.yields.fraction_out_of_limit
+        for answer in (of_all, of_first)
+    )
+    assert narrow.upper - narrow.lower < wide.upper - wide.lower
+
+
 def test_thinned_trials_are_random_trials_of_the_study(decided):
     drawn = load({**STUDY, "trials": int(decided.thinned.drawn[-1])}, model=Three())
     every = {tuple(row) for row in drawn.deviations()}
