@@ -8,6 +8,7 @@ import pytest
 import tolstat
 from tests.execution.same_runs import Enough, same
 from tests.studies.deciding import PERMITTED, Three, limits_of
+from tolstat.answers.report.report_answer import StepKind
 from tolstat.errors import Remedy, RunFileError
 from tolstat.execution import until_decided
 from tolstat.execution.execute import execute, go_on
@@ -131,3 +132,22 @@ def test_an_extension_is_refused(decided):
     with pytest.raises(RunFileError, match="thinned") as refused:
         tolstat.extend(decided.path, decided.trials + 100, model=Three())
     assert [one.remedy for one in refused.value.advice] == [Remedy.DECIDE]
+
+
+def test_an_undecided_one_is_decided_further_not_extended(tmp_path):
+    path, ends = tmp_path / "run.h5", limits_of(1.25)
+    limits = {name: ends[name] for name in ("sum", "jam")}
+    rule = {"until": "decide", "at_most": 2400}
+    study = {**STUDY, "trials": rule, "limits": limits}
+    run = tolstat.run(study, model=Three(), output=path)
+    report = tolstat.report(run)
+    jam = report.findings.limits["jam"]
+    assert run.thinned and jam.verdict == "undecided"
+    assert jam.trials_that_decide == 0  # not known: no evidence yet
+    assert jam.no_cause.startswith("too few") and not jam.trials_that_tell
+    (step,) = (x for x in report.findings.steps if x.kind is StepKind.ADD_TRIALS)
+    assert step.responses == ("jam",) and not step.causes_of and not step.trials
+    assert step.commands[0].startswith(f"tolstat decide {path}")
+    page = " ".join(report.html().split())
+    assert "1e9" not in page and "tolstat extend" not in page and "about 0" not in page
+    assert "Add trials to decide" in page

@@ -144,6 +144,9 @@ def _add_trials(run: Run, step: Step) -> Parts:
     names = listed([*map(Name, step.responses)])
     purposes = [text("decide ", names)] if names else []
     purposes += [say("find the causes of {}", Name(name)) for name in step.causes_of]
+    if not step.trials:  # thinned ones: how many is not known
+        typed = [*map(Typed, step.commands)]
+        return say("Add trials to {}: {}.", listed(purposes), listed(typed))
     trials = counted(step.trials, "trial")
     time = f" in all ({predicted_time(run, step.trials)}): "
     in_all = [text(time, Typed(command)) for command in step.commands]

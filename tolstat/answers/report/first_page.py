@@ -160,7 +160,7 @@ def limits_table(
     """
     rows = list[dict[str, blocks.Given]]()
     limits = list(summary.limits.items())
-    weighted = bool(summary.stored_run.aim)
+    weighted = bool(summary.stored_run.aim or summary.stored_run.thinned)
     trials = summary.trials.done + summary.trials.failed
     cases = summary.stored_run.study.table.get(CASES, {}) if links else {}
     changes = changes_of(cases) if cases else {}
