@@ -105,6 +105,11 @@ def test_a_stopped_one_ends_as_if_it_had_not_been(decided, tmp_path):
     with Workers(2, enough, block=100) as crew:
         part = execute(load(STUDY, model=Three()), path, crew, progress=enough.tell)
     assert not part.complete and part.thinned
+    words = f"{part.ended} trials have run; deciding was stopped"
+    assert words in " ".join(tolstat.report(part).trials.notes)
+    page = " ".join(tolstat.report(part).html().split())
+    assert f"So far {part.ended} trials have run" in page
+    assert f"of {part.trials} trials" not in page
     assert tolstat.report(part).responses["sum"].limited  # of whole stages
     enough = Enough(part.ended + 300)
     with Workers(2, enough, block=100) as crew:

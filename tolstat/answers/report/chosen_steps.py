@@ -202,9 +202,9 @@ def _more_trials(
 ) -> Step | None:
     """Return the step that adds trials; None where no more would tell.
 
-    Until a verdict falls, though how many thinned ones is not known (0); and until causes can be named of a limit that more trials
+    Until a verdict falls, and until causes can be named of a limit that more trials
     miss than it permits. A limit that seems missed is no longer decided where a proved
-    remedy meets it.
+    remedy meets it. How many thinned trials decide may not be known: 0.
     """
     mended = remedy is not None and remedy.met and remedy.evidence is Evidence.PROVED
     deciding = {

@@ -84,6 +84,8 @@ def step_words(run: Run, step: Step, findings: Findings) -> Parts:
     typed = [Typed(command) for command in step.commands]
     match step.kind:
         case StepKind.RESUME:
+            if run.deciding:
+                return say("Go on until every limit is decided: {}.", *typed)
             return say("Run the trials that are missing: {}.", *typed)
         case StepKind.FINISH:
             sentence = "Finish the run, whose audit or diagnostics are missing: {}."
