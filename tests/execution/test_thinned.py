@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tolstat
+from tests.cli.command_line import call
 from tests.execution.same_runs import Enough, same
 from tests.studies.deciding import PERMITTED, Three, limits_of
 from tolstat.answers.report.report_answer import StepKind
@@ -131,6 +132,18 @@ def test_a_run_is_continued_and_ends_with_its_budget(tmp_path):
         np.testing.assert_array_equal(
             longer.column(name)[: run.trials], run.column(name)
         )
+
+
+def test_a_comparison_says_that_it_rests_on_random_trials(decided):
+    (less,) = tolstat.compare(decided, decided).differences
+    assert less.pairing.trials == 2048
+    assert "the first 2048 trials alone" in less.pairing.words
+
+
+def test_an_export_says_that_trials_are_not_equally_likely(decided, tmp_path):
+    done = call("export", decided.path, "-o", tmp_path / "run.csv")
+    assert done.exit_code == 0
+    assert "one over its thinned-chance" in done.stdout
 
 
 def test_an_extension_is_refused(decided):
