@@ -13,6 +13,7 @@ from tolstat.answers.report.report_answer import StepKind
 from tolstat.errors import Remedy, RunFileError
 from tolstat.execution import until_decided
 from tolstat.execution.execute import execute, go_on
+from tolstat.execution.until_decided import UntilDecided
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.intervals.weights import COLUMNS
 from tolstat.study.study import load
@@ -132,6 +133,20 @@ def test_a_run_is_continued_and_ends_with_its_budget(tmp_path):
         np.testing.assert_array_equal(
             longer.column(name)[: run.trials], run.column(name)
         )
+
+
+def test_time_ends_a_stage_and_whole_ones_count(decided, tmp_path, monkeypatch):
+    path = tmp_path / "run.h5"
+    with monkeypatch.context() as patch:
+        patch.setattr(UntilDecided, "is_late", lambda rule, trials: trials.ended > 2500)
+        with Workers(2, block=50) as crew:
+            run = execute(load(STUDY, model=Three()), path, crew)
+    assert run.complete and run.stopped.stages == (run.trials,)
+    assert run.trials in decided.thinned.ends and 2048 < run.trials < 2800
+    assert tolstat.verify(path, model=Three()).whole
+    assert tolstat.report(run).limits["sum"].yields.verdict == "undecided"
+    longer = tolstat.decide(path, model=Three())
+    np.testing.assert_array_equal(longer.column("sum"), decided.column("sum"))
 
 
 def test_a_comparison_says_that_it_rests_on_random_trials(decided):

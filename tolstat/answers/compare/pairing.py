@@ -105,10 +105,8 @@ def pair_of(first: Run, second: Run) -> Pairing:
         failures = sample.failures
     for run in (first, second):
         if run.thinned:
-            words += (
-                f"; of {run.path.name} the first {run.random_trials} trials alone, "
-            )
-            words += "which are random: the others are thinned"
+            words += f"; of {run.path.name} the first {run.random_trials} trials alone"
+            words += ", which are random: the others are thinned"
     promise = A.sampled.promise
     if A.run.sampling == "random":  # anytime-valid ones of verdicts are not shown
         promise = "of quantiles exact, as random trials are independent"
