@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
@@ -130,7 +132,26 @@ def test_it_ends_undecided_when_the_budget_is_used_up(study):
     assert run.trials == 9000 and not run.stopped.reached
     assert run.stopped.wanted > 9000 and run.stopped.at_most == 9000
     run = tolstat.run(study(rule.format('"1 ms"')), model=Toy(), force=True)
-    assert run.trials == 1024 and not run.stopped.reached
+    assert run.trials <= 1024 and not run.stopped.reached
+
+
+class Slow(Toy):
+    """10 ms a trial."""
+
+    def evaluate(self, deviations, settings):
+        time.sleep(0.01 * len(deviations))
+        return super().evaluate(deviations, settings)
+
+
+def test_time_ends_a_stage(study, decided, tmp_path):
+    path = tmp_path / "run.h5"
+    rule = '{ until = "decide", at_most = "1 s" }'
+    run = tolstat.run(study(rule), model=Slow(), workers=1, output=path)
+    assert run.complete and not run.stopped.reached and 32 <= run.trials < 1024
+    assert run.stopped.stages == (run.trials,)
+    assert tolstat.verify(path, model=Toy()).whole
+    longer = tolstat.decide(path, model=Toy(), regardless=True)
+    np.testing.assert_array_equal(longer.column("gap"), decided.column("gap"))
 
 
 def test_an_extended_one_has_a_number_of_trials(decided):

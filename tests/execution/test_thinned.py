@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 import tolstat
+from tests.cli.command_line import call
 from tests.execution.same_runs import Enough, same
 from tests.studies.deciding import PERMITTED, Three, limits_of
+from tolstat.answers.report.report_answer import StepKind
 from tolstat.errors import Remedy, RunFileError
 from tolstat.execution import until_decided
 from tolstat.execution.execute import execute, go_on
+from tolstat.execution.until_decided import UntilDecided
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.statistics.intervals.weights import COLUMNS
 from tolstat.study.study import load
@@ -59,6 +62,29 @@ def test_other_numbers_rest_on_the_first_trials(decided):
     assert scenario.json()
 
 
+def test_a_weighted_scenario_is_judged_by_the_first_trials(decided):
+    plain = tolstat.run({**STUDY, "trials": 2048}, model=Three())
+    wider, limits = {"part": "+-3.5 mm"}, {"sum": ENDS["sum"]}
+    ours, theirs = (
+        tolstat.what_if(run, wider, model=Three(), evaluate=False)
+        for run in (decided, plain)
+    )
+    for name in STUDY["limits"]:
+        yields, plainly = (
+            answer.responses[name].scenario.limited.yields for answer in (ours, theirs)
+        )
+        assert yields == plainly
+    assert ours.all_limits.scenario == theirs.all_limits.scenario
+    assert "first 2048 trials" in ours.notes[0]
+    of_all = tolstat.what_if(decided, {}, limits=limits, model=Three())
+    of_first = tolstat.what_if(plain, {}, limits=limits, model=Three())
+    narrow, wide = (
+        answer.responses["sum"].scenario.limited.yields.fraction_out_of_limit
+        for answer in (of_all, of_first)
+    )
+    assert narrow.upper - narrow.lower < wide.upper - wide.lower
+
+
 def test_thinned_trials_are_random_trials_of_the_study(decided):
     drawn = load({**STUDY, "trials": int(decided.thinned.drawn[-1])}, model=Three())
     every = {tuple(row) for row in drawn.deviations()}
@@ -81,6 +107,11 @@ def test_a_stopped_one_ends_as_if_it_had_not_been(decided, tmp_path):
     with Workers(2, enough, block=100) as crew:
         part = execute(load(STUDY, model=Three()), path, crew, progress=enough.tell)
     assert not part.complete and part.thinned
+    words = f"{part.ended} trials have run; deciding was stopped"
+    assert words in " ".join(tolstat.report(part).trials.notes)
+    page = " ".join(tolstat.report(part).html().split())
+    assert f"So far {part.ended} trials have run" in page
+    assert f"of {part.trials} trials" not in page
     assert tolstat.report(part).responses["sum"].limited  # of whole stages
     enough = Enough(part.ended + 300)
     with Workers(2, enough, block=100) as crew:
@@ -104,7 +135,52 @@ def test_a_run_is_continued_and_ends_with_its_budget(tmp_path):
         )
 
 
+def test_time_ends_a_stage_and_whole_ones_count(decided, tmp_path, monkeypatch):
+    path = tmp_path / "run.h5"
+    with monkeypatch.context() as patch:
+        patch.setattr(UntilDecided, "is_late", lambda rule, trials: trials.ended > 2500)
+        with Workers(2, block=50) as crew:
+            run = execute(load(STUDY, model=Three()), path, crew)
+    assert run.complete and run.stopped.stages == (run.trials,)
+    assert run.trials in decided.thinned.ends and 2048 < run.trials < 2800
+    assert tolstat.verify(path, model=Three()).whole
+    assert tolstat.report(run).limits["sum"].yields.verdict == "undecided"
+    longer = tolstat.decide(path, model=Three())
+    np.testing.assert_array_equal(longer.column("sum"), decided.column("sum"))
+
+
+def test_a_comparison_says_that_it_rests_on_random_trials(decided):
+    (less,) = tolstat.compare(decided, decided).differences
+    assert less.pairing.trials == 2048
+    assert "the first 2048 trials alone" in less.pairing.words
+
+
+def test_an_export_says_that_trials_are_not_equally_likely(decided, tmp_path):
+    done = call("export", decided.path, "-o", tmp_path / "run.csv")
+    assert done.exit_code == 0
+    assert "one over its thinned-chance" in done.stdout
+
+
 def test_an_extension_is_refused(decided):
     with pytest.raises(RunFileError, match="thinned") as refused:
         tolstat.extend(decided.path, decided.trials + 100, model=Three())
     assert [one.remedy for one in refused.value.advice] == [Remedy.DECIDE]
+
+
+def test_an_undecided_one_is_decided_further_not_extended(tmp_path):
+    path, ends = tmp_path / "run.h5", limits_of(1.25)
+    limits = {name: ends[name] for name in ("sum", "jam")}
+    rule = {"until": "decide", "at_most": 2400}
+    study = {**STUDY, "trials": rule, "limits": limits}
+    run = tolstat.run(study, model=Three(), output=path)
+    report = tolstat.report(run)
+    jam = report.findings.limits["jam"]
+    assert run.thinned and jam.verdict == "undecided"
+    assert jam.trials_that_decide == 0  # not known: no evidence yet
+    assert jam.no_cause.startswith("too few") and not jam.trials_that_tell
+    (step,) = (x for x in report.findings.steps if x.kind is StepKind.ADD_TRIALS)
+    assert step.responses == ("jam",) and not step.causes_of and not step.trials
+    assert step.commands[0].startswith(f"tolstat decide {path}")
+    page = " ".join(report.html().split())
+    assert "1e9" not in page and "tolstat extend" not in page and "about 0" not in page
+    assert "Add trials to decide" in page

@@ -66,7 +66,7 @@ def verdict_cell(
 ) -> Cell:
     """Return a verdict, above its reason or the trials that decided or would decide it.
 
-    How many weighted trials would is not known.
+    How many weighted or thinned trials would may not be known: `weighted`.
     """
     word = Word(judged.verdict, judged.verdict)
     if judged.measured and judged.reason:

@@ -88,7 +88,7 @@ def to_run_again(run: Run, trials: int | None = None) -> str:
 
 def to_extend(run: Run, trials: int) -> str:
     """Return the command that adds trials to a run; empty where none can be added."""
-    if run.sampling not in ("random", "sobol") or trials <= run.trials:
+    if run.sampling not in ("random", "sobol") or trials <= run.trials or run.thinned:
         return ""
     return command("extend", run.path, "--trials", trials, machine=run.machine)
 

@@ -21,6 +21,7 @@ from tolstat.units.scale import PER_CENT, Scale
 UNITS = (("hours", 3600.0), ("minutes", 60.0))  # of predicted times
 MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
 MOST_OUTPUTS = 3  # of failed trials, in notes
+NOT_DECIDED = "deciding was stopped, or goes on"
 MOST_NUMBERS = 12  # from tolerances alone, in a note: the page has all
 
 
@@ -172,7 +173,9 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
         notes += _outputs(run)
     if run.rerun:
         notes.append(_rerun(run, run.rerun))
-    if run.ended < run.trials:
+    if run.deciding:
+        notes.append(f"{run.ended} trials have run; {NOT_DECIDED}")
+    elif run.ended < run.trials:
         missing = run.trials - run.ended
         notes.append(f"{missing} of {run.trials} trials have not run")
     if run.complete and run.steps is not None and run.audited is None:

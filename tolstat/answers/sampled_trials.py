@@ -45,9 +45,12 @@ class Drawn:
 
     @cached_property
     def judged(self) -> "Drawn":
-        """The trials that limits rest on: thinned ones, too, in whole stages."""
+        """The trials that limits rest on: thinned ones, too, in whole stages.
+
+        Weighted for other distributions only those that are random.
+        """
         run = self.run
-        if run.thinned is None or run.trials < run.thinned.plain:
+        if run.thinned is None or run.trials < run.thinned.plain or self.sample.weights:
             return self
         not_run = np.flatnonzero(run.status == Status.NOT_RUN)
         ran = int(not_run[0]) if len(not_run) else run.trials

@@ -100,7 +100,7 @@ def _limits_of(run: Run) -> list[CheckedLimit]:
     require_limits(run.path, run.limits)
     if not run.complete:
         raise QuestionError(
-            f"{run.path}: {run.ended} of {run.trials} trials have run; a check needs "
+            f"{run.path}: {run.progress} trials have run; a check needs "
             "all of them and their audit",
             Advice(Remedy.RESUME, run.path, run.machine),
         )

@@ -112,3 +112,8 @@ def export(source: Path, output: Path, units: str | None, force: bool) -> None:
     run = open_run(source)
     write_trials(run, output, units=units or "", force=force)
     options.say(f"{run.trials} trials in {output}")
+    if run.thinned:
+        options.say(
+            f"note: after the first {run.random_trials} these are not equally likely; "
+            "each stands for one over its thinned-chance"
+        )

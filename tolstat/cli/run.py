@@ -166,7 +166,7 @@ def _watch(
             done = work(workers, progress=bar.tell)
         if not done.complete:
             with suppress(OSError):  # the terminal may be gone
-                stored = f"{done.ended} of {done.trials} trials are stored"
+                stored = f"{done.progress} trials are stored"
                 words = f"stopped: {stored} in {done.path}; continue with:"
                 console.say(words)
                 console.type(to_resume(done.path, done.machine))

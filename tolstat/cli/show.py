@@ -122,7 +122,7 @@ def follow_run(path: Path) -> None:
             writer = writer_of(path)  # first: else its last trials might be missed
             run = open_run(path)
             failed = "" if run.aim else f", {run.failed} failed"
-            status = f"{path}: {run.ended} of {run.trials} trials{failed}"
+            status = f"{path}: {run.progress} trials{failed}"
             if live:
                 index = RunIndex("", path.parent, (entry_of(run),))
                 live.update(as_rich(progress_table(index), console.width))
@@ -134,7 +134,7 @@ def follow_run(path: Path) -> None:
                 sys.exit(INTERRUPTED)
     if not run.complete:
         console.say(
-            f"no process writes {path}: {run.ended} of {run.trials} trials have run; "
+            f"no process writes {path}: {run.progress} trials have run; "
             "continue it with:"
         )
         console.type(to_resume(path, run.machine))

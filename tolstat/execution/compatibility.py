@@ -236,9 +236,9 @@ def check_extensible(run: Run, trials: int | Rule) -> None:
             "the trials of the study"
         )
     if run.rules and not run.complete:
+        ran = run.progress.replace(" of ", " of at most ")
         raise RunFileError(
-            f"{run.path} is not complete: {run.ended} of at most {run.trials} trials "
-            "have run; finish it first",
+            f"{run.path} is not complete: {ran} trials have run; finish it first",
             Advice(Remedy.RESUME, run.path, run.machine),
         )
     if not isinstance(trials, int):

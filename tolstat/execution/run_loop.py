@@ -76,12 +76,14 @@ def evaluate_stages(
     file: Recorder | None = None,
     check: Callable[[Blocks], None] = lambda blocks: None,
     look: Callable[[], None] = lambda: None,
+    late: Callable[[], bool] = lambda: False,
 ) -> int:
     """Evaluate stages until the proposer has none; return the number of trials.
 
     Trials that are over are not evaluated again. With a file, deviations are stored
     before their trials run, and blocks once they are checked; then they are looked at.
-    `Interrupted` if the workers stop.
+    `Interrupted` if the workers stop. Once it is `late`, no block of a stage starts any
+    more, and the proposer is asked again.
     """
     stop = trials.sampled
     while stage := workers.call(proposer.next, trials):
@@ -95,7 +97,7 @@ def evaluate_stages(
         if known := stage.answers:
             finished = iter([known_blocks(known, missing)])
         else:
-            finished = workers.blocks(model, missing, trials.deviations)
+            finished = workers.blocks(model, missing, trials.deviations, late)
         for blocks in finished:
             if not known:
                 check(blocks)
@@ -104,7 +106,7 @@ def evaluate_stages(
             trials.take(blocks)
             tell(Progress(trials.ended, trials.failed, stop, doing))
             look()
-        if not trials.status[:stop].all():
+        if not trials.status[:stop].all() and (workers.stopping() or not late()):
             raise Interrupted
     return stop
 
@@ -143,6 +145,7 @@ def carry_out(
                         study.model, until or stages, trials, workers, tell, file=file,
                         check=BlockCheck(study, trials, workers),
                         look=partial(stop_if_none_is_done, study, trials, workers),
+                        late=partial(until.is_late, trials) if until else bool,
                     )  # fmt: skip
                     if not (until and until.rows):
                         break

@@ -284,6 +284,10 @@ class StoppingRule(ABC):
     def stopped(self) -> Stopped:
         """How the rule ended the run."""
 
+    def is_late(self, trials: Trials) -> bool:
+        """Return whether the stage is to end now, with the trials that have run."""
+        return False
+
     def lengthen(self, trials: Trials) -> Study:
         """Sample more trials, as many as are to be `rows`; return the study of all."""
         self._study = replace(self._study, trials=self.rows)

@@ -77,6 +77,14 @@ class ThinnedStages:
         self._latest = self._proposed(trials) if self.undecided else None
         return self._latest
 
+    def look_back(self, trials: Trials) -> None:
+        """Look at the trials of the stages that are over; the first one is."""
+        not_run = np.flatnonzero(trials.status[: trials.sampled] == 0)
+        ran = int(not_run[0]) if len(not_run) else trials.sampled
+        assert trials.thinned
+        ends = trials.thinned.ends
+        self._look(trials.first(int(ends[ends <= ran].max())))
+
     def _look(self, trials: Trials) -> None:
         self.sample = Sample(trials.status, thinned=trials.thinned)
         responses = trials.by_response()

@@ -29,7 +29,8 @@ class UntilDecided(StoppingRule):
     """Stages of a tenth until every limit is decided, or the budget is used up.
 
     If such stages seem to take more than a minute, thinned ones follow. Looks do not
-    depend on where a run was interrupted: it ends as it would have.
+    depend on where a run was interrupted: it ends as it would have. A budget of time
+    ends a stage, too: of thinned ones the latest then does not count.
     """
 
     def __init__(self, study: Study, thinned: ThinnedStages | None = None) -> None:
@@ -45,10 +46,18 @@ class UntilDecided(StoppingRule):
         self.rows, rows, most = 0, len(trials.status), self._budget.most
         self._began = self._began or time.monotonic()
         self._clock()
+        late = self.is_late(trials)
         if self._thinned:
+            if late:
+                self._thinned.look_back(trials)
+                self._note(self._thinned)
+                return None
             return self._next_thinned(self._thinned, trials)
         not_run, shortfall = np.flatnonzero(trials.status == 0), None
         ended = int(not_run[0]) if len(not_run) else rows
+        if late:
+            self._look(trials.first(ended))
+            return None
         look = min(next(looks_from(ended)), most)
         if look <= ended:
             self._look(trials.first(ended))
@@ -72,7 +81,7 @@ class UntilDecided(StoppingRule):
 
     def _next_thinned(self, thinned: ThinnedStages, trials: Trials) -> Stage | None:
         stage, rows = thinned.next(trials), len(trials.status)
-        self._sample, self._open = thinned.sample, thinned.undecided
+        self._note(thinned)
         if stage is None or stage.first < trials.sampled:
             return stage
         if self._is_spent(stage.first) or stage.stop > self._budget.most:
@@ -81,6 +90,16 @@ class UntilDecided(StoppingRule):
             self._ask_for(stage.stop, rows)
             return None
         return stage
+
+    def _note(self, thinned: ThinnedStages) -> None:
+        self._sample, self._open = thinned.sample, thinned.undecided
+
+    def is_late(self, trials: Trials) -> bool:
+        """Return whether its time is over, and its first trials have run."""
+        if self._budget.trials or not self._is_spent(0):
+            return False
+        first = trials.random.status if self._thinned else trials.status[:1]
+        return bool(first.all())
 
     def _ask_for(self, trials: int, rows: int) -> None:
         """Ask for rows for so many trials at least, if there is memory for them."""

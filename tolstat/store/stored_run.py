@@ -29,6 +29,7 @@ from tolstat.statistics.limits.limit import (
     within,
     worst_trials,
 )
+from tolstat.statistics.sample_size import DECIDE
 from tolstat.status import Status, status_words
 from tolstat.store import run_records as records
 from tolstat.store.integrity import Damage
@@ -253,6 +254,16 @@ class Run(Plan):
                 )
         return cases
 
+    @property
+    def deciding(self) -> bool:
+        """Whether it is to go on until every limit is decided."""
+        return not self.complete and any(rule.startswith(DECIDE) for rule in self.rules)
+
+    @property
+    def progress(self) -> str:
+        """How many trials have run, and of how many if that is known."""
+        return f"{self.ended}" if self.deciding else f"{self.ended} of {self.trials}"
+
     def first(self, trials: int) -> Run:
         """Return the run of its first trials alone."""
         columns = {name: values[:trials] for name, values in self.columns.items()}
@@ -383,8 +394,8 @@ class Run(Plan):
         """Return a summary in one line."""
         became = "sought in stages" if self.aim else f"{self.failed} failed"
         return (
-            f"<tolstat run {str(self.path)!r}: {self.title!r}, {self.ended} of "
-            f"{self.trials} trials of {self.model}, {became}>"
+            f"<tolstat run {str(self.path)!r}: {self.title!r}, {self.progress} "
+            f"trials of {self.model}, {became}>"
         )
 
     def _repr_html_(self) -> str:

@@ -103,6 +103,10 @@ def pair_of(first: Run, second: Run) -> Pairing:
             words += f"; of both the first {common} trials"
         counts = common, int(np.count_nonzero(sample.done)), sample.failed
         failures = sample.failures
+    for run in (first, second):
+        if run.thinned:
+            words += f"; of {run.path.name} the first {run.random_trials} trials alone"
+            words += ", which are random: the others are thinned"
     promise = A.sampled.promise
     if A.run.sampling == "random":  # anytime-valid ones of verdicts are not shown
         promise = "of quantiles exact, as random trials are independent"

@@ -32,6 +32,7 @@ from tolstat.answers.sampled_trials import Drawn, audited_of
 from tolstat.statistics.limits.yields import (
     MET,
     NOT_MET,
+    UNDECIDED,
     Caveat,
 )
 from tolstat.statistics.sensitivity.named_causes import LEAST
@@ -203,7 +204,7 @@ def _more_trials(
 
     Until a verdict falls, and until causes can be named of a limit that more trials
     miss than it permits. A limit that seems missed is no longer decided where a proved
-    remedy meets it.
+    remedy meets it. How many thinned trials decide may not be known: 0.
     """
     mended = remedy is not None and remedy.met and remedy.evidence is Evidence.PROVED
     deciding = {
@@ -211,7 +212,11 @@ def _more_trials(
         for name, limit in limits.items()
         if not (mended and limit.seems_missed)
     }
-    undecided = [name for name, trials in deciding.items() if trials]
+    undecided = [
+        name
+        for name, trials in deciding.items()
+        if trials or (run.thinned and _is_open(limits[name]))
+    ]
     telling = {
         name: causes.needed
         for name, limit in limits.items()
@@ -233,6 +238,11 @@ def _more_trials(
         trials=needed,
         commands=(command,) if command else (),
     )
+
+
+def _is_open(limit: LimitFinding) -> bool:
+    """Return whether only more trials decide a limit."""
+    return limit.verdict == UNDECIDED and not limit.reason
 
 
 def _fewest(trials: Mapping[str, int]) -> str:

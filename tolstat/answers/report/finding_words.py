@@ -84,6 +84,8 @@ def step_words(run: Run, step: Step, findings: Findings) -> Parts:
     typed = [Typed(command) for command in step.commands]
     match step.kind:
         case StepKind.RESUME:
+            if run.deciding:
+                return say("Go on until every limit is decided: {}.", *typed)
             return say("Run the trials that are missing: {}.", *typed)
         case StepKind.FINISH:
             sentence = "Finish the run, whose audit or diagnostics are missing: {}."
@@ -144,6 +146,9 @@ def _add_trials(run: Run, step: Step) -> Parts:
     names = listed([*map(Name, step.responses)])
     purposes = [text("decide ", names)] if names else []
     purposes += [say("find the causes of {}", Name(name)) for name in step.causes_of]
+    if not step.trials:  # thinned ones: how many is not known
+        typed = [*map(Typed, step.commands)]
+        return say("Add trials to {}: {}.", listed(purposes), listed(typed))
     trials = counted(step.trials, "trial")
     time = f" in all ({predicted_time(run, step.trials)}): "
     in_all = [text(time, Typed(command)) for command in step.commands]

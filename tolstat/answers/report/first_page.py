@@ -17,6 +17,7 @@ from tolstat.answers.report.report_answer import (
     UnseenErrors,
 )
 from tolstat.answers.report.response_summary import Causes, ResponseSummary
+from tolstat.answers.run_answer import NOT_DECIDED
 from tolstat.deviations.names import IN_CASE
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell, Sketch
@@ -121,12 +122,15 @@ def _lead(summary: RunSummary) -> Parts:
     counted = [text(f"{subject} ", verdict)]
     counted += [text(f"{count} ", Word(word, tones[word])) for word, count in others]
     ran, requested = summary.trials.ran, summary.trials.requested
+    so_far = f" So far {ran} of {requested} trials have run." if ran < requested else ""
+    if summary.stored_run.deciding:
+        so_far = f" So far {ran} trials have run; {NOT_DECIDED}."
     return say(
         f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}{{}}",
         listed(counted, joint=""),
         Number(summary.all_limits.within, PER_CENT, of=trials),
         " Failed trials count as out of limit." if summary.trials.failed else None,
-        f" So far {ran} of {requested} trials have run." if ran < requested else None,
+        so_far or None,
     )  # fmt: skip
 
 
@@ -160,7 +164,7 @@ def limits_table(
     """
     rows = list[dict[str, blocks.Given]]()
     limits = list(summary.limits.items())
-    weighted = bool(summary.stored_run.aim)
+    weighted = bool(summary.stored_run.aim or summary.stored_run.thinned)
     trials = summary.trials.done + summary.trials.failed
     cases = summary.stored_run.study.table.get(CASES, {}) if links else {}
     changes = changes_of(cases) if cases else {}

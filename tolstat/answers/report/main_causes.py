@@ -117,8 +117,9 @@ def _causes(
     if count == 0:
         reason = NoCause.NONE_OUT
     elif count < LEAST:
-        digits = 10.0 ** math.floor(math.log10(TELLING * trials / count) - 1)
-        needed = int(math.ceil(TELLING * trials / count / digits) * digits)
+        if not run.thinned:  # its random trials do not become more
+            digits = 10.0 ** math.floor(math.log10(TELLING * trials / count) - 1)
+            needed = int(math.ceil(TELLING * trials / count / digits) * digits)
         reason = f"too few ({count})"
     elif count > MOST * trials:
         reason = NoCause.MOST_OUT

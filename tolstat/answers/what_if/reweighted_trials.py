@@ -80,12 +80,17 @@ def reweighted_scenario(
     return ReweightedScenario(
         replace(trials, sample=trials.sample._replace(weights=weights)),
         changes, expected, weights,
-        (*scenario.warnings, *_unmet_kinds(run, weights)),
+        (*scenario.warnings, *_without(run, weights)),
     )  # fmt: skip
 
 
-def _unmet_kinds(run: Run, weights: Weights) -> Iterator[str]:
-    """Yield what a rare run says of out-of-limit trials that it never met."""
+def _without(run: Run, weights: Weights) -> Iterator[str]:
+    """Yield what a rare or thinned run says of trials that a scenario does not have."""
+    if run.thinned:
+        yield (
+            f"the scenario rests on the first {run.random_trials} trials, which are "
+            "random; fractions of the baseline rest on thinned ones, too"
+        )
     if not run.aim:
         return
     share = PPM.words(min(unmet(weights.values) + weights.cut, 1.0))

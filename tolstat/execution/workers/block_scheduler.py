@@ -68,12 +68,17 @@ class Workers(AbstractContextManager["Workers"]):
         return self._number or self._pool.number
 
     def blocks(
-        self, model: Model, cases: Sequence[Case], deviations: Array
+        self,
+        model: Model,
+        cases: Sequence[Case],
+        deviations: Array,
+        late: Callable[[], bool] = lambda: False,
     ) -> Iterator[list[tuple[int, Answers]]]:
         """Evaluate trials in blocks, and yield each block when it is finished.
 
         Each block of deviations[trial, contributor], SI, comes with the number of its
-        first trial. When stopping, running blocks get a second to finish.
+        first trial. When stopping, running blocks get a second to finish; once it is
+        late, as long as they take.
         """
         remaining = sum(case.stop - case.first for case in cases)
         size = BlockSize(self.number, self._block)
@@ -83,9 +88,8 @@ class Workers(AbstractContextManager["Workers"]):
         try:
             while True:
                 size.workers = self.number
-                while (
-                    todo and len(running) < AHEAD * self.number and not self.stopping()
-                ):
+                over = self.stopping() or late()
+                while todo and len(running) < AHEAD * self.number and not over:
                     case = todo.pop()
                     stop = min(case.first + size.next(remaining), case.stop)
                     if stop < case.stop:
@@ -94,6 +98,7 @@ class Workers(AbstractContextManager["Workers"]):
                     block = Block(model, deviations[case.first : stop], case.settings)
                     future = self._pool.submit(block)
                     running[future] = case._replace(stop=stop), block
+                    over = self.stopping()
                 if not running:
                     return
                 # `wait` misses those that an executor has cancelled
@@ -113,6 +118,7 @@ class Workers(AbstractContextManager["Workers"]):
                     yield finished
                 if self.stopping():
                     patience = min(patience, time.monotonic() + GRACE)
+                if over or self.stopping():
                     for future in list(running):
                         if future.cancel():
                             del running[future]
