@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import time
+from functools import cached_property
 
 import numpy as np
 import pytest
@@ -167,3 +169,53 @@ def test_events_outside_of_motion_are_refused():
     for call in (lambda: held(1.0, every=1.0), lambda: ends(True)):
         with pytest.raises(ModelError, match="inside `motion` alone"):
             call()
+
+
+def kept_in_self(self, y):
+    self.on = np.where(y.x < 0.0, 1.0, getattr(self, "on", 0.0))
+    return self.on
+
+
+def kept_in_a_list(self, y, kept=[0.0]):  # noqa: B006
+    kept[0] = np.where(y.x < 0.0, 1.0, kept[0])
+    return kept[0]
+
+
+def drawn(self, y):
+    return np.random.default_rng().normal() * y.x
+
+
+def of_a_clock(self, y):
+    return time.perf_counter() * y.x
+
+
+CALLS = "other equations when it is called again"
+
+
+@pytest.mark.parametrize(
+    ("rate", "words"),
+    [
+        (kept_in_self, r"test_refused.py, line \d+: motion changes self.on.*memory\("),
+        (kept_in_a_list, CALLS),
+        (drawn, CALLS),
+        (of_a_clock, CALLS),
+    ],
+)
+def test_what_a_record_would_freeze_is_refused(rate, words):
+    def motion(self, t, y, p):
+        return {"x": y.v, "v": rate(self, y), "peak": y.x}
+
+    with pytest.raises(ModelError, match=words):
+        type("Freezing", (Plain,), {"motion": motion})
+
+
+def test_a_table_read_at_first_is_no_memory():
+    class Tabled(Plain):
+        @cached_property
+        def table(self):
+            return [0.0, 2.0, 1.0]
+
+        def motion(self, t, y, p):
+            return {"x": y.v, "v": np.interp(y.x, PX, self.table), "peak": y.x}
+
+    assert "peak" in Tabled.responses
