@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from tolstat.errors import ModelError
 from tolstat.moving import Motion, Part, Response, State, ends, held, memory
@@ -83,7 +84,7 @@ REFUSED = {
     "x + 'm'": "is not a number",
     "np.erf(x)": "work in equations of motion",
     "np.random.normal(x)": "write np.sin for math.sin",
-    "range(x)": "write np.sin for math.sin",
+    "range(x)": "a whole plain number",
 }
 
 
@@ -207,6 +208,27 @@ def test_what_a_record_would_freeze_is_refused(rate, words):
 
     with pytest.raises(ModelError, match=words):
         type("Freezing", (Plain,), {"motion": motion})
+
+
+@pytest.mark.parametrize(
+    ("expression", "words"),
+    [
+        ("float(x)", "y.x for float"),
+        ("[1.0, 2.0][int(t)]", "np.where or np.select"),
+        ("[1.0, 2.0][x > 0.0]", "np.where or np.select"),
+        ("round(x)", "np.round"),
+        ("spline(x)", "np.interp"),
+    ],
+)
+def test_a_plain_number_is_refused_with_what_to_write(expression, words):
+    spline = CubicSpline(PX, PY)
+
+    def motion(self, t, y, p):
+        a = eval(expression, {"x": y.x, "t": t, "np": np, "spline": spline})
+        return {"x": y.v, "v": a, "peak": y.x}
+
+    with pytest.raises(ModelError, match=rf"test_refused.py, line \d+: .*{words}"):
+        type("Tried", (Plain,), {"motion": motion})
 
 
 def test_a_table_read_at_first_is_no_memory():
