@@ -196,13 +196,13 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
         longest = max(seen, key=lambda i: int(i.solution.steps.sum()))
         examination, rtol = examine(longest), longest.block.accuracy.rtol
         failures = (f"A trial {i.failure}" for i in seen if i.failure)
-        names = _state_names(model, len(examination.scale))
+        state_names = _state_names(model, len(examination.scale))
         facts |= _facts(examination)
-        advice += _advice(examination, names, rtol, next(failures, ""))
+        advice += _advice(examination, state_names, rtol, next(failures, ""))
         advice += kink_words(seen)
         settled = examination.accurate or examination.sensitive
         healthy &= not examination.failed.any() and settled
-        states = _states(examination, names)
+        states = _states(examination, state_names)
     else:
         others = "solved in other processes, which tolstat does not see"
         facts["equations"] = others if model.isolation else "none are integrated"
