@@ -175,3 +175,24 @@ def test_smooth_equations_are_healthy(call, tmp_path):
     (tmp_path / "study.toml").write_text(STUDY.format("swing", "", "<= 1"))
     said = call("doctor", "study.toml", "--machine", f"{MODELS}:Swing")
     assert "undecided" not in said and "stiff" not in said
+
+
+SAMPLED = """
+from tolstat.moving import Motion, Part, Response, State, held
+
+class Sampled(Motion):
+    lasts = 1.0
+    x = State("m", start=1.0)
+    k = Part(2.0, "1/s")
+    end = Response.end("m")
+
+    def motion(self, t, y, p):
+        return {"x": -p.k * held(y.x, every=2e-3), "end": y.x}
+"""
+
+
+def test_steps_that_samples_end_are_not_saved_by_rtol(call, tmp_path):
+    (tmp_path / "sampled.py").write_text(SAMPLED)
+    said = call("doctor", "sampled.py:Sampled")
+    assert "a larger rtol saves steps" not in said and "end at samples" in said
+    assert "x 1 1 100 event 1 1 1 100" in said

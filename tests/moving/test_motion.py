@@ -290,6 +290,26 @@ def test_what_finds_the_sizes_is_no_integration_of_a_trial():
     assert kinks_of(Pushes(), settings) == ()
 
 
+def test_the_mix_of_what_slides_is_no_branch_of_the_author():
+    class Clutch(Motion):
+        lasts = 0.5
+        wm = State("rad/s", start=150.0)
+        a = State("rad")
+        wd = State("rad/s")
+        J = Part(0.02, "kg m^2")
+        k = Part(200.0, "N m/rad")
+        T = Part(90.0, "N m")
+        heat = Response.integral("J")
+
+        def motion(self, t, y, p):
+            slip = y.wm - y.wd
+            M = p.T * np.sign(slip)
+            F = np.where(y.a > 0.1, p.k * y.a, 0.0)
+            return {"wm": -M / p.J, "a": y.wd, "wd": (M - F) / p.J, "heat": M * slip}
+
+    assert kinks_of(Clutch(), Clutch.settings()) == ()
+
+
 def test_data_count_in_the_digest():
     digests = set()
     for table in ([1.0, 2.0], [1.0, 3.0], [1.0, 3.0]):

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import time
+from functools import cached_property
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from tolstat.errors import ModelError
 from tolstat.moving import Motion, Part, Response, State, ends, held, memory
@@ -81,7 +84,7 @@ REFUSED = {
     "x + 'm'": "is not a number",
     "np.erf(x)": "work in equations of motion",
     "np.random.normal(x)": "write np.sin for math.sin",
-    "range(x)": "write np.sin for math.sin",
+    "range(x)": "a whole plain number",
 }
 
 
@@ -167,3 +170,74 @@ def test_events_outside_of_motion_are_refused():
     for call in (lambda: held(1.0, every=1.0), lambda: ends(True)):
         with pytest.raises(ModelError, match="inside `motion` alone"):
             call()
+
+
+def kept_in_self(self, y):
+    self.on = np.where(y.x < 0.0, 1.0, getattr(self, "on", 0.0))
+    return self.on
+
+
+def kept_in_a_list(self, y, kept=[0.0]):  # noqa: B006
+    kept[0] = np.where(y.x < 0.0, 1.0, kept[0])
+    return kept[0]
+
+
+def drawn(self, y):
+    return np.random.default_rng().normal() * y.x
+
+
+def of_a_clock(self, y):
+    return time.perf_counter() * y.x
+
+
+CALLS = "other equations when it is called again"
+
+
+@pytest.mark.parametrize(
+    ("rate", "words"),
+    [
+        (kept_in_self, r"test_refused.py, line \d+: motion changes self.on.*memory\("),
+        (kept_in_a_list, CALLS),
+        (drawn, CALLS),
+        (of_a_clock, CALLS),
+    ],
+)
+def test_what_a_record_would_freeze_is_refused(rate, words):
+    def motion(self, t, y, p):
+        return {"x": y.v, "v": rate(self, y), "peak": y.x}
+
+    with pytest.raises(ModelError, match=words):
+        type("Freezing", (Plain,), {"motion": motion})
+
+
+@pytest.mark.parametrize(
+    ("expression", "words"),
+    [
+        ("float(x)", "y.x for float"),
+        ("[1.0, 2.0][int(t)]", "np.where or np.select"),
+        ("[1.0, 2.0][x > 0.0]", "np.where or np.select"),
+        ("round(x)", "np.round"),
+        ("spline(x)", "np.interp"),
+    ],
+)
+def test_a_plain_number_is_refused_with_what_to_write(expression, words):
+    spline = CubicSpline(PX, PY)
+
+    def motion(self, t, y, p):
+        a = eval(expression, {"x": y.x, "t": t, "np": np, "spline": spline})
+        return {"x": y.v, "v": a, "peak": y.x}
+
+    with pytest.raises(ModelError, match=rf"test_refused.py, line \d+: .*{words}"):
+        type("Tried", (Plain,), {"motion": motion})
+
+
+def test_a_table_read_at_first_is_no_memory():
+    class Tabled(Plain):
+        @cached_property
+        def table(self):
+            return [0.0, 2.0, 1.0]
+
+        def motion(self, t, y, p):
+            return {"x": y.v, "v": np.interp(y.x, PX, self.table), "peak": y.x}
+
+    assert "peak" in Tabled.responses

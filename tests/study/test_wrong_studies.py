@@ -762,3 +762,10 @@ def test_a_long_list_of_what_is_allowed_is_given_once(tmp_path):
     said = str(refused.value)
     assert said.count("no such setting") == 20
     assert said.count("allowed:") == 1 and len(said) < 4000
+
+
+def test_a_torque_of_a_model_that_is_not_known_is_read():
+    table = {"model": "hoist", "trials": 8, "seed": 1, "deviations": {"T": "+-15 N m"}}
+    with pytest.raises(StudyError, match="no model is called 'hoist'") as caught:
+        load(table)
+    assert "of another kind" not in str(caught.value)

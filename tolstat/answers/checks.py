@@ -49,6 +49,7 @@ from tolstat.study.study import load
 from tolstat.units.scale import scale_of
 
 TRIALS = 3
+EVENT = "event "  # a state that `held` or another event of a motion needs
 AUDITED = 24  # trials evaluated again as by an audit
 FROM_ZERO = Limit(0.0, math.inf)  # without limits errors count beside the size
 MISSED = (
@@ -195,12 +196,13 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
         longest = max(seen, key=lambda i: int(i.solution.steps.sum()))
         examination, rtol = examine(longest), longest.block.accuracy.rtol
         failures = (f"A trial {i.failure}" for i in seen if i.failure)
+        state_names = _state_names(model, len(examination.scale))
         facts |= _facts(examination)
-        advice += _advice(examination, rtol, next(failures, ""))
+        advice += _advice(examination, state_names, rtol, next(failures, ""))
         advice += kink_words(seen)
         settled = examination.accurate or examination.sensitive
         healthy &= not examination.failed.any() and settled
-        states = _states(examination)
+        states = _states(examination, state_names)
     else:
         others = "solved in other processes, which tolstat does not see"
         facts["equations"] = others if model.isolation else "none are integrated"
@@ -271,7 +273,7 @@ def _facts(examination: Examination) -> dict[str, str]:
     rows = {
         "steps a trial": f"{examination.steps.min()} to {examination.steps.max()}",
         "largest error, in units of rtol": ", ".join(errors),
-        "steps left at 100 times rtol": f"{examination.looser:.0%}",
+        "steps at 100 times rtol": f"{examination.looser:.0%}",
         "with the longest step times 4": f"{examination.longer:.0%}",
     }
     if examination.undamped is not None:
@@ -279,9 +281,18 @@ def _facts(examination: Examination) -> dict[str, str]:
     return rows
 
 
-def _advice(examination: Examination, rtol: float, failure: str) -> list[str]:
+def _state_names(model: Model, number: int) -> list[str]:
+    """Return the names of states; their numbers where the model does not name them."""
+    equations = getattr(model.unwrapped, "equations", None)
+    names = [*getattr(equations, "states", ())]
+    return names if len(names) == number else [str(i + 1) for i in range(number)]
+
+
+def _advice(
+    examination: Examination, names: list[str], rtol: float, failure: str
+) -> list[str]:
     advice = list[str]()
-    first = f"State {examination.demanding + 1} demands most steps."
+    first = f"State {names[examination.demanding]} demands most steps."
     if examination.failed.any() and examination.stiff:
         advice.append(f"{failure}. {examination.stiffness.words}".lstrip(". "))
     elif examination.failed.any():
@@ -297,8 +308,13 @@ def _advice(examination: Examination, rtol: float, failure: str) -> list[str]:
         )
     elif examination.by_longest:
         advice.append("The longest step decides: a longer one saves steps.")
-    else:
+    elif examination.by_rtol:
         advice.append(f"{first} Accuracy decides: a larger rtol saves steps.")
+    else:
+        advice.append(
+            "A larger rtol or a longer step saves few steps: they end at samples, "
+            "marks and crossings, or stability limits them."
+        )
     if examination.undamped is not None:
         times = f"{examination.undamped:.2g} times the steps"
         pays = "pays" if examination.undamped > 1.0 else "does not pay"
@@ -316,25 +332,26 @@ def _advice(examination: Examination, rtol: float, failure: str) -> list[str]:
         )
     ratio = examination.scale / examination.proposed
     unusual = (ratio >= OTHER) | (ratio <= 1.0 / OTHER)
-    if numbers := [str(i + 1) for i in np.flatnonzero(unusual)]:
+    odd = [name for name, is_odd in zip(names, unusual, strict=True) if is_odd]
+    if declared := [name for name in odd if not name.startswith(EVENT)]:
         advice.append(
-            f"The scale of state {', '.join(numbers)} differs {OTHER:.0f} times or "
+            f"The scale of state {', '.join(declared)} differs {OTHER:.0f} times or "
             "more from its largest value. Keep it where small parts of it count."
         )
     return advice
 
 
-def _states(examination: Examination) -> blocks.Table:
+def _states(examination: Examination, names: list[str]) -> blocks.Table:
     states = zip(
-        examination.scale, examination.proposed, examination.alone, strict=True
+        names, examination.scale, examination.proposed, examination.alone, strict=True
     )
     rows: list[dict[str, blocks.Given]] = [
         {
-            "state": str(number),
+            "state": name,
             "scale": Number(scale),
             "largest value": Number(largest),
             "steps if only it counts, %": Number(round(100.0 * share)),
         }
-        for number, (scale, largest, share) in enumerate(states, 1)
+        for name, scale, largest, share in states
     ]
     return blocks.table_of(rows, "States")

@@ -19,6 +19,7 @@ from tolstat.integrator.problem import MOMENT_ROWS, Block, System
 from tolstat.integrator.residual import largest_residual
 from tolstat.lanes.graph import Node, evaluated, in_order, jumps_in
 from tolstat.lanes.recording import Recording
+from tolstat.lanes.straight_line import is_traced
 
 SPARE = 64  # rows of out, and parameters, beyond those that are known
 GRID = 4001  # times at which quantities of time alone are evaluated
@@ -49,8 +50,11 @@ def unnamed_branches(
     """Return file and line of each branch of the rates that no crossing names.
 
     Nor the marks of the first trial of a block; `bends` too if they count. Empty, too,
-    if the equations do what cannot be recorded.
+    if the equations do what cannot be recorded, and for those of a `Motion`: what their
+    code has beyond sides is the mix of what slides, whose release is a crossing.
     """
+    if is_traced(system.rates):
+        return ()
     graph, states = Recording(), len(system.scale)
     # sides and phase are constant over a step
     moment = [graph.node("p", f"moment {i}") for i in range(MOMENT_ROWS + SPARE)]

@@ -60,6 +60,11 @@ class Examination:
         return self.longer < FEWER
 
     @property
+    def by_rtol(self) -> bool:
+        """Whether a larger rtol saves steps."""
+        return self.looser < FEWER
+
+    @property
     def stiff(self) -> bool:
         """Whether stability limits the steps, not accuracy: by a measured lambda.
 

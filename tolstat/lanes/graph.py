@@ -18,8 +18,13 @@ from tolstat.errors import ModelError
 
 PACKAGE = Path(__file__).parents[1]
 HIDDEN = tuple(str(PACKAGE / room) for room in ("lanes", "moving"))
-# code that is not the author's: this room's, NumPy's, Python's
-FOREIGN = (*HIDDEN, str(Path(np.__file__).parent), "<__", "<frozen", "<string>")
+# code that is not the author's: this room's, NumPy's, SciPy's, Python's
+SITE = Path(np.__file__).parents[1]
+FOREIGN = (
+    *HIDDEN,
+    *(str(SITE / name) for name in ("numpy", "scipy", "pandas")),
+    *("<__", "<frozen", "<string>"),
+)
 
 INFIX: Mapping[str, Callable[..., Any]] = {
     "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": np.power,
@@ -89,9 +94,23 @@ class Node(np.lib.mixins.NDArrayOperatorsMixin):
         )
 
     def __float__(self) -> float:
-        raise self.graph.fault("this takes plain numbers; write np.sin for math.sin")
+        raise self.graph.fault(
+            "this takes plain numbers; write np.sin for math.sin, y.x for float(y.x), "
+            "np.interp for a table or a spline"
+        )
 
-    __int__ = __index__ = __complex__ = __round__ = __float__
+    __complex__ = __float__
+
+    def __index__(self) -> int:
+        raise self.graph.fault(
+            "a whole plain number is needed here; write np.floor for int, np.where or "
+            "np.select to choose a value, np.interp for a table"
+        )
+
+    __int__ = __index__
+
+    def __round__(self, digits: int | None = None) -> Any:
+        raise self.graph.fault("round() takes plain numbers; write np.round(x)")
 
     def __iter__(self) -> Any:
         raise self.graph.fault("it is one number, not a list; y.x names a state")

@@ -3,6 +3,7 @@
 import hashlib
 import importlib.util
 import os
+import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -12,6 +13,7 @@ import platformdirs
 
 from tolstat.lanes.graph import INFIX, Node, Value, in_order
 
+TRACED, DIGITS = "traced_", 16  # the name of a module: this and a digest
 HEAD = '''"""Straight-line code of traced equations."""
 
 import numpy as np
@@ -87,9 +89,15 @@ def _expression(node, rows_of, word):
     return f"np.{function}({', '.join(words)})"
 
 
+def is_traced(function: Any) -> bool:
+    """Return whether a function is of a text that was compiled here."""
+    module = getattr(function, "__module__", None) or ""
+    return re.fullmatch(rf"{TRACED}[0-9a-f]{{{DIGITS}}}", module) is not None
+
+
 def compiled_text(text: str) -> Any:
     """Return the module of a text; it is kept as a file, so that its code is, too."""
-    name = f"traced_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    name = TRACED + hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(chosen) if chosen else platformdirs.user_cache_path("tolstat")
     path = home / "traced" / f"{name}.py"

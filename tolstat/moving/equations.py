@@ -39,6 +39,10 @@ from tolstat.units.conversion import check_si, dimension, si_unit
 
 AT_REST = 1e-9  # of its largest value: a quantity with a side is zero
 NEAR = 1e-6  # of the load, beyond that which lets a quantity slide: it just stops
+KEPT = (
+    "for what stays in between, write memory(on, off), held(value, every=...) or "
+    "a state with sampled(value, every=...)"
+)
 EXTREMES = "peak", "greatest", "least"
 Motion = Callable[[Any, Any, Any], Any]
 
@@ -61,33 +65,30 @@ class Equations:
         parts: Mapping[str, str],
         responses: Mapping[str, Response],
     ) -> None:
-        """Call `motion` once with recording numbers; `parts` have units by name.
+        """Call `motion` with recording numbers; `parts` have units by name.
+
+        It is called twice: both records are the same, unless it keeps, draws or reads
+        what is not recorded.
 
         Raises
         ------
         ModelError
             With file, line and what to write, if it does what cannot be traced.
         """
-        events = Tracing()
-        self.graph, self.responses = events.graph, responses
         units = {**parts, **{name: state.unit for name, state in states.items()}}
         # a plain number may stand for anything, as a temperature
         typed = {name: unit for name, unit in units.items() if unit != "1"}
-        self.graph.dimensions = _dimensions({**typed, "t": "s", "1": "1"})
-        self.graph.unit_of = _unit_of
-        node = self.graph.node
-        y = Letters("state", {name: node("y", name) for name in states})
-        p = Letters("part", {name: node("p", name) for name in parts})
-        token = tracing.set(events)
-        try:
-            returned = motion(node("t", "t"), y, p)
-        except ModelError as error:
-            raise error if ", line " in str(error) else _fault(error) from error
-        except Exception as error:
-            raise _fault(error) from error
-        finally:
-            tracing.reset(token)
+        dimensions = _dimensions({**typed, "t": "s", "1": "1"})
+        events, returned = _record(motion, states, parts, dimensions)
+        self.graph, self.responses = events.graph, responses
         _check_names(returned, [*states, *responses])
+        again = _record(motion, states, parts, dimensions)
+        if _content(*again) != _content(events, returned):
+            raise ModelError(
+                "motion gives other equations when it is called again: it keeps values "
+                "in a list or a variable, draws random numbers or reads a clock. Its "
+                f"values depend on t, y and p alone; {KEPT}"
+            )
         for name in (name for impact in events.impacts for name in impact.after):
             if name not in states:
                 words = allowed_names(name, [*states])
@@ -341,6 +342,49 @@ class Equations:
             ends=self.ends,
             sizes=tuple(sizes),
         )
+
+
+def _record(
+    motion: Motion,
+    states: Mapping[str, State],
+    parts: Mapping[str, str],
+    dimensions: Mapping[str, Any],
+) -> tuple[Tracing, Any]:
+    """Return the record of a call of `motion`, and what it returns."""
+    events = Tracing()
+    events.graph.dimensions, events.graph.unit_of = {**dimensions}, _unit_of
+    node = events.graph.node
+    y = Letters("state", {name: node("y", name) for name in states})
+    p = Letters("part", {name: node("p", name) for name in parts})
+    token = tracing.set(events)
+    try:
+        returned = motion(node("t", "t"), y, p)
+    except ModelError as error:
+        raise error if ", line " in str(error) else _fault(error) from error
+    except Exception as error:
+        raise _fault(error) from error
+    finally:
+        tracing.reset(token)
+    return events, returned
+
+
+def _content(events: Tracing, returned: Any) -> str:
+    """Return all of a record, without its objects."""
+
+    def plain(x: Any) -> Any:
+        if isinstance(x, Node):
+            return f"node {x.number}", x.graph is events.graph
+        if isinstance(x, Mapping):
+            return {name: plain(value) for name, value in x.items()}
+        if isinstance(x, np.ndarray):
+            return plain(x.tolist())
+        if isinstance(x, list | tuple):
+            return [*map(plain, x)]
+        return x if isinstance(x, str | float | int | np.generic) else type(x).__name__
+
+    kept = events.held, events.memories, events.ends, events.impacts
+    nodes = ((x.op, x.args) for x in events.graph.nodes.values())
+    return repr(plain([returned, *kept, *nodes]))
 
 
 def _dimensions(units: Mapping[str, str]) -> dict[str, Any]:

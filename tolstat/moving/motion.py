@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import re
 import threading
-from collections.abc import Mapping
-from functools import cache
+from collections.abc import Callable, Mapping
+from functools import cache, cached_property
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -22,7 +24,7 @@ from tolstat.model.description import Response as Described
 from tolstat.model.settings import setting
 from tolstat.model.view import Axis, Chart, Curve
 from tolstat.moving.declarations import Letters, Part, Response, State
-from tolstat.moving.equations import Equations
+from tolstat.moving.equations import KEPT, Equations
 from tolstat.moving.marks import marks_of, phase_values
 from tolstat.moving.sizes import sizes_of
 
@@ -34,7 +36,7 @@ class Motion(Model):
     """A model whose equations of motion are plain NumPy.
 
     A subclass declares states, parts, responses and how long a trial `lasts`, s, and
-    has `motion`. It is called once, when the class is made, with numbers that record
+    has `motion`. It is called when the class is made, with numbers that record
     what is done to them: what switches by time becomes marks, what switches by a state
     becomes crossings.
     """
@@ -81,7 +83,9 @@ class Motion(Model):
         try:
             _check(cls)
             units |= {name: part.unit for name, part in cls.parts.items()}
-            cls.equations = Equations(cls().motion, cls.states, units, cls.responses)
+            cls.equations = Equations(
+                _unchanged(cls()), cls.states, units, cls.responses
+            )
         except ModelError as error:
             raise ModelError(f"{cls.__name__}: {error}") from error
 
@@ -232,6 +236,33 @@ def _system(cls: type[Motion], settings: Any) -> System:
     scale = sizes_of(equations, declared, (start, parameters, marks), values)
     sizes = equations.sizes(start[0], scale, values)
     return equations.system(scale, sizes)
+
+
+def _unchanged(model: Motion) -> Callable[..., Any]:
+    """Return the equations of a model, which must not change its attributes."""
+
+    def motion(t: Any, y: Any, p: Any) -> Any:
+        before = {**vars(model)}
+        returned = model.motion(t, y, p)
+        after = vars(model)
+        for name in [*(before | after)]:
+            own = getattr(type(model), name, None)
+            if after.get(name) is before.get(name) or isinstance(own, cached_property):
+                continue
+            raise ModelError(
+                f"{_place(model)}: motion changes self.{name}. It is called to record "
+                f"the equations only, so no step would change it; {KEPT}. A value of "
+                "this instant is a variable without self"
+            )
+        return returned
+
+    return motion
+
+
+def _place(model: Motion) -> str:
+    """Return file and line of the equations."""
+    code = inspect.unwrap(type(model).motion).__code__
+    return f"{Path(code.co_filename).name}, line {code.co_firstlineno}"
 
 
 def _settings(cls: type[Motion], fields: Mapping[str, Any]) -> type:

@@ -107,7 +107,10 @@ def note_readable(document: Document, model: Model | None, problems: Problems) -
 
 def _unit(text: str) -> str:
     """Return the SI unit at the end of a text; that of a number where it has none."""
-    written = re.search(r"[^\W\d_][^\s.]*$", text.strip())
-    with suppress(UnitError):
-        return si_unit(dimension(written[0] if written else "1"))
+    word = r"[^\W\d_][^\s.]*"
+    written = re.search(rf"(?:{word}\s+)*{word}$", text.strip())
+    words = written[0].split() if written else []
+    for first in range(len(words)):  # "N m" before "m"
+        with suppress(UnitError):
+            return si_unit(dimension(" ".join(words[first:])))
     return "1"

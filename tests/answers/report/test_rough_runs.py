@@ -217,3 +217,18 @@ def test_a_limit_missed_with_visible_errors_has_no_remedy():
     assert limit.verdict == "not met" and limit.no_cause is NoCause.INTEGRATION_ERROR
     assert [step.kind for step in found.steps] == [StepKind.FINER_RUN]
     assert found.remedy is None
+
+
+@pytest.mark.parametrize(("error", "kinds"), [(1e-11, []), (1e-8, ["numbers"])])
+def test_errors_of_rounding_beside_equal_values_are_no_warning(error, kinds):
+    class Equal(Rough):
+        def evaluate(self, deviations, settings):
+            values = np.where(deviations > 1e-3, 9.0, 10.0)
+            return Outcome(values - error * settings.rtol)
+
+    study = {
+        "model": "rough", "trials": 400, "seed": 3, "settings": {"rtol": 1.0},
+        "deviations": {"part": "+-3 mm"},
+    }  # fmt: skip
+    answer = tolstat.summary(tolstat.run(study, model=Equal(), progress=None))
+    assert [w.kind for w in answer.warnings if w.kind in ("numbers", "errors")] == kinds

@@ -39,6 +39,8 @@ from tolstat.status import Status
 from tolstat.store.run_records import Audited, Reason
 from tolstat.store.stored_run import Run
 
+ROUNDING = 1e-10  # of a response: sums of thousands of steps
+
 
 def integration_of(
     drawn: Drawn, name: str, summary: Summary
@@ -112,7 +114,7 @@ def _visible_errors(
     visible = dict[str, VisibleError]()
     for name, summary in summaries.items():
         error, sigma = _errors(drawn.run, audited, name).largest, summary.sigma.value
-        if error > VISIBLE * sigma > 0.0:
+        if error > max(VISIBLE * sigma, _rounding(audited, name)) and sigma > 0.0:
             scale = drawn.run.scales[name]
             visible[name] = VisibleError(error, error / sigma, scale)
     by_size = sorted(visible, key=lambda name: -visible[name].of_sigma)
@@ -132,7 +134,7 @@ def _wrong_numbers(
     least = min((min(x.upper - x.value, x.value - x.lower) for x in numbers.values()),
                 default=math.inf)  # fmt: skip
     # no number errs more than sigma can, twice the largest error
-    if not 2 * error.largest > least or not error.largest > 0:
+    if not 2 * error.largest > least or not error.largest > _rounding(audited, name):
         return {}
     errors = _effect(drawn, error, name, summary).numbers
     scale = drawn.run.scales[name]
@@ -146,6 +148,11 @@ def _wrong_numbers(
         if not x.lower <= x.value - errors[n] <= x.upper
         and printed(x, 0.0) != printed(x, errors[n])
     }
+
+
+def _rounding(audited: Audited, name: str) -> float:
+    """Return the size of an error that is of rounding, beside the response itself."""
+    return ROUNDING * float(np.nanmax(np.abs(audited.responses[name]), initial=0.0))
 
 
 def unseen_errors(
