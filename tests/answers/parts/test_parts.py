@@ -13,6 +13,7 @@ from tolstat.answers.parts.judged_parts import (
     CoarseStep,
     FarParts,
     FewParts,
+    NotNear,
     NotNormal,
     OtherLots,
     judged_parts_of,
@@ -246,3 +247,14 @@ def test_a_drawing_in_a_file_of_qdas(tmp_path):
     np.testing.assert_allclose(
         sample.values, np.sort([float(x) - 20 for x in values]) * 1e-3, atol=1e-12
     )
+
+
+@pytest.mark.parametrize("nominal", ["25 mm", "2450 mm"])
+def test_parts_of_another_column_are_not_near_the_tolerance(file, nominal):
+    """Neither sizes nor deviations of that nominal; the answer comes at once."""
+    found = tolstat.parts(file, ["Länge"], nominal=nominal, tolerance="+-0.02 mm")
+    assert isinstance(found.characteristics["Länge"].warnings[0], NotNear)
+    said = call(
+        file, "--column", "Länge", "--nominal", nominal, "--tolerance", "+-0.02 mm"
+    )
+    assert "not near the tolerance" in said.output

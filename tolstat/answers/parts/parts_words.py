@@ -5,12 +5,14 @@ from tolstat.answers.parts.judged_parts import (
     Drift,
     FarParts,
     FewParts,
+    NotNear,
     NotNormal,
     OtherLots,
     PartsFinding,
     Sorted,
     TwoKinds,
 )
+from tolstat.answers.cells import tolerance_words
 from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
 from tolstat.units.scale import PART, Scale
 
@@ -30,6 +32,13 @@ def finding_words(finding: PartsFinding, scale: Scale) -> Parts:
                 "Only {}: 50 or more show the tails of a distribution.",
                 counted(count, "part"),
             )
+        case NotNear(least, most, tolerance):
+            return say(
+                "These parts are not near the tolerance: they are {} to {}, permitted "
+                "is {}. Check column, nominal and unit.",
+                number(least), number(most),
+                text(tolerance_words(tolerance, scale)),
+            )  # fmt: skip
         case FarParts(values, places):
             far = [
                 say("{} ({})", number(value), place)
