@@ -20,7 +20,7 @@ from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.study_schema import PartsEntry, read_entry
 from tolstat.tables.table import MeasuredColumn
 from tolstat.units.conversion import dimension, si_unit, to_si
-from tolstat.units.grammar import SIDES, limit, quantity, unit_of
+from tolstat.units.grammar import SIDES, limit, quantity, refuse_two_signs, unit_of
 from tolstat.units.scale import PLAIN, Scale
 
 MOST_COLUMNS = 40  # of a file, of which none is named
@@ -107,6 +107,7 @@ def parts(
     typed = {"data": str(path), "column": "", **keys}
     entry = read_entry(PartsEntry, typed, "measured parts have")
     file = MeasuredFile(Path(path), entry, columns)
+    refuse_two_signs(nominal, tolerance)
     names = list(columns) or file.names(lots)
     if not names or len(names) > MOST_COLUMNS:
         raise DataError(

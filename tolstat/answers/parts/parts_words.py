@@ -1,5 +1,6 @@
 """What a quality engineer sees in measured parts, in sentences."""
 
+from tolstat.answers.cells import tolerance_words
 from tolstat.answers.parts.judged_parts import (
     CoarseStep,
     Drift,
@@ -12,7 +13,6 @@ from tolstat.answers.parts.judged_parts import (
     Sorted,
     TwoKinds,
 )
-from tolstat.answers.cells import tolerance_words
 from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
 from tolstat.units.scale import PART, Scale
 
