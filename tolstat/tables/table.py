@@ -184,6 +184,11 @@ class Table:
                 raise DataError(f"{address}: '{cell}' is not a number")
         return [math.nan if value is None else value for value in numbers]
 
+    def numbers(self, name: str) -> list[float]:
+        """Return the numbers of a column, as written; NaN for empty cells."""
+        numbers = self._numbers(name)
+        return [math.nan if value is None else value for value in numbers]
+
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
         """Return the measured values of a column; empty cells are left out."""
         numbers = self._numbers(name)

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 import tolstat
 from tolstat.answers.parts.judged_parts import (
     CoarseStep,
+    Copies,
     FarParts,
     FewParts,
     NotNear,
@@ -258,3 +259,16 @@ def test_parts_of_another_column_are_not_near_the_tolerance(file, nominal):
         file, "--column", "Länge", "--nominal", nominal, "--tolerance", "+-0.02 mm"
     )
     assert "not near the tolerance" in said.output
+
+
+def test_copied_rows_are_said(file, tmp_path):
+    lines = file.read_bytes().splitlines(keepends=True)
+    path = tmp_path / "copies.csv"
+    path.write_bytes(b"".join([*lines, *lines[20:24]]))
+    part = tolstat.parts(path, ["Länge"]).characteristics["Länge"]
+    (copies,) = [x for x in part.warnings if isinstance(x, Copies)]
+    assert len(copies.places) == 4 and copies.first[0].endswith("line 21")
+    output = call(path, "--column", "Länge").output
+    assert "A copy counts twice" in " ".join(output.split())
+    whole = tolstat.parts(file, ["Länge"]).characteristics["Länge"]
+    assert not any(isinstance(x, Copies) for x in whole.warnings)

@@ -78,6 +78,14 @@ class FarParts(NamedTuple):
     kind: str = "far from all others"
 
 
+class Copies(NamedTuple):
+    """Rows of the file that repeat others in every cell."""
+
+    places: tuple[str, ...]
+    first: tuple[str, ...]  # the place of the earlier row of each
+    kind: str = "copied rows"
+
+
 class NotNear(NamedTuple):
     """Parts that all lie far outside the tolerance."""
 
@@ -97,6 +105,7 @@ PartsFinding = (
     | CoarseStep
     | FarParts
     | NotNear
+    | Copies
 )
 
 
@@ -119,6 +128,7 @@ class Sample(NamedTuple):
     places: Sequence[str] = ()  # where each stands; by default its number
     # float64[part] as written, to see how they are rounded; and SI of 1 of that unit
     written: Sequence[float] = ()
+    copies: Sequence[tuple[str, str]] = ()  # places of rows that repeat earlier ones
     unit: float = 1.0
 
 
@@ -204,6 +214,9 @@ def _warnings(sample: Sample, p_value: float) -> Iterator[PartsFinding]:
     values, tolerance = sample.values, sample.tolerance
     if _is_far(values, tolerance):
         yield NotNear(float(values.min()), float(values.max()), tolerance)
+    if sample.copies:
+        rows, first = zip(*sample.copies, strict=True)
+        yield Copies(rows, first)
     if len(values) < FEW:
         yield FewParts(len(values))
     far = sample_checks.outliers(values)

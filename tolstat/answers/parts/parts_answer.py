@@ -114,14 +114,20 @@ def parts(
             f"{path} has {len(names)} columns of numbers; name those of measured parts"
         )
     judged = {
-        column.name: _judged(column, tolerance, nominal, entry.unit)
+        column.name: _judged(
+            column, tolerance, nominal, entry.unit, file.copies(column.name)
+        )
         for column in (file.measured(name, lots) for name in names)
     }
     return PartsAnswer(str(path), judged)
 
 
 def _judged(
-    column: MeasuredColumn, tolerance: str, nominal: str, typed: str | None
+    column: MeasuredColumn,
+    tolerance: str,
+    nominal: str,
+    typed: str | None,
+    copies: Sequence[tuple[str, str]],
 ) -> JudgedParts:
     """Return a column, judged by what is typed, or else by what its file tells."""
     unit = unit_of_column(column, typed, "the key unit")
@@ -139,6 +145,7 @@ def _judged(
         lots=column.lots,
         places=column.places,
         written=column.numbers,
+        copies=copies,
         unit=factor,
     )
     return judged_parts(sample, Scale(si, unit), f"{column.path.name}: {column.words}")

@@ -3,6 +3,7 @@
 from tolstat.answers.cells import tolerance_words
 from tolstat.answers.parts.judged_parts import (
     CoarseStep,
+    Copies,
     Drift,
     FarParts,
     FewParts,
@@ -39,6 +40,13 @@ def finding_words(finding: PartsFinding, scale: Scale) -> Parts:
                 number(least), number(most),
                 text(tolerance_words(tolerance, scale)),
             )  # fmt: skip
+        case Copies(places, first):
+            more = len(places) - 1
+            others = f", and {more} more repeat others" if more else ""
+            return text(
+                f"{places[0]} has the same cells as {first[0]}{others}. A copy counts "
+                "twice: remove it."
+            )
         case FarParts(values, places):
             far = [
                 say("{} ({})", number(value), place)
