@@ -152,7 +152,8 @@ def _indices(
         if math.isfinite(distance)
     ]
     ppk = min(sides)
-    nearer = _with_interval(ppk, *_ends_of_nearer(ppk, parts, freedom), reason)
+    lower, upper = _ends_of_nearer(ppk, parts, freedom)
+    nearer = _with_interval(ppk, lower, upper, reason)
     if len(sides) < 2:
         return ONE_END, nearer
     pp = (tolerance.upper - tolerance.lower) / (6 * sigma)
