@@ -272,3 +272,10 @@ def test_copied_rows_are_said(file, tmp_path):
     assert "A copy counts twice" in " ".join(output.split())
     whole = tolstat.parts(file, ["Länge"]).characteristics["Länge"]
     assert not any(isinstance(x, Copies) for x in whole.warnings)
+
+
+def test_a_row_of_means_is_refused_wherever_its_word_stands(file, tmp_path):
+    path = tmp_path / "mean.csv"
+    path.write_bytes(file.read_bytes() + b";60,0020;20,00;Mittelwert\n")
+    with pytest.raises(DataError, match="line 93: 'Mittelwert' names a row of a"):
+        tolstat.parts(path, ["Länge"])
