@@ -171,3 +171,13 @@ def test_intervals_of_lots_hold():
         truths += ((found.outside, stats.norm.sf(2.0)),)
         hits.append([x.lower <= truth <= x.upper for x, truth in truths])
     assert np.mean(hits, axis=0).min() > 0.91
+
+
+@pytest.mark.parametrize("shift", [-1, 1])
+def test_an_index_far_from_0_has_the_interval_of_sigma(shift):
+    """There it is that of 1/sigma; near the change both agree."""
+    values = np.random.default_rng(3).normal(0.0, 1.0, 60)
+    for distance in (290, 310, 136_000):
+        ppk = capability_of(values + shift * distance, Tolerance(upper=0.0)).ppk
+        ends = np.sqrt(stats.chi2.ppf([0.025, 0.975], 59) / 59) * ppk.value
+        assert ppk[1:3] == pytest.approx(tuple(np.sort(ends)), rel=1e-4)

@@ -12,6 +12,7 @@ import pytest
 from tests.conftest import ROOT
 from tests.study.chains import chain, problems_of
 from tolstat.deviations.spread import spread_of
+from tolstat.errors import TolstatError
 from tolstat.study.study import load
 from tolstat.units.grammar import limit, quantity, quantity_range, tolerance
 
@@ -76,6 +77,14 @@ READ = {
 REFUSED = {
     "Ø25 h6": 'the unit is missing; write "Ø25 h6 mm"',
     "R5 ±0.2": 'the unit is missing; write "R5 ±0.2 mm"',
+    "1.250 ±0,05 mm": "'1.250' beside a decimal comma may be 1.250 or 1250",
+    "25+0.1-0.05 mm": 'stroke between them; write "25 +0.1/-0.05 mm"',
+    "25 −0.02−0.05 mm": 'stroke between them; write "25 -0.02/-0.05 mm"',
+    "25 +0.1|-0.05 mm": 'stroke between them; write "25 +0.1/-0.05 mm"',
+    "1×45°": 'a chamfer has a height; write "1 mm"',
+    "20 °F ±5 °F": "Fahrenheit is not read",
+    "1-3/4 in": 'fractions are not read; write "1.75 in"',
+    "5-1/2 in ±0.01 in": 'fractions are not read; write "5.5 in ±0.01 in"',
     "25 +0.1 mm": 'one deviation is typed; write both, such as "25 +0.1/0 mm"',
     "25 −0,05 mm": 'one deviation is typed; write both, such as "25 0/-0.05 mm"',
     "25.02-24.98 mm": "the smaller of two limits of size comes first",
@@ -226,3 +235,10 @@ def test_one_scale_of_temperatures_is_read_in_cases(dT, case):
     assert {"gap_at_cold", "gap_at_warm"} <= {
         response.name for response in load(study).description.responses
     }
+
+
+def test_a_decimal_comma_of_the_tolerance_counts_for_the_size():
+    """Both keys of an entry have one author, who may separate thousands by a point."""
+    with pytest.raises(TolstatError, match=r"'1\.250' beside a decimal comma"):
+        load(chain("x", {"x": {"nominal": "1.250 mm", "tolerance": "±0,1 mm"}}))
+    load(chain("x", {"x": {"nominal": "0.250 mm", "tolerance": "±0,1 mm"}}))

@@ -393,3 +393,14 @@ def test_the_command_line(study, tmp_path):
     assert call("allocate", path).exit_code == 2
     verified = call("verify", run)
     assert verified.exit_code == 0 and "file of the rows: as stored" in verified.stdout
+
+
+def test_a_column_of_states_that_no_key_names_is_refused(study):
+    table = rows(400)
+    with pytest.raises(StudyError) as error:
+        tolstat.run(study(table, keys='sampled = "random"'))
+    counts = "column state has 'converged' (399), 'diverged' (1)"
+    assert counts in str(error.value)
+    assert 'give failed = "state" and done = ' in str(error.value)
+    run = tolstat.run(study(table, keys='sampled = "random"\nfailed = ""'))
+    assert counts in "\n".join(run.warnings)

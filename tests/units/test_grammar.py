@@ -101,6 +101,8 @@ WRONG = [
     (limit, "3 %", "1", "a limit such as"),
     (limit, "< 3 %", "1", "a limit such as"),
     (limit, "<= 3 kN", "1", "plain number"),
+    (limit, "0,5..1.250 mm", "m", "'1.250' beside a decimal comma may be 1.250 or"),
+    (tolerance, "+1.250/-0,5 mm", "m", "'1.250' beside a decimal comma may be 1.250"),
 ]
 
 

@@ -23,6 +23,7 @@ from tolstat.statistics.lots import TAIL, LotEffect, lot_effect, sigma_within
 from tolstat.statistics.summary import NO_SPREAD, ONE_END
 
 FEWEST = 5  # parts with an interval; lots, where there are several
+FAR = 100.0  # an index: beyond it the spread of the mean is nothing to that of sigma
 MANY = 30  # parts whose mean is normal, whatever they are
 ABNORMAL = NoInterval(Lack.NORMAL_PARTS)
 
@@ -150,17 +151,28 @@ def _indices(
         for distance in (tolerance.upper - mean, mean - tolerance.lower)
         if math.isfinite(distance)
     ]
-    ppk, root = min(sides), 3 * math.sqrt(parts)
-    lower, upper = (
-        float(nctdtrinc(freedom, share, root * ppk)) / root
-        for share in (1 - TAIL, TAIL)
-    )
+    ppk = min(sides)
+    lower, upper = _ends_of_nearer(ppk, parts, freedom)
     nearer = _with_interval(ppk, lower, upper, reason)
     if len(sides) < 2:
         return ONE_END, nearer
     pp = (tolerance.upper - tolerance.lower) / (6 * sigma)
     least, most = sorted(pp * x for x in _ratios(freedom))
     return _with_interval(pp, least, most, reason), nearer
+
+
+def _ends_of_nearer(ppk: float, parts: float, freedom: float) -> list[float]:
+    """Return the ends of the interval of Ppk: by noncentral t, or far from 0 by sigma.
+
+    There SciPy's noncentral t is wrong, or takes for ever.
+    """
+    if abs(ppk) > FAR:
+        return sorted(ppk * x for x in _ratios(freedom))
+    root = 3 * math.sqrt(parts)
+    return [
+        float(nctdtrinc(freedom, share, root * ppk)) / root
+        for share in (1 - TAIL, TAIL)
+    ]
 
 
 def _ratios(freedom: float) -> tuple[float, float]:

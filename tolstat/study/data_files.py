@@ -8,6 +8,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.errors import DataError, allowed_names
 from tolstat.study.files import beside, content
+from tolstat.study.repeated_rows import copied_parts
 from tolstat.study.study_schema import FileEntry, PartsEntry
 from tolstat.tables import qdas
 from tolstat.tables.grid import Row
@@ -74,6 +75,12 @@ class MeasuredFile:
                 )
             return self._file.measured(name)
         return self._file.measured(name, lots)
+
+    def copies(self, name: str) -> list[tuple[str, str]]:
+        """Return rows that are copies: the place of each, and of the earlier row."""
+        if isinstance(self._file, qdas.QdasFile):
+            return []
+        return copied_parts(self._file, name)
 
     def torn(self, name: str) -> str:
         """Return the text of a number that a decimal comma may tear in two columns."""

@@ -42,12 +42,17 @@ _BY_STANDARD = re.compile(
 _STACKED = re.compile(rf"({_NUMBER})(?:\s*({_UNIT}))?\s*/\s*({_NUMBER})\s*({_UNIT})?")
 _BLANK = re.compile(r"(?<=[\w.°%])\s+(?=[+-]\s*[0-9.]|0)")
 _ONE_END = re.compile(rf"({_NUMBER}(?:\s*{_UNIT})?)\s*([+-])\s*({UNSIGNED})(.*)")
+_TWO_ENDS = re.compile(  # no stroke between them
+    rf"({_NUMBER}(?:\s*{_UNIT})?)\s*([+-])\s*({_NUMBER})\s*[|;\\]?\s*([+-])\s*"
+    rf"({_NUMBER})(.*)"
+)
+_CHAMFER = re.compile(rf"({_NUMBER})\s*(?:mm)?\s*[xX]\s*45\s*(?:°|deg)\s*([^°]*)")
 _CROSSED = re.compile(r"([0-9]+)([xX][0-9]{1,2})(?![0-9.])(?!\s*°)(.*)")
 _COUNTED = re.compile(rf"([0-9]+)\s*[xX]\s*(\D*{_NUMBER}.*)")
 _THREAD = re.compile(r"(?:M|Tr|G|UN[CF]?)\s*[0-9].*")
 _BOUND = re.compile(r".*(\b(?:max|min|ref|basic|typ|theo)\b|[<>]=?).*", re.IGNORECASE)
 _AUXILIARY = re.compile(r"[(\[]([^)\]]*)[)\]](.*)")
-_MIXED = re.compile(r"([0-9]+)[ -]([0-9]+)/([0-9]+)(.*)")
+_MIXED = re.compile(r"([0-9]+)(?: +|-)([0-9]+)/([0-9]+)(?![0-9.])(.*)")
 _NUMBERS = re.compile(rf"(?<![\w^.]){_NUMBER}")
 _LONE_END = re.compile(rf"[+-]\s*{UNSIGNED}")
 _PAIR = re.compile(rf"({_NUMBER}.*?)\s*({_GRADE})\s*[- ,]\s*({_GRADE})(.*)")
@@ -103,6 +108,8 @@ def of_link(text: str) -> tuple[str, ...]:
             f"{first}{second} may be a number of features or the class {second} of ISO "
             f'286-1; write "{second[1:]}{rest}", or "{first} {second}{rest}"'
         )
+    if mixed := _decimal_of_mixed(size):
+        raise ModelError(mixed)
     if both := separated(text):
         graded = looks_like_grade(both[1].partition("/")[0])
         if " " not in both[0] and (graded or size != plain(text)):
@@ -124,6 +131,15 @@ def of_link(text: str) -> tuple[str, ...]:
     if words := _what_to_type(size):
         raise ModelError(words)
     return (size,)
+
+
+def _decimal_of_mixed(text: str) -> str:
+    """Return what to type for a mixed fraction, 1 3/4 or 1-3/4; empty for another."""
+    parts = _MIXED.fullmatch(text)
+    if not parts or not int(parts[2]) < int(parts[3]):
+        return ""
+    number = int(parts[1]) + int(parts[2]) / int(parts[3])
+    return f'fractions are not read; write "{number:.10g}{parts[4]}"'
 
 
 def _quotient(above: str, below: str) -> str:
@@ -167,10 +183,20 @@ def _by_standard(
 def _what_to_type(text: str) -> str:
     """Return what to type for a text that a link cannot take; empty for another."""
     text = " ".join(text.split())
+    if parts := _CHAMFER.fullmatch(text):
+        height = f"{parts[1]} {parts[2]}".strip()
+        unit = "" if re.search(_UNIT, parts[2]) else " mm"
+        return f'a chamfer has a height; write "{height}{unit}" (an angle is "45°")'
     if parts := _COUNTED.fullmatch(text):
         return (
             f'{parts[1]}x counts features, and a link is one; write "{parts[2]}", and '
             "as many links as the chain passes"
+        )
+    if parts := _TWO_ENDS.fullmatch(text):
+        size, sign, number, other, last, unit = parts.groups()
+        return (
+            "two deviations have a stroke between them; write "
+            f'"{size} {sign}{number}/{other}{last}{unit}"'
         )
     if parts := _ONE_END.fullmatch(text):
         size, sign, number, unit = parts.groups()
@@ -179,9 +205,6 @@ def _what_to_type(text: str) -> str:
     if parts := _PAIR.fullmatch(text):
         size, hole, shaft, unit = parts.groups()
         return f'a fit is a hole and a shaft; write "{size} {hole}/{shaft}{unit}"'
-    if parts := _MIXED.fullmatch(text):
-        number = int(parts[1]) + float(_quotient(parts[2], parts[3]))
-        return f'fractions are not read; write "{number:.10g}{parts[4]}"'
     if _THREAD.fullmatch(text):
         return "a thread is no size; write the diameter that decides, with its unit"
     if parts := _BOUND.fullmatch(text):

@@ -53,6 +53,13 @@ def read_parts(
             f"{entry.data}: {torn} may be one number with a decimal comma, in two "
             "columns; if so, write it with a point"
         )
+    if copies := file.copies(column.name):
+        (row, first), more = copies[0], len(copies) - 1
+        others = f"; {more} more rows repeat others" if more else ""
+        reader.warnings.append(
+            f"{row} has the same cells as {first}{others}: a copy counts twice; remove "
+            "it"
+        )
     written = "" if written == "1" else written
     parts = np.sort(values)
     reader.warnings += sized.warnings if sized is not reader else []

@@ -1,6 +1,7 @@
 """Rows of a file that repeat others: copies are refused, chance is not."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -8,9 +9,11 @@ from tolstat.arrays import Array
 from tolstat.errors import DataError
 from tolstat.statistics.repeats import repeats_of
 from tolstat.study.study_schema import TableEntry
+from tolstat.tables.heads import is_empty
 from tolstat.tables.table import Table
 
 NAMED = 5  # rows in a sentence
+LEAST = 5  # rows: in fewer, a column with different cells need not name the parts
 SAMPLES = ("random", "latin")  # rows with statistics
 
 
@@ -49,3 +52,47 @@ def repeated_rows(
             "repeats = true if each row is a unit"
         )
     return f"{sentence}: a row that stands twice counts twice"
+
+
+def copied_parts(table: Table, name: str) -> list[tuple[str, str]]:
+    """Return rows of parts that are copies: the place of each, and of the earlier row.
+
+    All their cells are equal. A column that names or counts the parts, or numbers that
+    agree more often than by rounding, tell copies from equal parts.
+    """
+    index, seen = table.columns[name], dict[tuple[str, ...], int]()
+    rows = [i for i, row in enumerate(table.rows) if not is_empty(row.cells[index])]
+    earlier = [seen.setdefault((*map(str, table.rows[i].cells),), i) for i in rows]
+    pairs = [(i, first) for i, first in zip(rows, earlier, strict=True) if i != first]
+    if not pairs or not (_named_parts(table, [*seen.values()]) or _by_numbers(table)):
+        return []
+    return [(table.places[i], table.places[first]) for i, first in pairs]
+
+
+def _named_parts(table: Table, rows: Sequence[int]) -> bool:
+    """Return whether a column names or counts the parts: no two rows have the same."""
+    numeric = table.numeric
+    for name in table.columns:
+        words = table.texts(name)
+        cells = {words[i] for i in rows}
+        if len(cells) < len(rows) or len(rows) < LEAST:
+            continue
+        if name not in numeric:
+            return True
+        if all(cell.isdigit() for cell in cells):
+            numbers = [*map(int, cells)]
+            return max(numbers) - min(numbers) == len(rows) - 1
+    return False
+
+
+def _by_numbers(table: Table) -> bool:
+    """Return whether rounding does not explain that numbers repeat."""
+    columns = list[list[float]]()
+    for name in table.numeric:
+        with suppress(DataError):  # another column, which cannot be read
+            columns.append(table.numbers(name))
+    rows = len(table.rows)
+    repeats = repeats_of(
+        np.empty((rows, 0)), np.column_stack([np.empty((rows, 0)), *columns])
+    )
+    return repeats is not None and not repeats.by_chance

@@ -1,6 +1,7 @@
 """Results from elsewhere: rows of a file with inputs, responses and failures."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,20 @@ from tolstat.units.conversion import to_si
 LEAST, FEW = 2, 30  # rows: fewer are refused, warned of
 # what a column of failures says, if the study does not tell the word of `done`
 YES, NO = {"1", "true", "yes", "failed"}, {"", "0", "false", "no", "done"}
+# heads and words of columns that may tell which rows failed, in some languages
+STATE_HEADS = {
+    "status", "state", "zustand", "failed", "failure", "fehler", "error", "converged",
+    "success", "valid", "ok", "done", "exit code", "exit status", "returncode",
+}  # fmt: skip
+STATE_WORDS = {
+    "ok", "o.k.", "nok", "i.o.", "n.i.o.", "io", "nio", "done", "finished", "fertig",
+    "success", "successful", "pass", "passed", "fail", "failed", "error", "fehler",
+    "fehlgeschlagen", "aborted", "abort", "abgebrochen", "abbruch", "cancelled",
+    "converged", "diverged", "konvergiert", "divergiert", "not converged", "timeout",
+    "crashed", "true", "false", "yes", "no", "ja", "nein", "valid", "invalid",
+    "completed", "incomplete",
+}  # fmt: skip
+MOST_STATES = 10  # different words: a column with more names its rows
 UNKNOWN = (
     "the study does not say how the rows of {name} were sampled, so they have no "
     'statistics; say it: sampled = "random", or "latin", in [table]'
@@ -113,7 +128,14 @@ def read_results(
         answers[:, number] = factor * outputs[-1]
     unnamed = [n for n in table.columns if n not in {*columns.read, entry.failed}]
     if unnamed := [n for n in unnamed if not table.counts_rows(n)]:
+        _refuse_states(table, entry, unnamed)
         warnings[not_read(name, unnamed)] = None
+        for head in unnamed:
+            if words := _words_of(table, head):
+                warnings[
+                    f"{name}: column {head} has {words}; if it tells failed rows, give "
+                    f'failed = "{head}" and done = "WORD" in [table]'
+                ] = None
     if repeated := repeated_rows(table, entry, inputs, outputs):
         warnings[repeated] = None
     if rows < FEW:
@@ -175,3 +197,31 @@ def _failed(table: Table, entry: TableEntry) -> NDArray[np.bool_]:
                 'give the word of rows that are done, such as done = "converged"'
             )
     return np.array([word in YES for word in words])
+
+
+def _refuse_states(table: Table, entry: TableEntry, heads: Sequence[str]) -> None:
+    """Refuse columns that seem to tell failed rows, if the study names none."""
+    if entry.failed is not None:
+        return
+    for head in heads:
+        words = Counter(word.casefold() for word in table.texts(head))
+        named = head.casefold() in STATE_HEADS
+        if 1 < len(words) <= MOST_STATES and (named or STATE_WORDS & {*words}):
+            shown = _counted(table, head)
+            raise DataError(
+                f"{table.path}, column {head} has {shown}: rows that failed seem to be "
+                f'among them; give failed = "{head}" and done = the word of rows that '
+                'are done, or failed = "" if none failed'
+            )
+
+
+def _words_of(table: Table, head: str) -> str:
+    """Return the words of a column with counts; empty for one of numbers or names."""
+    if head in table.numeric or len({*table.texts(head)}) > MOST_STATES:
+        return ""
+    return _counted(table, head)
+
+
+def _counted(table: Table, head: str) -> str:
+    counts = Counter(table.texts(head)).most_common()
+    return ", ".join(f"'{word}' ({count})" for word, count in counts)

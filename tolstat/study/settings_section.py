@@ -20,9 +20,11 @@ from tolstat.study.distribution_entry import keys_of, shortest
 from tolstat.study.drawing_text import of_link, separated
 from tolstat.study.problems import Problems, toml_of
 from tolstat.study.study_schema import DECISIVE, TABLES, Document
+from tolstat.units.grammar import refuse_two_signs
 
 SETTING = "links"  # of a model: a table by name with the column `nominal`
 NOMINAL, TOLERANCE = "nominal", "tolerance"
+SIZED = NOMINAL, TOLERANCE, "mean", "sigma"
 OF_A_FIT = "hole", "shaft"
 
 
@@ -184,6 +186,7 @@ def tables_of(
     """Return one of the links of a study as a table, or the two of a fit, by name."""
     keys = dict(link) if isinstance(link, Mapping) else {NOMINAL: link}
     nominal = keys.get(NOMINAL)
+    refuse_two_signs(*(x for k, x in keys.items() if k in SIZED and isinstance(x, str)))
     if isinstance(nominal, str):
         typed = dict(zip((NOMINAL, TOLERANCE), of_link(nominal), strict=False))
         if TOLERANCE in typed and TOLERANCE in keys:

@@ -26,6 +26,13 @@ SUMMARY = frozenset({
     "sollwert", "usl", "lsl", "ot", "ut", "osg", "usg",
 })  # fmt: skip
 
+# those that are no names of persons or lots, and tell a summary in any cell
+ANYWHERE = frozenset({
+    "mean", "average", "mittelwert", "moyenne", "stdev", "standardabweichung",
+    "minimum", "maximum", "median", "sum", "summe", "total",
+})  # fmt: skip
+LAST = 8  # rows of a table that may be its summary
+
 
 def is_number(cell: Cell) -> bool:
     """Return whether a cell can be read as a number."""
@@ -48,10 +55,25 @@ def is_unit(text: str) -> bool:
 
 
 def summary_word(row: Row) -> str:
-    """Return the word that begins a row of a summary; empty for any other row."""
+    """Return the word that names a row of a summary; empty for any other row."""
     first = next((cell for cell in row.cells if not is_empty(cell)), "")
     known = isinstance(first, str) and first.strip(" :=").casefold() in SUMMARY
     return str(first) if known else ""
+
+
+def summary_words_at_end(rows: Sequence[Row]) -> dict[int, str]:
+    """Return the words of a summary in any cell of the last rows, by line.
+
+    A column that has such words in other rows, too, is none of a summary.
+    """
+
+    def words(row: Row) -> list[str]:
+        texts = [cell.strip(" :=") for cell in row.cells if isinstance(cell, str)]
+        return [text for text in texts if text.casefold() in ANYWHERE]
+
+    found = {row.line: text[0] for row in rows if (text := words(row))}
+    last = {row.line for row in rows[-LAST:]}
+    return found if found.keys() <= last and 2 * len(found) < len(rows) else {}
 
 
 def head_of(rows: Sequence[Row], requested: Collection[str] = ()) -> Head | None:

@@ -11,7 +11,13 @@ import numpy as np
 
 from tolstat.errors import DataError, UnitError, allowed_names
 from tolstat.tables.grid import Cell, Grid, Head, Row, Unusable
-from tolstat.tables.heads import is_empty, is_number, split_head, summary_word
+from tolstat.tables.heads import (
+    is_empty,
+    is_number,
+    split_head,
+    summary_word,
+    summary_words_at_end,
+)
 from tolstat.tables.no_value import suspected_codes, without_codes
 from tolstat.tables.numerals import COMMA, NAMES, POINT, number, settled_decimal
 
@@ -108,10 +114,11 @@ class Table:
                 raise DataError(
                     f"{self.path}, column {name} has no '{word}'; {allowed}"
                 )
+        at_end = summary_words_at_end(rows)
         for row in rows:
-            if word := summary_word(row):
+            if word := summary_word(row) or at_end.get(row.line, ""):
                 raise DataError(
-                    f"{self.grid.row_place(row.line)}: '{word}' begins a row of a "
+                    f"{self.grid.row_place(row.line)}: '{word}' names a row of a "
                     "summary or of the drawing, and not of a part; remove the row"
                 )
         return rows
@@ -182,6 +189,11 @@ class Table:
                 cell = row.cells[self._index(name)]
                 address = self.grid.address(row.line, self._index(name), name)
                 raise DataError(f"{address}: '{cell}' is not a number")
+        return [math.nan if value is None else value for value in numbers]
+
+    def numbers(self, name: str) -> list[float]:
+        """Return the numbers of a column, as written; NaN for empty cells."""
+        numbers = self._numbers(name)
         return [math.nan if value is None else value for value in numbers]
 
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:

@@ -70,6 +70,7 @@ BASES = {"kg": "mass", "m": "length", "s": "time", "rad": "angle",
 PRODUCTS = ("N/m", "N m/rad", "N s/m", "N m s/rad", "N/K", "W/K", "V/K", "V/m", "V s")
 
 MOST_POWER = 4
+FAHRENHEIT = "°F", "degF"
 LONGEST_UNIT = 100  # characters
 
 SPELLINGS = {"°": "deg", "°C": CELSIUS}
@@ -153,6 +154,8 @@ def _measure(unit: str) -> tuple[float, Any]:
     total = _registry().Quantity(1.0)
     for sign, written, power in _FACTOR.findall(unit):
         name = known_name(written)
+        if name in FAHRENHEIT:
+            raise UnitError(f"unknown unit '{name}': Fahrenheit is not read; give °C")
         if name not in MEANINGS:
             raise UnitError(f"unknown unit '{name}'; {allowed_names(name, MEANINGS)}")
         exponent = int(power or 1) * (-1 if sign == "/" else 1)

@@ -38,6 +38,7 @@ _DEGREES = re.compile(  # minutes and seconds of arc behind them
     rf"({UNSIGNED})\s*(?:°|deg)\s*({UNSIGNED})\s*'\s*(?:({UNSIGNED})\s*(?:\"|''))?"
 )
 _GAPPED = re.compile(r"(?<![\w.])([0-9]{1,3})[ ']([0-9]{3})(?![0-9])")  # thousands
+_POINTED = re.compile(r"(?<![\d,])(?<!\d\.)[1-9]\d{0,2}\.\d{3}(?![\d,eE]|\.\d)")
 _COMMA = re.compile(r"(?<![\d,])(?<!\d\.)(\d*),(\d+)(?!\d|,|\.\d)")
 
 # by SI unit others that a value may be written in, the first of equally short ones
@@ -186,6 +187,7 @@ def plain(text: str) -> str:
                 f"'{first},{last}' may be {first}.{last} or {first}{last}; write one "
                 "of these"
             )
+    refuse_two_signs(text)
     if gapped := _GAPPED.search(text):
         raise UnitError(
             f"thousands are not separated; write {gapped[1]}{gapped[2]}, or a sign "
@@ -194,6 +196,22 @@ def plain(text: str) -> str:
     # of a template, CPython 3.11 keeps a string of each call in its cache of attributes
     text = _COMMA.sub(lambda number: ".".join(number.groups()), text)
     return _without_primes(text) if "'" in text or '"' in text else text
+
+
+def refuse_two_signs(*texts: str) -> None:
+    """Refuse a point before three digits beside a decimal comma: a UnitError.
+
+    The point may be a decimal sign, or separate thousands. `texts` belong together.
+    """
+    if not any(_COMMA.search(text) for text in texts):
+        return
+    for text in texts:
+        if pointed := _POINTED.search(text):
+            number, whole = pointed[0], pointed[0].replace(".", "")
+            raise UnitError(
+                f"'{number}' beside a decimal comma may be {number} or {whole}; "
+                f"write {whole}, or all decimal signs as points"
+            )
 
 
 def _without_primes(text: str) -> str:

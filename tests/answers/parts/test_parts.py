@@ -11,8 +11,10 @@ from click.testing import CliRunner
 import tolstat
 from tolstat.answers.parts.judged_parts import (
     CoarseStep,
+    Copies,
     FarParts,
     FewParts,
+    NotNear,
     NotNormal,
     OtherLots,
     judged_parts_of,
@@ -246,3 +248,34 @@ def test_a_drawing_in_a_file_of_qdas(tmp_path):
     np.testing.assert_allclose(
         sample.values, np.sort([float(x) - 20 for x in values]) * 1e-3, atol=1e-12
     )
+
+
+@pytest.mark.parametrize("nominal", ["25 mm", "2450 mm"])
+def test_parts_of_another_column_are_not_near_the_tolerance(file, nominal):
+    """Neither sizes nor deviations of that nominal; the answer comes at once."""
+    found = tolstat.parts(file, ["Länge"], nominal=nominal, tolerance="+-0.02 mm")
+    assert isinstance(found.characteristics["Länge"].warnings[0], NotNear)
+    said = call(
+        file, "--column", "Länge", "--nominal", nominal, "--tolerance", "+-0.02 mm"
+    )
+    assert "not near the tolerance" in said.output
+
+
+def test_copied_rows_are_said(file, tmp_path):
+    lines = file.read_bytes().splitlines(keepends=True)
+    path = tmp_path / "copies.csv"
+    path.write_bytes(b"".join([*lines, *lines[20:24]]))
+    part = tolstat.parts(path, ["Länge"]).characteristics["Länge"]
+    (copies,) = [x for x in part.warnings if isinstance(x, Copies)]
+    assert len(copies.places) == 4 and copies.first[0].endswith("line 21")
+    output = call(path, "--column", "Länge").output
+    assert "A copy counts twice" in " ".join(output.split())
+    whole = tolstat.parts(file, ["Länge"]).characteristics["Länge"]
+    assert not any(isinstance(x, Copies) for x in whole.warnings)
+
+
+def test_a_row_of_means_is_refused_wherever_its_word_stands(file, tmp_path):
+    path = tmp_path / "mean.csv"
+    path.write_bytes(file.read_bytes() + b";60,0020;20,00;Mittelwert\n")
+    with pytest.raises(DataError, match="line 93: 'Mittelwert' names a row of a"):
+        tolstat.parts(path, ["Länge"])

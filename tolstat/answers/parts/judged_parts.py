@@ -17,6 +17,7 @@ from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
 FEW = 50  # parts: fewer do not settle the tails
+NEAR = 5  # widths of the tolerance: parts that all lie farther out are others
 NO_TEST = math.nan
 
 
@@ -77,8 +78,34 @@ class FarParts(NamedTuple):
     kind: str = "far from all others"
 
 
+class Copies(NamedTuple):
+    """Rows of the file that repeat others in every cell."""
+
+    places: tuple[str, ...]
+    first: tuple[str, ...]  # the place of the earlier row of each
+    kind: str = "copied rows"
+
+
+class NotNear(NamedTuple):
+    """Parts that all lie far outside the tolerance."""
+
+    least: float  # SI
+    most: float
+    tolerance: Tolerance
+    kind: str = "not near the tolerance"
+
+
 PartsFinding = (
-    FewParts | NotNormal | TwoKinds | Sorted | Drift | OtherLots | CoarseStep | FarParts
+    FewParts
+    | NotNormal
+    | TwoKinds
+    | Sorted
+    | Drift
+    | OtherLots
+    | CoarseStep
+    | FarParts
+    | NotNear
+    | Copies
 )
 
 
@@ -101,6 +128,7 @@ class Sample(NamedTuple):
     places: Sequence[str] = ()  # where each stands; by default its number
     # float64[part] as written, to see how they are rounded; and SI of 1 of that unit
     written: Sequence[float] = ()
+    copies: Sequence[tuple[str, str]] = ()  # places of rows that repeat earlier ones
     unit: float = 1.0
 
 
@@ -184,6 +212,11 @@ def _p_value(values: Array) -> float:
 def _warnings(sample: Sample, p_value: float) -> Iterator[PartsFinding]:
     """Yield what a quality engineer would look at first."""
     values, tolerance = sample.values, sample.tolerance
+    if _is_far(values, tolerance):
+        yield NotNear(float(values.min()), float(values.max()), tolerance)
+    if sample.copies:
+        rows, first = zip(*sample.copies, strict=True)
+        yield Copies(rows, first)
     if len(values) < FEW:
         yield FewParts(len(values))
     far = sample_checks.outliers(values)
@@ -208,6 +241,16 @@ def _warnings(sample: Sample, p_value: float) -> Iterator[PartsFinding]:
         yield CoarseStep(step)
     if p_value < sample_checks.LEVEL and not (peaks or coarse):
         yield NotNormal(p_value)
+
+
+def _is_far(values: Array, tolerance: Tolerance) -> bool:
+    """Return whether all parts lie on one side, far outside the tolerance."""
+    lower, upper = tolerance
+    width = upper - lower
+    if not math.isfinite(width):
+        width = max(map(abs, tolerance.finite), default=math.inf)
+    beyond = max(values.min() - upper, lower - values.max())
+    return bool(beyond > NEAR * width > 0)
 
 
 def _lots(values: Array, tolerance: Tolerance, lots: Sequence[str]) -> dict[str, Lot]:

@@ -20,7 +20,7 @@ from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.study_schema import PartsEntry, read_entry
 from tolstat.tables.table import MeasuredColumn
 from tolstat.units.conversion import dimension, si_unit, to_si
-from tolstat.units.grammar import SIDES, limit, quantity, unit_of
+from tolstat.units.grammar import SIDES, limit, quantity, refuse_two_signs, unit_of
 from tolstat.units.scale import PLAIN, Scale
 
 MOST_COLUMNS = 40  # of a file, of which none is named
@@ -107,20 +107,27 @@ def parts(
     typed = {"data": str(path), "column": "", **keys}
     entry = read_entry(PartsEntry, typed, "measured parts have")
     file = MeasuredFile(Path(path), entry, columns)
+    refuse_two_signs(nominal, tolerance)
     names = list(columns) or file.names(lots)
     if not names or len(names) > MOST_COLUMNS:
         raise DataError(
             f"{path} has {len(names)} columns of numbers; name those of measured parts"
         )
     judged = {
-        column.name: _judged(column, tolerance, nominal, entry.unit)
+        column.name: _judged(
+            column, tolerance, nominal, entry.unit, file.copies(column.name)
+        )
         for column in (file.measured(name, lots) for name in names)
     }
     return PartsAnswer(str(path), judged)
 
 
 def _judged(
-    column: MeasuredColumn, tolerance: str, nominal: str, typed: str | None
+    column: MeasuredColumn,
+    tolerance: str,
+    nominal: str,
+    typed: str | None,
+    copies: Sequence[tuple[str, str]],
 ) -> JudgedParts:
     """Return a column, judged by what is typed, or else by what its file tells."""
     unit = unit_of_column(column, typed, "the key unit")
@@ -138,6 +145,7 @@ def _judged(
         lots=column.lots,
         places=column.places,
         written=column.numbers,
+        copies=copies,
         unit=factor,
     )
     return judged_parts(sample, Scale(si, unit), f"{column.path.name}: {column.words}")

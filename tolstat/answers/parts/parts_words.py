@@ -1,10 +1,13 @@
 """What a quality engineer sees in measured parts, in sentences."""
 
+from tolstat.answers.cells import tolerance_words
 from tolstat.answers.parts.judged_parts import (
     CoarseStep,
+    Copies,
     Drift,
     FarParts,
     FewParts,
+    NotNear,
     NotNormal,
     OtherLots,
     PartsFinding,
@@ -29,6 +32,20 @@ def finding_words(finding: PartsFinding, scale: Scale) -> Parts:
             return say(
                 "Only {}: 50 or more show the tails of a distribution.",
                 counted(count, "part"),
+            )
+        case NotNear(least, most, tolerance):
+            return say(
+                "These parts are not near the tolerance: they are {} to {}, permitted "
+                "is {}. Check column, nominal and unit.",
+                number(least), number(most),
+                text(tolerance_words(tolerance, scale)),
+            )  # fmt: skip
+        case Copies(places, first):
+            more = len(places) - 1
+            others = f", and {more} more repeat others" if more else ""
+            return text(
+                f"{places[0]} has the same cells as {first[0]}{others}. A copy counts "
+                "twice: remove it."
             )
         case FarParts(values, places):
             far = [
