@@ -253,6 +253,21 @@ def test_a_fresh_run_is_larger_where_few_trials_tell_of_it(tmp_path, monkeypatch
     assert "trials = 4000" in tolstat.fresh_study(run, small)
 
 
+def test_an_inline_table_is_read_as_the_command_line_reads_it(tmp_path):
+    run = chain_of(tmp_path)
+    text, table = '{ nominal = "20.02 mm" }', {"nominal": "20.02 mm"}
+    made = tolstat.fresh_study(run, {"H": text})
+    assert made == tolstat.fresh_study(run, {"H": table})
+    assert tomllib.loads(made)["links"]["H"]["nominal"] == "20.02 mm"
+    with pytest.raises(StudyError, match="H"):
+        tolstat.fresh_study(run, {"H": "{ nominal = "})
+    text, table = '{ tolerance = "+-0.09 mm", cp = 1.1 }', {
+        "tolerance": "+-0.09 mm", "cp": 1.1,
+    }  # fmt: skip
+    found = [what_if(run, {"H": entry}).changes["H"] for entry in (text, table)]
+    assert found[0] == found[1]
+
+
 def test_the_study_of_another_size_goes_on_until_all_is_decided(tmp_path):
     run = chain_of(tmp_path, trials=4000, limit="-2.22..0 mm", demanded="90 %")
     asked = {"H": {"nominal": "20.02 mm"}}

@@ -32,11 +32,13 @@ from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
+from tolstat.study.distribution_entry import Entry
 from tolstat.study.editor import Entries, StudyEditor
 from tolstat.study.limits_section import read_limits
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Study, load
 from tolstat.study.study_schema import check_section
+from tolstat.toml import toml_table
 
 TAILS = (1 - CHANCE) / 2, (1 + CHANCE) / 2  # of what may lie out of limit (Jeffreys)
 QUICK = 5e-4  # s a trial: all limits are decided, or 200 000 trials done, in 100 s
@@ -63,7 +65,7 @@ def fresh_study(
         Sampling becomes random where its
         trials depend on each other; a rare run stays one.
     deviations, limits : mapping of str to str or dict
-        As of `what_if`; whether the stored trials cover them does not matter. A link
+        As of `what_if`, or `entries` of a remedy; whether the stored trials cover them does not matter. A link
         may get another size: `{"housing": {"nominal": "120.4 mm"}}`.
     model : Model, optional
         A custom model, if the run is of one.
@@ -90,7 +92,7 @@ def fresh_study(
     title = "Axial gap of a shaft between two bearings"
     ...
     """
-    run = open_run(run)
+    run, deviations = open_run(run), as_entries(deviations)
     if run.sampled is None:
         raise no_sample(run)
     if run.listed:
@@ -125,6 +127,16 @@ def fresh_study(
             editor.table["trials"] = enough or DECIDE
             fresh = load(editor.table, model=study.model, folder=target)
     return fresh.text
+
+
+def as_entries(deviations: Entries) -> dict[str, Entry]:
+    """Return entries of [deviations]; a text in braces is an inline table of TOML."""
+    entries = dict[str, Entry](deviations)
+    for name, text in deviations.items():
+        if isinstance(text, str) and text.lstrip().startswith("{"):
+            with suppress(ValueError, RecursionError):  # else no tolerance, either
+                entries[name] = toml_table(f"entry = {text.strip()}")["entry"]
+    return entries
 
 
 class Edited(NamedTuple):
