@@ -155,6 +155,16 @@ def test_tightening_reaches_the_needed_sigma_with_little_to_spare():
     assert last[-1] == predicted(trials, moved.change).joint.value
 
 
+def test_a_last_change_that_hardly_helps_is_no_step():
+    trials = stack((-0.2, 0.2), trials=1000)
+    change = trials.design.none.with_entry(0, ratio=0.5)
+    both = change.with_entry(2, ratio=0.97)
+    (step,) = steps(trials, both, lambda change: predicted(trials, change))
+    np.testing.assert_array_equal(step.change, change)
+    (step,) = steps(trials, change, lambda change: predicted(trials, change))
+    np.testing.assert_array_equal(step.change, change)
+
+
 def test_shifts_and_tolerances_are_rounded_as_on_a_drawing():
     assert [drawing_step(half) for half in (0.12, 0.1, 0.0999)] == [1e-3, 1e-3, 1e-4]
     for step in (None, 0.05):

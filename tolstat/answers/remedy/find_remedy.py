@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import partial, reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +41,7 @@ from tolstat.statistics.remedies.movable_trials import (
 from tolstat.statistics.remedies.prediction import (
     Shares,
     Step,
+    both,
     predicted,
     proved,
     steps,
@@ -187,7 +188,9 @@ class _Search:
         if not (change.size or len(change.tightened)):
             return None
         shares = partial(predicted, trials)
-        tried = self._judged(change, steps(trials, change, shares), before)
+        found = [*steps(trials, change, shares)]
+        change = reduce(both, (step.change for step in found))
+        tried = self._judged(change, found, before)
         far = np.abs(change.shift).max() > FARTHEST_UNPROVED
         return tried and tried._replace(met=tried.met and not far)
 

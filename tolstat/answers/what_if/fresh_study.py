@@ -65,8 +65,9 @@ def fresh_study(
         Sampling becomes random where its
         trials depend on each other; a rare run stays one.
     deviations, limits : mapping of str to str or dict
-        As of `what_if`, or `entries` of a remedy; whether the stored trials cover them does not matter. A link
-        may get another size: `{"housing": {"nominal": "120.4 mm"}}`.
+        As of `what_if`; whether the stored trials cover them does not matter. A link
+        may get another size: `{"housing": {"nominal": "120.4 mm"}}`. A text in braces
+        is an inline table: `entries` of a remedy are typed so.
     model : Model, optional
         A custom model, if the run is of one.
     folder : path, optional
