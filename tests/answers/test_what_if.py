@@ -218,8 +218,9 @@ def test_a_refusal_of_a_valid_scenario_names_the_command_to_run(tmp_path):
     assert "chain.what-if-2.toml" in refused.output
 
 
-def test_a_fresh_run_has_trials_that_are_likely_to_decide(tmp_path):
+def test_a_fresh_run_has_trials_that_are_likely_to_decide(tmp_path, monkeypatch):
     """Where 10 % may be out of limit: by the stored trials, ten times these at most."""
+    monkeypatch.setattr("tolstat.answers.what_if.fresh_study.QUICK", 0.0)
     asked = {"H": {"tolerance": "+-0.19 mm", "distribution": "uniform"}}
     for trials, expected in ((300, 3000), (600, 4200), (4000, 4000)):
         run = chain_of(tmp_path, trials=trials, limit="-2.22..0 mm", demanded="90 %")
@@ -230,6 +231,41 @@ def test_a_fresh_run_has_trials_that_are_likely_to_decide(tmp_path):
         judged = tolstat.summary(fresh).responses["gap"].limited.yields
         assert judged.verdict == "met"
         run.path.unlink()
+
+
+def test_a_fresh_run_is_larger_where_few_trials_tell_of_it(tmp_path, monkeypatch):
+    """About 1 of 1700 effective trials is out of limit: 4000 would not decide."""
+    links = {"A": "60 +-0.1 mm", "B": "25.05 +-0.2 mm", "C": "34.7 +-0.15 mm"}
+    study = {
+        "model": "dimension_chain", "trials": 4000, "seed": 14, "links": links,
+        "gaps": {"gap": "A - B - C"}, "limits": {"gap": "0.05..0.55 mm"},
+    }  # fmt: skip
+    run = tolstat.run(study, output=tmp_path / "bought.h5")
+    asked = {"C": "-0.144..0.044 mm"}
+    seen = what_if(run, asked).responses["gap"].scenario.limited.yields
+    assert seen.verdict == "undecided"
+    quick = "tolstat.answers.what_if.fresh_study.QUICK"
+    monkeypatch.setattr(quick, 1.0)
+    assert 'trials = "decide"' in tolstat.fresh_study(run, asked)
+    monkeypatch.setattr(quick, 0.0)
+    assert tomllib.loads(tolstat.fresh_study(run, asked))["trials"] > 10_000
+    small = {"C": "+-0.14 mm"}  # surely not met
+    assert "trials = 4000" in tolstat.fresh_study(run, small)
+
+
+def test_an_inline_table_is_read_as_the_command_line_reads_it(tmp_path):
+    run = chain_of(tmp_path)
+    text, table = '{ nominal = "20.02 mm" }', {"nominal": "20.02 mm"}
+    made = tolstat.fresh_study(run, {"H": text})
+    assert made == tolstat.fresh_study(run, {"H": table})
+    assert tomllib.loads(made)["links"]["H"]["nominal"] == "20.02 mm"
+    with pytest.raises(StudyError, match="H"):
+        tolstat.fresh_study(run, {"H": "{ nominal = "})
+    text, table = '{ tolerance = "+-0.09 mm", cp = 1.1 }', {
+        "tolerance": "+-0.09 mm", "cp": 1.1,
+    }  # fmt: skip
+    found = [what_if(run, {"H": entry}).changes["H"] for entry in (text, table)]
+    assert found[0] == found[1]
 
 
 def test_the_study_of_another_size_goes_on_until_all_is_decided(tmp_path):

@@ -27,7 +27,7 @@ from tolstat.statistics.remedies.remedy import (
     smallest_change,
 )
 from tolstat.statistics.remedies.surface import fitted_surface
-from tolstat.statistics.remedies.unavoidable import unavoidable
+from tolstat.statistics.remedies.unavoidable import unavoidable, wider_limits
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 
@@ -155,6 +155,16 @@ def test_tightening_reaches_the_needed_sigma_with_little_to_spare():
     assert last[-1] == predicted(trials, moved.change).joint.value
 
 
+def test_a_last_change_that_hardly_helps_is_no_step():
+    trials = stack((-0.2, 0.2), trials=1000)
+    change = trials.design.none.with_entry(0, ratio=0.5)
+    both = change.with_entry(2, ratio=0.97)
+    (step,) = steps(trials, both, lambda change: predicted(trials, change))
+    np.testing.assert_array_equal(step.change, change)
+    (step,) = steps(trials, change, lambda change: predicted(trials, change))
+    np.testing.assert_array_equal(step.change, change)
+
+
 def test_shifts_and_tolerances_are_rounded_as_on_a_drawing():
     assert [drawing_step(half) for half in (0.12, 0.1, 0.0999)] == [1e-3, 1e-3, 1e-4]
     for step in (None, 0.05):
@@ -200,10 +210,20 @@ def test_fixed_entries_never_change_and_what_stays_is_theirs():
     expected = 2 * ndtr(-0.2 / 0.1)
     assert rest.shares.joint.value == pytest.approx(expected, rel=0.1)
     assert rest.contributions == pytest.approx([1, 0, 0], abs=1e-3)
-    np.testing.assert_allclose(rest.permitted, [[-0.3, 0.3]], rtol=0.06)
     (helped,) = rest.freed
     assert helped.entry == 0 and helped.change.ratio[0] * HALVES[0] < 0.2
     assert unavoidable(stack((-0.2, 0.2)), AIM_PROVED) is None
+
+
+def test_wider_limits_are_those_of_the_design_as_it_is():
+    trials = stack((-0.2, 0.2), free=(False, True, True), trials=20_000)
+    fresh = stack((-0.2, 0.2), free=(False, True, True), trials=20_000, seed=2)
+    ((lower, upper),) = wider_limits(trials, fresh, np.array([1.0]))
+    reach = -ndtri(0.00135) * np.sqrt(HALVES @ HALVES) / 3  # all three spread
+    assert -1.15 * reach < lower < -reach and reach < upper < 1.15 * reach
+    wide = stack((-0.2, 0.2), centre=0.01, trials=20_000, seed=2)  # half as wide again
+    other = replace(wide, responses=1.5 * wide.responses)
+    assert wider_limits(trials, other, np.array([1.0])) is None
 
 
 def test_a_point_mass_at_the_middle_is_judged_by_counts():
@@ -353,7 +373,7 @@ def test_a_limit_is_not_widened_where_the_median_lies_far_out_of_it():
     still = trials.design._replace(movable=np.zeros(3, bool))
     rest = unavoidable(replace(trials, design=still), AIM_PROVED)
     assert rest.beyond == pytest.approx([4.1], abs=0.01)
-    np.testing.assert_array_equal(rest.permitted, [[0.0, 0.9]])
+    assert wider_limits(trials, trials, np.array([1.0])) is None
     assert unavoidable(trials, AIM_PROVED) is None  # 46 half tolerances lead there
 
 

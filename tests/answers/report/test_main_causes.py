@@ -248,6 +248,23 @@ def test_the_main_contribution_names_all_equal_parts(tmp_path):
     assert tolstat.summary(run).responses["gap"].largest_share[0] == "left"
 
 
+def test_the_main_contribution_names_no_part_of_another_gap(tmp_path):
+    """Equal parts of one gap: only one of them is in the other."""
+    links = {"S": ("50.05 mm", "+-0.1 mm"), "A": ("49.8 mm", "+-0.08 mm"),
+             "H": ("100 mm", "+-0.1 mm"), "B": ("49.7 mm", "+-0.09 mm")}  # fmt: skip
+    study = {
+        "model": "dimension_chain", "trials": 3000, "seed": 13,
+        "gaps": {"left": "S - A", "right": "H - S - B"},
+        "links": {n: {"nominal": a, "tolerance": b} for n, (a, b) in links.items()},
+        "limits": {"left": "0.05..0.35 mm", "right": "0.15..0.4 mm"},
+    }  # fmt: skip
+    run = tolstat.run(study, output=tmp_path / "gaps.h5")
+    responses = tolstat.summary(run).responses
+    assert responses["right"].largest_share[0] == "S, H"
+    assert responses["left"].largest_share[0] == "S"
+    assert "S, H" not in responses["left"].contributions.groups
+
+
 def test_a_missed_limit_without_a_named_cause_has_a_step(tmp_path):
     """Not most trials are out of limit, but no cause of them is named."""
     links, of = {"a": 0.1, "b": 0.1}, {"sampling": "sobol"}

@@ -1,8 +1,8 @@
 """What meets all limits of a run together: searched, and proved where that is quick."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import partial, reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +41,7 @@ from tolstat.statistics.remedies.movable_trials import (
 from tolstat.statistics.remedies.prediction import (
     Shares,
     Step,
+    both,
     predicted,
     proved,
     steps,
@@ -99,9 +100,12 @@ def remedy_of(drawn: Drawn, causes: Causes) -> RemedyFinding | None:
     )  # fmt: skip
     if isinstance(trials, NoRemedy):
         return RemedyFinding(reason=trials.value) if trials in TOLD else None
+    search = _Search(drawn, entries, trials, causes)
     if rest := minimum.unavoidable(trials, AIM_PROVED):
-        return RemedyFinding(unavoidable=_unavoidable(run, entries, rest))
-    return _Search(drawn, entries, trials, causes).finding()
+        wider, proved_by = search.wider_limits()
+        unavoidable = _unavoidable(run, entries, rest, wider)
+        return RemedyFinding(unavoidable=unavoidable, trials=proved_by)
+    return search.finding()
 
 
 class _Search:
@@ -136,6 +140,26 @@ class _Search:
             entries=entries, commands=to_change(self.run, entries), note=self.note,
         )  # fmt: skip
 
+    def wider_limits(self) -> tuple[dict[str, tuple[float, float]], int]:
+        """Return limits that the design as it is meets, and the trials that prove it.
+
+        Without limits where nothing is evaluated here, or a limit is not the fault.
+        """
+        if (fresh := self._fresh_trials()) is None:
+            return {}, 0
+        none, run = self.trials.design.none, self.run
+        try:
+            first, second = (
+                self.trials.sampled_again(none, *fresh(none, seed)) for seed in range(2)
+            )
+        except (_ProofError, TolstatError):
+            return {}, 0
+        scales = [run.scales[name].factor for name in run.limits]
+        permitted = minimum.wider_limits(first, second, np.array(scales))
+        if permitted is None:
+            return {}, 0
+        return _other_limits(run, permitted), fresh.number
+
     def _steps(self, steps: Sequence[Step], before: Shares) -> Iterator[RemedyStep]:
         """Yield steps by name, with the yields before and after."""
         for step in steps:
@@ -164,7 +188,9 @@ class _Search:
         if not (change.size or len(change.tightened)):
             return None
         shares = partial(predicted, trials)
-        tried = self._judged(change, steps(trials, change, shares), before)
+        found = [*steps(trials, change, shares)]
+        change = reduce(both, (step.change for step in found))
+        tried = self._judged(change, found, before)
         far = np.abs(change.shift).max() > FARTHEST_UNPROVED
         return tried and tried._replace(met=tried.met and not far)
 
@@ -267,11 +293,23 @@ class _FreshTrials:
         return trials.deviations[:, columns], np.stack(responses, axis=1)
 
 
+def _other_limits(run: Run, permitted: Array) -> dict[str, tuple[float, float]]:
+    """Return the permitted ends, SI, that are not those of the study, by response."""
+    pairs = zip(run.limits.items(), permitted.tolist(), strict=True)
+    return {
+        name: (lower, upper)
+        for (name, limit), (lower, upper) in pairs
+        if (lower, upper) != tuple(limit.permitted)
+    }
+
+
 def _unavoidable(
-    run: Run, entries: ChangeableEntries, rest: minimum.Unavoidable
+    run: Run,
+    entries: ChangeableEntries,
+    rest: minimum.Unavoidable,
+    wider: Mapping[str, tuple[float, float]],
 ) -> Unavoidable:
     """Return what stays out of limit, by name."""
-    permitted = zip(run.limits.items(), rest.permitted.tolist(), strict=True)
     return Unavoidable(
         rest.shares.joint,
         {
@@ -279,11 +317,7 @@ def _unavoidable(
             for i in np.argsort(-rest.contributions, kind="stable").tolist()
             if rest.contributions[i] > 0
         },
-        {
-            name: (lower, upper)
-            for (name, limit), (lower, upper) in permitted
-            if (lower, upper) != tuple(limit.permitted)
-        },
+        wider,
         tuple(
             _entry_change(run, entries, freed.change, freed.entry)
             for freed in rest.freed

@@ -36,7 +36,7 @@ class Unavoidable(NamedTuple):
 
     share: Estimate  # out of any limit
     causes: Mapping[str, float]  # share of the variance, by fixed entry
-    # wider ones that would be met; none of a response whose median is out of limit
+    # wider ones that all entries as they are meet, proved by fresh trials
     limits: Mapping[str, tuple[float, float]]
     # changes of fixed entries, each of which would meet all limits, were it free
     freed: tuple[EntryChange, ...]
@@ -49,7 +49,7 @@ class RemedyFinding(NamedTuple):
 
     steps: tuple[RemedyStep, ...] = ()
     evidence: Evidence = Evidence.PREDICTED
-    trials: int = 0  # fresh ones that prove it
+    trials: int = 0  # fresh ones that prove it, or wider limits
     met: bool = False  # all limits
     # fraction out of each limit: before, after
     limits: Mapping[str, tuple[Estimate, Estimate]] = {}

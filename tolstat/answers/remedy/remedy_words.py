@@ -21,7 +21,7 @@ NOT_BY_FREE = "no change of free dimensions"
 def remedy_words(run: Run, remedy: RemedyFinding) -> tuple[Parts, ...]:
     """Say what to change, a sentence each step; or why nothing helps."""
     if remedy.unavoidable:
-        return (_unavoidable(run, remedy.unavoidable),)
+        return (_unavoidable(run, remedy.unavoidable, remedy.trials),)
     note = f" Not proved: {remedy.note}." if remedy.note else None
     if not remedy.steps:
         return (text(f"No remedy: {remedy.reason}.", note),)
@@ -93,7 +93,7 @@ def _worse(remedy: RemedyFinding) -> list[Parts]:
     ]
 
 
-def _unavoidable(run: Run, rest: Unavoidable) -> Parts:
+def _unavoidable(run: Run, rest: Unavoidable, trials: int) -> Parts:
     """Say what stays out of limit, where it comes from, and what would help."""
     causes = [
         say("{} ({} of the variance)", Name(name), Number(share, PER_CENT))
@@ -117,7 +117,8 @@ def _unavoidable(run: Run, rest: Unavoidable) -> Parts:
         text("widen ", Name(name), " to ", tolerance_words(ends, run.scales[name]))
         for name, ends in rest.limits.items()
     ]
-    widen = [listed(options)] if options else []
+    proof = f" with all tolerances as they are (proved by {trials} new trials)"
+    widen = [text(listed(options), proof)] if options else []
     freed = [_change(run, change) for change in rest.freed]
     return text(
         "No change of the free dimensions meets all limits: ", stays, ".",

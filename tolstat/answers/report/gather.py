@@ -58,7 +58,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
             **vars(described),
             causes=causes.get(name),
             contributions=contributions.get(name),
-            members=members if name in focus else {},
+            members=members.get(name, {}),
         )
         for name, described in summaries.items()
     }

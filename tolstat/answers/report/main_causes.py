@@ -150,35 +150,45 @@ def _in_words(cause: Named | Together, kind: str, fixed: Container[str]) -> str:
 
 def contributions_of(
     drawn: Drawn, focus: Sequence[str]
-) -> tuple[dict[str, Contributions], dict[str, tuple[str, ...]]]:
+) -> tuple[dict[str, Contributions], dict[str, dict[str, tuple[str, ...]]]]:
     """Return the contributions to the responses in focus.
 
-    By response, empty where nothing deviates or trials are weighted; and the
-    contributors of each kind of part, and of parts with equal distribution and slope.
+    By response, empty where nothing deviates or trials are weighted; and, also by
+    response, the contributors of each kind of part, and of parts with equal
+    distribution and slope.
     """
     deviations = drawn.deviating(drawn.sample.done)
     if not deviations or drawn.sample.weights:
         return {}, {}
     run = drawn.run
-    groups = kinds_of_part(list(deviations), run.contributors)
+    kinds = kinds_of_part(list(deviations), run.contributors)
+    groups, groups_of = dict(kinds), {name: dict(kinds) for name in focus}
     effects = effects_of(focus, run.assumed, run.diagnostics.slopes, run.contributors)
-    for sizes in effects.values() if run.independent else ():
+    for response, sizes in effects.items() if run.independent else ():
         for equal in equal_parts({n: sizes[n] for n in deviations if n in sizes}):
             moves = any(sizes[name].size for name in equal)
-            if moves and not {*equal} & {*chain.from_iterable(groups.values())}:
-                groups[", ".join(equal)] = list(equal)
+            if moves and not {*equal} & {*chain.from_iterable(kinds.values())}:
+                groups_of[response][", ".join(equal)] = list(equal)
+        groups |= groups_of[response]
     responses = {name: drawn.done(name) for name in focus}
     independent, by_response = run.independent, dict[str, Contributions]()
     for name, raw in contributions(
         deviations, responses, groups, independent=independent
     ).items():
         shares = _changed(raw, at_most_all)  # overlapping ones may sum to more
-        groups_of = shares.groups if independent else raw.groups
-        shares = shares._replace(rank_regression=raw.rank_regression, groups=groups_of)
+        sums = shares.groups if independent else raw.groups
+        shares = shares._replace(
+            rank_regression=raw.rank_regression,
+            groups={group: sums[group] for group in groups_of[name]},
+            together={group: shares.together[group] for group in groups_of[name]},
+        )
         if drawn.sample.replicates:
             shares = _changed(shares, without_interval)
         by_response[name] = shares
-    return by_response, {kind: tuple(members) for kind, members in groups.items()}
+    return by_response, {
+        name: {group: tuple(members) for group, members in of_response.items()}
+        for name, of_response in groups_of.items()
+    }
 
 
 def at_most_all(share: Estimate) -> Estimate:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import betaincinv
 
 from tolstat.answers.relimit import problems_of
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
@@ -17,18 +18,29 @@ from tolstat.answers.what_if.reweighted_trials import (
 from tolstat.errors import QuestionError, StudyError, TolstatError
 from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
+from tolstat.statistics.intervals.shares import PRIOR, anytime_valid
 from tolstat.statistics.limits.limit import Limit, within
-from tolstat.statistics.sample_size import DECIDE, trials_enough
+from tolstat.statistics.sample_size import (
+    CHANCE,
+    DECIDE,
+    GROWTH,
+    grown,
+    trials_enough,
+    trials_that_decide,
+)
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
+from tolstat.study.distribution_entry import Entry
 from tolstat.study.editor import Entries, StudyEditor
 from tolstat.study.limits_section import read_limits
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Study, load
 from tolstat.study.study_schema import check_section
+from tolstat.toml import toml_table
 
+TAILS = (1 - CHANCE) / 2, (1 + CHANCE) / 2  # of what may lie out of limit (Jeffreys)
 QUICK = 5e-4  # s a trial: all limits are decided, or 200 000 trials done, in 100 s
 MOST_TIMES = 10  # trials of a fresh run over those of the run: its page says the rest
 
@@ -48,12 +60,14 @@ def fresh_study(
     run : Run or path
         Its study is edited: batches and correlations stay, the seed is new. It has as
         many trials, or more if more are likely to decide every limit, up to ten times
-        as many; where the stored trials do not cover the change, and a trial is quick,
-        it goes on until every limit is decided. Sampling becomes random where its
+        as many. Where a trial is quick, it goes on until every limit is decided,
+        unless the trials of the run cover the change and are as many as decide.
+        Sampling becomes random where its
         trials depend on each other; a rare run stays one.
     deviations, limits : mapping of str to str or dict
         As of `what_if`; whether the stored trials cover them does not matter. A link
-        may get another size: `{"housing": {"nominal": "120.4 mm"}}`.
+        may get another size: `{"housing": {"nominal": "120.4 mm"}}`. A text in braces
+        is an inline table: `entries` of a remedy are typed so.
     model : Model, optional
         A custom model, if the run is of one.
     folder : path, optional
@@ -79,7 +93,7 @@ def fresh_study(
     title = "Axial gap of a shaft between two bearings"
     ...
     """
-    run = open_run(run)
+    run, deviations = open_run(run), as_entries(deviations)
     if run.sampled is None:
         raise no_sample(run)
     if run.listed:
@@ -114,6 +128,16 @@ def fresh_study(
             editor.table["trials"] = enough or DECIDE
             fresh = load(editor.table, model=study.model, folder=target)
     return fresh.text
+
+
+def as_entries(deviations: Entries) -> dict[str, Entry]:
+    """Return entries of [deviations]; a text in braces is an inline table of TOML."""
+    entries = dict[str, Entry](deviations)
+    for name, text in deviations.items():
+        if isinstance(text, str) and text.lstrip().startswith("{"):
+            with suppress(ValueError, RecursionError):  # else no tolerance, either
+                entries[name] = toml_table(f"entry = {text.strip()}")["entry"]
+    return entries
 
 
 class Edited(NamedTuple):
@@ -178,8 +202,9 @@ def _enough(
     """Return how many trials are likely to decide every limit of the fresh study.
 
     As many as the run has where these suffice. The fractions out of limit are those of
-    the stored trials where they cover the scenario. Else they count as zero; None in
-    a quick run, which can go on until all are decided.
+    the stored trials where they cover the scenario. Else they count as zero. None in a
+    quick run of random trials that can go on until all are decided: where the stored
+    trials do not cover the scenario, or a limit is likely to stay undecided.
     """
     known, counts = False, dict.fromkeys(fresh.limits, (0, 1))
     trials = drawn_trials(run)
@@ -199,10 +224,41 @@ def _enough(
                 counts[name] = round(share * weights.number), weights.number
             known = True
     seconds = float(run.provenance["seconds"]) / max(run.ended, 1)
-    if not known and fresh.limits and fresh.sampling == "random" and seconds <= QUICK:
-        return None
-    enough = (
-        trials_enough(*counts[name], 1 - limit.demanded, run.trials)
-        for name, limit in fresh.limits.items()
+    goes_on = fresh.limits and fresh.sampling == "random" and seconds <= QUICK
+    if not known:
+        if goes_on:
+            return None
+        enough = [
+            trials_enough(*counts[name], 1 - limit.demanded, run.trials)
+            for name, limit in fresh.limits.items()
+        ]
+        return min(max(enough, default=run.trials), MOST_TIMES * run.trials)
+    trials, most = run.trials, MOST_TIMES * run.trials
+    for name, limit in fresh.limits.items():
+        count, number = counts[name]
+        share = 1 - limit.demanded
+        if goes_on:
+            surely = anytime_valid(count, number)
+            if not _decided(surely.lower, surely.upper, share, trials):
+                return None
+            continue
+        likely = betaincinv(count + PRIOR, number - count + PRIOR, TAILS)
+        if _decided(*likely, share, trials):
+            continue
+        if (needed := trials_that_decide(count, number, share)) > trials:
+            trials = needed
+            continue
+        while trials < most and not _decided(*likely, share, trials):
+            trials = grown(GROWTH * trials)
+    return min(trials, most)
+
+
+def _decided(least: float, largest: float, share: float, trials: int) -> bool:
+    """Return whether trials decide, if a fraction out of limit is one of these two.
+
+    They do if both give the same verdict.
+    """
+    few, many = (
+        anytime_valid(min(round(x * trials), trials), trials) for x in (least, largest)
     )
-    return min(max(enough, default=run.trials), MOST_TIMES * run.trials)
+    return many.upper <= share or few.lower > share

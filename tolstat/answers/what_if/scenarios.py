@@ -11,6 +11,7 @@ from tolstat.answers.report.summaries import all_limits, reportable, summaries_o
 from tolstat.answers.run_answer import notes_of
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.answers.what_if.evaluated_trials import is_cheap, scenario_run
+from tolstat.answers.what_if.fresh_study import as_entries
 from tolstat.answers.what_if.reweighted_trials import (
     check_assumed,
     out_of_limit_sample_size,
@@ -113,7 +114,8 @@ def what_if(
     reportable(baseline)
     study = study_of(run, model=model)
     check_assumed(run, study)
-    scenarios = [deviations] if isinstance(deviations, Mapping) else [*deviations]
+    asked = [deviations] if isinstance(deviations, Mapping) else deviations
+    scenarios = [as_entries(scenario) for scenario in asked]
     if evaluate is None:
         evaluate = any(scenarios) and is_cheap(run, study)
     answers = []

@@ -111,17 +111,20 @@ def steps(
     """Yield the steps of a change, the one that helps most first.
 
     All shifts are one step: one alone may push a response out of its limit. So is a
-    change that does not surely help, and the next one. `shares` returns those out of
+    change that does not surely help, and the next one. The last changes are left out
+    where they neither surely help nor meet all limits. `shares` returns those out of
     limit after a change.
     """
     permitted, before = trials.permitted_out, predicted(trials, trials.design.none)
     step = done = trials.design.none
+    is_first = True
     for single in _ordered(trials, change):
-        step, done = _both(step, single), _both(done, single)
+        step, done = both(step, single), both(done, single)
         after = shares(done)
-        if _equal(done, change) or after.improve(before, permitted):
+        whole = _equal(done, change) and (is_first or after.permitted(permitted))
+        if whole or after.improve(before, permitted):
             yield Step(step, after)
-            step, before = trials.design.none, after
+            step, before, is_first = trials.design.none, after, False
 
 
 def _equal(first: Change, second: Change) -> bool:
@@ -136,9 +139,9 @@ def _ordered(trials: MovableTrials, change: Change) -> Iterator[Change]:
         waiting.append(none._replace(shift=change.shift))
     ordering = trials.thinned(MOST_TRIALS)
     while waiting:
-        options = [predicted(ordering, _both(done, step)).joint for step in waiting]
+        options = [predicted(ordering, both(done, step)).joint for step in waiting]
         step = waiting.pop(int(np.argmin([share.value for share in options])))
-        done = _both(done, step)
+        done = both(done, step)
         yield step
 
 
@@ -161,7 +164,7 @@ def proved(trials: MovableTrials, sample: Sampled) -> Proof | None:
     found, change = list[Step](), trials.design.none
     for step in steps(trials, proof.change, shares):
         found.append(step)
-        change, met = _both(change, step.change), step.after.permitted(permitted_out)
+        change, met = both(change, step.change), step.after.permitted(permitted_out)
         if met:
             break
     return proof._replace(
@@ -236,7 +239,7 @@ def _fewer(trials: MovableTrials, change: Change) -> Iterator[Change]:
             yield option
 
 
-def _both(first: Change, second: Change) -> Change:
+def both(first: Change, second: Change) -> Change:
     """Return changes of different kinds or entries together."""
     return Change(first.shift + second.shift, first.ratio * second.ratio)
 

@@ -15,6 +15,7 @@ from tolstat.statistics.remedies.remedy import ALONE, smallest_change
 WITHOUT_SPREAD = 1e-3  # ratio of all free entries
 MOST_UNEXPLAINED = 0.05  # of a variance that stays: "nothing helps" needs a surface
 FINEST = 1e-3 * WITHOUT_SPREAD  # rounding: the spread that is left is small
+AIM_WIDER = 1.1  # margin of a wider limit: fresh trials follow
 MOST_FREED = 2  # fixed entries that are tried as free ones, the main ones first
 
 
@@ -35,9 +36,6 @@ class Unavoidable(NamedTuple):
     contributions : float64[entry]
         Share of the variance that stays and that goes with each fixed entry: mean of
         the responses that miss their limits.
-    permitted : float64[response, end]
-        Limits that would be met, SI: those of the study where they are met, and where
-        the median lies out of limit.
     beyond : float64[response]
         How far the median lies above its limit, SI; below 0 if below it.
     freed : tuple of Freed
@@ -46,7 +44,6 @@ class Unavoidable(NamedTuple):
 
     shares: Shares
     contributions: Array
-    permitted: Array
     beyond: Array
     freed: tuple[Freed, ...]
 
@@ -71,13 +68,43 @@ def unavoidable(trials: MovableTrials, aim: float) -> Unavoidable | None:
         )
         if helped.score >= aim:
             freed.append(Freed(int(entry), helped.change))
-    needed = best.middle[:, None] + best.reach * [-1, 1]
     beyond = best.middle - np.clip(best.middle, *trials.permitted.T)
-    wider = (best.margins < 1) & (beyond == 0)[:, None]  # else no limit is at fault
-    return Unavoidable(
-        predicted(exact, best.change), contributions,
-        np.where(wider, needed, trials.permitted), beyond, tuple(freed),
-    )  # fmt: skip
+    shares = predicted(exact, best.change)
+    return Unavoidable(shares, contributions, beyond, tuple(freed))
+
+
+def wider_limits(
+    trials: MovableTrials, fresh: MovableTrials, factors: Array
+) -> Array | None:
+    """Return limits that a design meets as it is, float64[response, end], SI.
+
+    Those of the study where they are met. None if fresh trials do not prove the others,
+    or a median lies out of limit.
+
+    Parameters
+    ----------
+    trials, fresh : MovableTrials
+        Of the design as it is: the first ones tell the limits.
+    factors : float64[response]
+        From SI to the units shown: limits are round there.
+    """
+    present = trials.moved(trials.design.none)
+    if np.any(present.room < 0):
+        return None  # no limit is at fault
+    shown = factors[:, None]
+    reach = AIM_WIDER * present.reach * shown
+    if np.any(reach <= 0):
+        return None  # a tail without spread tells no limit
+    step = 10.0 ** (np.floor(np.log10(reach)) - 1)  # two figures of a reach
+    needed = shown * present.middle[:, None] + reach * [-1, 1]
+    rounded = np.stack(
+        [np.floor(needed[:, 0] / step[:, 0]), np.ceil(needed[:, 1] / step[:, 1])], 1
+    )
+    wider = np.round(rounded * step, 12) / shown
+    limits = np.where(present.margins < AIM_WIDER, wider, trials.permitted)
+    proof = replace(fresh, permitted=limits)
+    shares = predicted(proof, proof.design.none)
+    return limits if shares.permitted(fresh.permitted_out) else None
 
 
 def _is_remainder(moved: Moved) -> bool:
