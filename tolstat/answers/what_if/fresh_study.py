@@ -233,24 +233,24 @@ def _enough(
             for name, limit in fresh.limits.items()
         ]
         return min(max(enough, default=run.trials), MOST_TIMES * run.trials)
-    trials, most = run.trials, MOST_TIMES * run.trials
+    size, most = run.trials, MOST_TIMES * run.trials
     for name, limit in fresh.limits.items():
         count, number = counts[name]
-        share = 1 - limit.demanded
+        permitted = 1 - limit.demanded
         if goes_on:
             surely = anytime_valid(count, number)
-            if not _decided(surely.lower, surely.upper, share, trials):
+            if not _decided(surely.lower, surely.upper, permitted, size):
                 return None
             continue
-        likely = betaincinv(count + PRIOR, number - count + PRIOR, TAILS)
-        if _decided(*likely, share, trials):
+        least, largest = betaincinv(count + PRIOR, number - count + PRIOR, TAILS)
+        if _decided(least, largest, permitted, size):
             continue
-        if (needed := trials_that_decide(count, number, share)) > trials:
-            trials = needed
+        if (needed := trials_that_decide(count, number, permitted)) > size:
+            size = needed
             continue
-        while trials < most and not _decided(*likely, share, trials):
-            trials = grown(GROWTH * trials)
-    return min(trials, most)
+        while size < most and not _decided(least, largest, permitted, size):
+            size = grown(GROWTH * size)
+    return min(size, most)
 
 
 def _decided(least: float, largest: float, share: float, trials: int) -> bool:
