@@ -133,7 +133,7 @@ class Here:
     def call(self, function, *arguments):
         return function(*arguments)
 
-    def blocks(self, model, cases, deviations):
+    def blocks(self, model, cases, deviations, late=None):
         self.latest = deviations
         for case in cases:
             rows = slice(case.first, case.stop)
