@@ -132,6 +132,8 @@ def fresh_study(
 
 def as_entries(deviations: Entries) -> dict[str, Entry]:
     """Return entries of [deviations]; a text in braces is an inline table of TOML."""
+    if not isinstance(deviations, Mapping):  # refused where it is read
+        return deviations
     entries = dict[str, Entry](deviations)
     for name, text in deviations.items():
         if isinstance(text, str) and text.lstrip().startswith("{"):
