@@ -23,6 +23,7 @@ include_patterns = [
     "tests/studies/benchmarks/index.md",
     "tests/studies/coverage/index.md",
     "tests/studies/coverage/rare.md",
+    "tests/studies/deciding.md",
     "tests/studies/remedies/index.md",
     "tests/studies/isolation/index.md",
     "tests/studies/fmus/index.md",
