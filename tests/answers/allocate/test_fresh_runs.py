@@ -87,6 +87,7 @@ def test_fresh_runs_keep_little_memory():
             return Outcome(np.repeat(gap[:, None], 40, axis=1))
 
     search = searching(reciprocal(), Many(), trials=20_000)
+    search.runs.prove(search.tightest, 9)  # loads what is needed
     tracemalloc.start()
     for seed in range(10, 16):
         proof = search.runs.prove(search.tightest, seed)
