@@ -29,6 +29,12 @@ class Status(IntEnum):
         return self.name.lower().replace("_", " ")
 
 
+def ran_in_order(status: NDArray[np.uint8]) -> int:
+    """Return how many of the first trials have run, up to one that has not."""
+    not_run = (status == Status.NOT_RUN).nonzero()[0]
+    return int(not_run[0]) if len(not_run) else len(status)
+
+
 FIRST_OWN = 100  # failures of a model have numbers from here to 255
 
 

@@ -18,7 +18,7 @@ shoot() { # page, picture, height
 }
 
 shoot stack-up.html stack-up.png 1460
-shoot gaps.html gaps.png 1395
+shoot gaps.html gaps.png 1383
 shoot khpt75.html report.png 1480
 shoot khpt75-equalized.html report-equalized.png 1066
 shoot comparison.html comparison.png 1010

@@ -16,7 +16,7 @@ from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Chosen, Stopped
 from tolstat.store.stored_run import IN_MEMORY, Run
-from tolstat.units.scale import PER_CENT, Scale
+from tolstat.units.scale import PER_CENT, Scale, figures
 
 UNITS = (("hours", 3600.0), ("minutes", 60.0))  # of predicted times
 MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
@@ -206,7 +206,7 @@ def _stopped(run: Run, stopped: Stopped) -> str:
     stages, rules = ", ".join(map(str, stopped.stages)), "; ".join(stopped.rules)
     if stopped.decides:
         enough = "are enough" if stopped.reached else "are not enough"
-        seconds = f"{run.times['seconds']:.2g} s"
+        seconds = f"{figures(run.times['seconds'], 2)} s"
         text = f"{rules}: {stages} trials {enough} for every limit ({seconds})"
         if thinned := run.thinned:
             text += (

@@ -18,7 +18,7 @@ from tolstat.statistics.limits.yields import PartsUncertainty, Yield, yield_of
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sensitivity.group_surface import GroupSurface, like_normal
 from tolstat.statistics.summary import QUANTILES, ResponseUncertainty
-from tolstat.status import Status
+from tolstat.status import Status, ran_in_order
 from tolstat.store.run_records import Sampled
 from tolstat.store.stored_run import Run
 
@@ -52,14 +52,12 @@ class Drawn:
         run = self.run
         if run.thinned is None or run.trials < run.thinned.plain or self.sample.weights:
             return self
-        not_run = np.flatnonzero(run.status == Status.NOT_RUN)
-        ran = int(not_run[0]) if len(not_run) else run.trials
         sampled = int(np.count_nonzero(~np.isnan(run.thinned.drawn)))
-        ends = run.thinned.first(sampled).ends
-        number = int(ends[ends <= ran].max(initial=0))
+        thinned = run.thinned.first(sampled)
+        number = thinned.in_whole_stages(ran_in_order(run.status))
         if not number:
             return self
-        sample = Sample(run.status[:number], thinned=run.thinned.first(number))
+        sample = Sample(run.status[:number], thinned=thinned.first(number))
         return replace(self, trials=np.arange(number), sample=sample)
 
     def yield_of(self, name: str) -> Yield:

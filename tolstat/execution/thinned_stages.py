@@ -21,6 +21,7 @@ from tolstat.statistics.deciding.chances import (
 from tolstat.statistics.deciding.looks import undecided
 from tolstat.statistics.intervals.weights import COLUMNS
 from tolstat.statistics.sample import Sample
+from tolstat.status import ran_in_order
 from tolstat.study.study import Study
 
 AT_ONCE = 8192  # trials drawn at once
@@ -79,11 +80,9 @@ class ThinnedStages:
 
     def look_back(self, trials: Trials) -> None:
         """Look at the trials of the stages that are over; the first one is."""
-        not_run = np.flatnonzero(trials.status[: trials.sampled] == 0)
-        ran = int(not_run[0]) if len(not_run) else trials.sampled
         assert trials.thinned
-        ends = trials.thinned.ends
-        self._look(trials.first(int(ends[ends <= ran].max())))
+        ran = ran_in_order(trials.status[: trials.sampled])
+        self._look(trials.first(trials.thinned.in_whole_stages(ran)))
 
     def _look(self, trials: Trials) -> None:
         self.sample = Sample(trials.status, thinned=trials.thinned)

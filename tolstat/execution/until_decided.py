@@ -16,6 +16,7 @@ from tolstat.statistics.deciding.looks import (
 )
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sample_size import FIRST_STAGE
+from tolstat.status import ran_in_order
 from tolstat.store.run_records import Stopped
 from tolstat.study.sampling import BUDGET
 from tolstat.study.study import Study
@@ -53,8 +54,7 @@ class UntilDecided(StoppingRule):
                 self._note(self._thinned)
                 return None
             return self._next_thinned(self._thinned, trials)
-        not_run, shortfall = np.flatnonzero(trials.status == 0), None
-        ended = int(not_run[0]) if len(not_run) else rows
+        ended, shortfall = ran_in_order(trials.status), None
         if late:
             self._look(trials.first(ended))
             return None

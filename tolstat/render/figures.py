@@ -154,7 +154,7 @@ def _draw_marks(axes: Axes, panel: PlotPanel) -> None:
     taken: list[float] = []  # how far each line is written, the lowest first
     for mark in sorted(marks, key=lambda mark: mark.value):
         place = (panel.x.factor * mark.value - left) / (right - left)
-        half = LETTER * len(mark.words) / width / 2
+        half = LETTER * (len(mark.words) + 1) / width / 2  # and a gap
         line = next(
             (i for i, end in enumerate(taken) if place - half > end), len(taken)
         )

@@ -33,6 +33,7 @@ SURELY, AS_WIDE = 0.999, 1.75
 STAGE_MULTIPLE = 256  # numbers of trials are multiples of it
 
 CHANCE = 0.8  # that the printed number of trials decides
+TAILS = (1 - CHANCE) / 2, (1 + CHANCE) / 2
 GROWTH = 1.25  # ratio of successive numbers of trials that are tried
 MOST_TRIALS = 10**9
 POSTERIOR = 200  # shares that represent the posterior
@@ -201,10 +202,47 @@ def trials_enough(count: int, trials: int, share: float, planned: int) -> int:
     They do if they decide with as large a part out of limit as `count` of `trials`.
     Arguments and more as of `trials_that_decide`.
     """
-    likely = anytime_valid(round(count / trials * planned), planned)
-    if likely.upper <= share or likely.lower > share:
+    part = count / trials
+    if _decide(planned, share, part, part):
         return planned
     return max(planned, trials_that_decide(count, trials, share))
+
+
+def surely_decide(count: int, trials: int, share: float, planned: int) -> bool:
+    """Return whether so many planned trials decide wherever the interval has the truth.
+
+    Arguments as of `trials_enough`.
+    """
+    surely = anytime_valid(count, trials)
+    return _decide(planned, share, surely.lower, surely.upper)
+
+
+def trials_likely_enough(
+    count: int, trials: int, share: float, planned: int, most: int
+) -> int:
+    """Return how many trials decide all over the middle 80 % of Jeffreys' posterior.
+
+    `planned` if these do; about `most` at most. Other arguments as of `trials_enough`.
+    """
+    ends = betaincinv(count + PRIOR, trials - count + PRIOR, TAILS)
+    if _decide(planned, share, *ends):
+        return planned
+    if (needed := trials_that_decide(count, trials, share)) > planned:
+        return needed
+    while planned < most and not _decide(planned, share, *ends):
+        planned = grown(GROWTH * planned)
+    return planned
+
+
+def _decide(trials: int, share: float, least: float, largest: float) -> bool:
+    """Return whether trials decide, if a fraction is one of these two.
+
+    They do if both give the same verdict.
+    """
+    few, many = (
+        anytime_valid(min(round(x * trials), trials), trials) for x in (least, largest)
+    )
+    return many.upper <= share or few.lower > share
 
 
 def fewest_trials(share: float, times: int = 1) -> int:

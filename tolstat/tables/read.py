@@ -9,6 +9,7 @@ from tolstat.errors import DataError
 from tolstat.tables import named_arrays, qdas, workbook_reader
 from tolstat.tables.delimited import read_delimited
 from tolstat.tables.encodings import text_of_data
+from tolstat.tables.no_value import without_codes
 from tolstat.tables.table import Table
 
 MOST_MEGABYTES = 32  # of a file
@@ -71,7 +72,9 @@ def read_table(
             path, digest, text_of_data(path, raw, form.encoding),
             delimiter=form.delimiter, decimal=form.decimal, requested=requested,
         )  # fmt: skip
-    return Table(grid, form.decimal, form.no_value, dict(form.only))
+    if form.no_value:
+        grid = without_codes(grid, form.no_value)
+    return Table(grid, form.decimal, form.no_value is not None, dict(form.only))
 
 
 def read_qdas(

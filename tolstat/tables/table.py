@@ -18,7 +18,7 @@ from tolstat.tables.heads import (
     summary_word,
     summary_words_at_end,
 )
-from tolstat.tables.no_value import suspected_codes, without_codes
+from tolstat.tables.no_value import suspected_codes
 from tolstat.tables.numerals import COMMA, NAMES, POINT, number, settled_decimal
 
 NAMED = 5  # more rows in a sentence
@@ -54,22 +54,17 @@ class Table:
         Its head, and its rows from there on.
     typed_decimal : str
         The decimal sign that the study names; empty for none.
-    no_value : tuple of str or None
-        Codes of cells without a value; None where the study does not name them: what
-        looks like one is refused.
+    codes_known : bool
+        Whether the study names the codes of cells without a value, which are empty
+        here. Otherwise what looks like one is refused.
     only : mapping of str to str
         What its rows have, by column; others are not read.
     """
 
     grid: Grid
     typed_decimal: str = ""
-    no_value: tuple[str, ...] | None = None
+    codes_known: bool = False
     only: Mapping[str, str] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        """Empty the cells that have a code."""
-        if self.no_value:
-            object.__setattr__(self, "grid", without_codes(self.grid, self.no_value))
 
     @property
     def head(self) -> Head:
@@ -266,7 +261,7 @@ class Table:
 
     def _refuse_codes(self, numbers: Sequence[float | None], name: str) -> None:
         """Refuse a number that looks like a code for no value."""
-        if self.no_value is not None:
+        if self.codes_known:
             return
         filled = [i for i, value in enumerate(numbers) if value is not None]
         suspected = suspected_codes(np.array([numbers[i] for i in filled], np.float64))

@@ -42,8 +42,7 @@ def _looks(run: Run) -> set[int]:
         last = max(looks)
         looks |= {last >> k for k in range(last.bit_length()) if last >> k >= LEAST}
     if run.thinned:  # after its random trials, at the ends of stages
-        ends = run.thinned.ends
-        looks = {int(ends[ends <= n].max(initial=0)) or n for n in looks}
+        looks = {run.thinned.in_whole_stages(n) or n for n in looks}
     return looks
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import betaincinv
 
 from tolstat.answers.relimit import problems_of
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
@@ -18,15 +17,12 @@ from tolstat.answers.what_if.reweighted_trials import (
 from tolstat.errors import QuestionError, StudyError, TolstatError
 from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
-from tolstat.statistics.intervals.shares import PRIOR, anytime_valid
 from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.sample_size import (
-    CHANCE,
     DECIDE,
-    GROWTH,
-    grown,
+    surely_decide,
     trials_enough,
-    trials_that_decide,
+    trials_likely_enough,
 )
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
@@ -40,7 +36,6 @@ from tolstat.study.study import Study, load
 from tolstat.study.study_schema import check_section
 from tolstat.toml import toml_table
 
-TAILS = (1 - CHANCE) / 2, (1 + CHANCE) / 2  # of what may lie out of limit (Jeffreys)
 QUICK = 5e-4  # s a trial: all limits are decided, or 200 000 trials done, in 100 s
 MOST_TIMES = 10  # trials of a fresh run over those of the run: its page says the rest
 
@@ -227,40 +222,16 @@ def _enough(
             known = True
     seconds = float(run.provenance["seconds"]) / max(run.ended, 1)
     goes_on = fresh.limits and fresh.sampling == "random" and seconds <= QUICK
+    planned, most = run.trials, MOST_TIMES * run.trials
+    demands = [
+        (*counts[name], 1 - limit.demanded) for name, limit in fresh.limits.items()
+    ]
+    if goes_on:
+        decided = known and all(surely_decide(*demand, planned) for demand in demands)
+        return planned if decided else None
     if not known:
-        if goes_on:
-            return None
-        enough = [
-            trials_enough(*counts[name], 1 - limit.demanded, run.trials)
-            for name, limit in fresh.limits.items()
-        ]
-        return min(max(enough, default=run.trials), MOST_TIMES * run.trials)
-    size, most = run.trials, MOST_TIMES * run.trials
-    for name, limit in fresh.limits.items():
-        count, number = counts[name]
-        permitted = 1 - limit.demanded
-        if goes_on:
-            surely = anytime_valid(count, number)
-            if not _decided(surely.lower, surely.upper, permitted, size):
-                return None
-            continue
-        least, largest = betaincinv(count + PRIOR, number - count + PRIOR, TAILS)
-        if _decided(least, largest, permitted, size):
-            continue
-        if (needed := trials_that_decide(count, number, permitted)) > size:
-            size = needed
-            continue
-        while size < most and not _decided(least, largest, permitted, size):
-            size = grown(GROWTH * size)
-    return min(size, most)
-
-
-def _decided(least: float, largest: float, share: float, trials: int) -> bool:
-    """Return whether trials decide, if a fraction out of limit is one of these two.
-
-    They do if both give the same verdict.
-    """
-    few, many = (
-        anytime_valid(min(round(x * trials), trials), trials) for x in (least, largest)
-    )
-    return many.upper <= share or few.lower > share
+        enough = (trials_enough(*demand, planned) for demand in demands)
+        return min(max(enough, default=planned), most)
+    for demand in demands:
+        planned = trials_likely_enough(*demand, planned, most)
+    return min(planned, most)

@@ -89,7 +89,7 @@ class Weights:
 
 # columns of a run whose trials were thinned; no response can have these names
 COLUMNS = {
-    "thinned-chance": "with which the trial was evaluated once it was drawn",
+    "thinned-chance": "chance that the trial was evaluated",
     "thinned-drawn": "trials drawn until the end of its stage",
     "thinned-least": "least chance of its stage",
 }
@@ -101,7 +101,7 @@ class Thinned(NamedTuple):
     Attributes
     ----------
     chance : float64[trial]
-        With which a trial was evaluated, once it was drawn.
+        That a trial of the sample was evaluated.
     drawn : float64[trial]
         Trials drawn until the end of the stage of a trial. The first stage has as many
         trials as it drew.
@@ -122,6 +122,11 @@ class Thinned(NamedTuple):
     def ends(self) -> Integers:
         """Numbers of evaluated trials at the end of each stage, int64[stage]."""
         return np.append(np.flatnonzero(np.diff(self.drawn)) + 1, len(self.drawn))
+
+    def in_whole_stages(self, trials: int) -> int:
+        """Return how many of the first trials are those of whole stages."""
+        ends = self.ends
+        return int(ends[ends <= trials].max(initial=0))
 
     def first(self, trials: int) -> Thinned:
         """Return the first trials, which are whole stages."""
