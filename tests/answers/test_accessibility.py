@@ -20,7 +20,7 @@ KINDS = (
 
 @pytest.fixture(scope="module")
 def every(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("pages")
+    folder = tmp_path_factory.mktemp("every_page")  # .ci/run looks for it
     made = {path.stem: path for path in pages(folder)}
     assert tuple(made) == KINDS
     return made

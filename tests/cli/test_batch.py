@@ -225,7 +225,7 @@ def test_titles_are_texts_in_an_index(no_pages, tmp_path):
 
 def test_ctrl_c_ends_a_queue_and_the_same_command_resumes(small_study):
     folder = small_study.parent
-    text = small_study.read_text().replace("trials = 24", "trials = 100_000")
+    text = small_study.read_text().replace("trials = 24", "trials = 20_000")
     small_study.write_text(text)
     after = chain(folder, "z_after")
     command = [TOLSTAT, "batch", small_study, after]

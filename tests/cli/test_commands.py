@@ -7,7 +7,6 @@ import json
 import re
 import shlex
 import subprocess
-from pathlib import Path
 
 import h5py
 import pandas as pd
@@ -15,7 +14,8 @@ import pytest
 from click.testing import CliRunner
 
 import tolstat
-from tests.cli.command_line import TOLSTAT, call
+from tests.cli.command_line import TOLSTAT, call, chain
+from tests.conftest import mill_text
 from tests.render.made_tables import table
 from tolstat.answers.sweep.extremes_document import table_rows
 from tolstat.cli.main import FILES, main
@@ -46,9 +46,9 @@ def test_models_and_one_of_them():
 
 
 def test_run_show_and_refusal(small_study):
-    done = call("run", small_study, "--trials", 80, "--workers", 1)
+    done = call("run", small_study, "--workers", 1)
     assert done.exit_code == 0, done.output
-    for word in ("extra_loss", "<= 3 %", "0 of 80 trials failed", "95 %", "kN"):
+    for word in ("extra_loss", "<= 3 %", "0 of 24 trials failed", "95 %", "kN"):
         assert word in done.output
     again = call("run", small_study)
     assert again.exit_code == 2 and "--force" in again.stderr
@@ -60,11 +60,6 @@ def test_run_show_and_refusal(small_study):
     assert study.exit_code == 2 and "is a study" in study.stderr
 
 
-def test_too_few_trials_are_reported(small_study):
-    shown = call("run", small_study).output
-    assert "needs 368" in shown  # the 99 % quantile
-
-
 @pytest.mark.parametrize(
     "arguments", [["run"], ["run", "x.toml", "--trials", "0"], ["fly"]]
 )
@@ -72,9 +67,9 @@ def test_wrong_usage(arguments):
     assert call(*arguments).exit_code == 2
 
 
-def test_the_installed_command(small_study):
+def test_the_installed_command(tmp_path):
     found = subprocess.run(
-        [TOLSTAT, "run", small_study, "--trials", "8"],
+        [TOLSTAT, "run", chain(tmp_path, "few"), "--trials", "8"],
         capture_output=True,
         text=True,
         check=False,
@@ -263,33 +258,35 @@ def test_a_title_uses_the_width_of_the_screen(capsys):
     assert capsys.readouterr().out.count(f"{title}\n") == 2
 
 
-def test_sobol_runs_state_the_method_of_their_intervals(small_study):
-    text = small_study.read_text().replace('sampling = "random"', 'sampling = "sobol"')
-    small_study.write_text(text)
-    shown = call("run", small_study, "--trials", 512).stdout
+def test_sobol_runs_state_the_method_of_their_intervals(tmp_path):
+    study = chain(tmp_path, "sobol", trials=512)
+    unlimited = study.read_text().partition("[limits]")[0]
+    study.write_text(f'sampling = "sobol"\n{unlimited}')
+    shown = call("run", study).stdout
     assert "Sobol' trials depend on each other" in shown
     assert "16 independent scrambles" in shown
     assert "needs 3000" in shown  # the 99 % quantile of every replicate
 
 
-def test_a_yield_can_be_demanded(small_study):
-    text = small_study.read_text()
-    demanded = '{ limit = "<= 3.5 kN m", yield = "90 %" }'
-    small_study.write_text(text.replace('"<= 3.5 kN m"', demanded))
-    shown = call("run", small_study, "--trials", 64).stdout
-    lines = shown.splitlines()
-    (at, *_) = [i for i, line in enumerate(lines) if "<= 3.5 kN m" in line]
+def test_a_yield_can_be_demanded(tmp_path):
+    study = chain(tmp_path, "demanded", trials=64)
+    demanded = '{ limit = ">= 0.5 mm", yield = "90 %" }'
+    study.write_text(study.read_text().replace('">= 0.5 mm"', demanded))
+    lines = call("run", study).stdout.splitlines()
+    (at, *_) = [i for i, line in enumerate(lines) if ">= 0.5 mm" in line]
     assert "for 90 %" in lines[at + 1] and "99.73 %" not in lines[at + 1]
 
 
 @pytest.fixture(scope="module")
 def twins(tmp_path_factory):
-    """The main study and its twin, 240 trials each."""
+    """The main study and its twin, 60 trials each."""
     folder = tmp_path_factory.mktemp("twins")
     paths = []
     for name in ("khpt75", "khpt75-equalized"):
         paths.append(folder / f"{name}.h5")
-        done = call("run", f"runs/{name}.toml", "--trials", 240, "-o", paths[-1])
+        study = paths[-1].with_suffix(".toml")
+        study.write_text(mill_text(name))
+        done = call("run", study, "--trials", 60)
         assert done.exit_code == 0, done.output
     return paths
 
@@ -304,7 +301,7 @@ def test_report_as_a_page_and_for_other_tools(twins, tmp_path):
     assert call("report", run, "-o", named, "--response", "yaw").exit_code == 0
     assert '<h2 id="yaw">' in named.read_text()
     found = json.loads(call("report", run, "--json").stdout)
-    assert found["trials"]["done"] == 240
+    assert found["trials"]["done"] == 60
     assert len(found["responses"]["rod_force_1"]["worst_trials"]) == 10
     table = tmp_path / "numbers.csv"
     assert call("report", run, "--csv", "-o", table).exit_code == 0
@@ -337,7 +334,7 @@ def test_compare_on_the_screen_and_as_a_page(twins, tmp_path, monkeypatch):
     for words in (
         "B less A",
         "smaller in B, %",
-        "240 of 240",
+        "60 of 60",
         "variant: indeterminate -> equalized",
     ):
         assert words in done.output
@@ -365,13 +362,13 @@ def test_compare_on_the_screen_and_as_a_page(twins, tmp_path, monkeypatch):
 
 def test_several_runs_are_compared_with_the_first(twins, tmp_path):
     other, page = tmp_path / "other.h5", tmp_path / "three.html"
-    asked = ("--trials", 200, "--seed", 76, "-o", other)
-    assert call("run", "runs/khpt75-equalized.toml", *asked).exit_code == 0
+    asked = ("--trials", 40, "--seed", 76, "-o", other)
+    assert call("run", twins[1].with_suffix(".toml"), *asked).exit_code == 0
     done = call("compare", *twins, other, "-o", page)
     assert done.exit_code == 0
     said = " ".join(done.output.split())
-    assert "240 trials done, 0 failed" in said and "same trials (every" in said
-    assert "200 trials done, 0 failed" in said
+    assert "60 trials done, 0 failed" in said and "same trials (every" in said
+    assert "40 trials done, 0 failed" in said
     assert "unpaired (seeds 75 and 76)" in said
     assert "C less A" in page.read_text()
     found = json.loads(call("compare", *twins, other, "--json").stdout)["differences"]
@@ -389,20 +386,20 @@ def test_one_run_alone_is_not_compared(twins):
 
 
 def test_a_run_until_precise_reports_it(tmp_path):
-    study = tmp_path / "until.toml"
-    text = Path("runs/khpt75.toml").read_text()
-    rule = 'trials = { until = "rod_force_1 median +-1 %", at_most = 3000 }'
-    study.write_text(re.sub(r"trials = 4096.*", rule, text))
+    study = chain(tmp_path, "until", limit=">= 1 mm")
+    text = study.read_text()
+    rule = 'trials = { until = "gap median +-1 %", at_most = 3000 }'
+    study.write_text(text.replace("trials = 1000", rule))
     done = call("run", study)
-    assert done.exit_code == 0 and "not met" in done.output  # jam_share
+    assert done.exit_code == 0 and "not met" in done.output
     assert "0 of 1024 trials failed" in done.output
-    reached = "rod_force_1 median +-1 %: reached, checked after 1024 trials"
+    reached = "gap median +-1 %: reached, checked after 1024 trials"
     assert reached in done.output
-    rule = 'trials = { until = "extra_loss mean +-1 %", at_most = 1100 }'
-    study.write_text(re.sub(r"trials = 4096.*", rule, text))
+    rule = 'trials = { until = "gap mean +-0.1 %", at_most = 1100 }'
+    study.write_text(text.replace("trials = 1000", rule))
     done = call("run", study, "--force")
     said = " ".join(done.stderr.split())
-    assert "+-1 %: about" in said
+    assert "+-0.1 %: about" in said
     assert "needed (first estimate); at_most = 1100 is probably too small" in said
     assert "not reached" in done.output
 
@@ -420,17 +417,16 @@ def test_a_reader_that_ends_early_loses_no_file(small_as_run, tmp_path, command)
     assert process.returncode == 0 and said == "" and "</html>" in page.read_text()
 
 
-def test_a_run_whose_reader_ends_is_judged(small_study):
-    text = small_study.read_text().replace('"<= 3.5 kN m"', '"<= 1 kN m"')
-    small_study.write_text(text)
+def test_a_run_whose_reader_ends_is_judged(tmp_path):
+    study = chain(tmp_path, "missed", limit=">= 1.2 mm")
     with subprocess.Popen(
-        [TOLSTAT, "run", small_study, "--check"], stdout=subprocess.PIPE,
+        [TOLSTAT, "run", study, "--check"], stdout=subprocess.PIPE,
         stderr=subprocess.PIPE, text=True,
     ) as process:  # fmt: skip
         process.stdout.close()
         said = process.stderr.read()
     assert process.returncode == 3 and "Traceback" not in said
-    assert tolstat.open(small_study.with_suffix(".h5")).complete
+    assert tolstat.open(study.with_suffix(".h5")).complete
 
 
 @pytest.mark.parametrize("columns", [60, 80, 120])
