@@ -3,8 +3,11 @@
 import codecs
 import errno
 import io
+import lzma
 import os
 import re
+import zipfile
+import zlib
 from pathlib import Path
 from typing import BinaryIO
 
@@ -18,6 +21,10 @@ BYTE_ORDER_MARKS = {  # that of UTF-16 begins one of UTF-32
     codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
 }  # fmt: skip
 AS_UTF_8 = "save the file as UTF-8"
+# of an archive that is damaged, encrypted or packed in an unknown way
+UNREADABLE_ARCHIVE = (
+    zipfile.BadZipFile, zlib.error, lzma.LZMAError, RuntimeError, EOFError,
+)  # fmt: skip
 
 
 def opened(path: Path) -> BinaryIO:

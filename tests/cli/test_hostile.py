@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from tests.conftest import ROOT
+from tests.fmu.building import without_library
 from tolstat.cli.main import main
 
 TOLSTAT = Path(sys.executable).with_name("tolstat")
@@ -198,3 +199,16 @@ def test_a_file_that_cannot_be(folder):
         assert ": File name too long" in said, said
     said = call(folder, "batch", "stack.toml/x.toml", code=2)
     assert "stack.toml is no folder; name another for the index" in said
+
+
+@pytest.mark.parametrize(
+    ("place", "value"), [(6, 1), (8, 99)], ids=["encrypted", "odd"]
+)
+def test_an_archive_that_cannot_be_unpacked(folder, place, value):
+    path = without_library("Backlash", 2, folder)
+    raw = bytearray(path.read_bytes())
+    for sign, more in ((b"PK\x03\x04", 0), (b"PK\x01\x02", 2)):
+        raw[raw.index(sign) + place + more] = value
+    path.write_bytes(raw)
+    said = call(folder, "new", "--machine", path.name, code=2)
+    assert "Backlash2.fmu is not an FMU, a ZIP archive with" in said

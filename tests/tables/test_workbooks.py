@@ -229,3 +229,30 @@ def test_a_zip_that_says_less_than_it_holds():
         (100_000).to_bytes(4, "little"), (10).to_bytes(4, "little")
     )
     assert "parts.xlsx" in refusal(content)
+
+
+ODD = '<?xml version="1.0" encoding="odd"?>'
+
+
+@pytest.mark.parametrize(
+    ("file", "before", "after"),
+    [
+        ("xl/workbook.xml", "<workbook", f"{ODD}<workbook"),
+        ("xl/workbook.xml", ' r:id="rId1"', ""),
+        ("xl/worksheets/sheet1.xml", 'r="4"', 'r="abc"'),
+    ],
+)
+def test_crafted_xml_is_refused(file, before, after):
+    """Values and encodings that python-calamine does not look at."""
+    content = io.BytesIO()
+    with (
+        zipfile.ZipFile(io.BytesIO(by_openpyxl(ROWS))) as archive,
+        zipfile.ZipFile(content, "w") as crafted,
+    ):
+        for name in archive.namelist():
+            text = archive.read(name)
+            if name == file:
+                assert before.encode() in text
+                text = text.replace(before.encode(), after.encode(), 1)
+            crafted.writestr(name, text)
+    assert "cannot be read as a workbook" in refusal(content.getvalue())

@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element
 
 from tolstat.errors import ModelError
 from tolstat.fmu.base_units import BaseUnit
-from tolstat.regular_files import opened
+from tolstat.regular_files import UNREADABLE_ARCHIVE, opened
 
 MOST_MEGABYTES = 64  # of the XML, unpacked
 TRUE = ("true", "1")
@@ -115,7 +115,7 @@ def read_fmu(path: Path) -> FmuFile:
                 root = ElementTree.fromstring(archive.read(entry))
     except OSError as error:
         raise ModelError(f"{path}: {error.strerror or error}") from None
-    except (zipfile.BadZipFile, KeyError, ElementTree.ParseError, ValueError) as error:
+    except (*UNREADABLE_ARCHIVE, LookupError, SyntaxError, ValueError) as error:
         raise ModelError(
             f"{path} is not an FMU, a ZIP archive with modelDescription.xml ({error})"
         ) from None

@@ -14,6 +14,7 @@ import platformdirs
 from tolstat.errors import ModelError
 from tolstat.fmu.model_xml import FmuFile
 from tolstat.operating_system import make_private
+from tolstat.regular_files import UNREADABLE_ARCHIVE
 
 MOST_GIGABYTES = 8  # unpacked
 
@@ -44,6 +45,8 @@ def unpacked(file: FmuFile) -> Path:
                 raise
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
+    except UNREADABLE_ARCHIVE as error:
+        raise ModelError(f"{file.path} is damaged: {error}; export it again") from None
     except OSError as error:
         reason = error.strerror or error
         raise ModelError(

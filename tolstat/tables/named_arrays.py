@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import DataError, allowed_names
+from tolstat.tables.delimited import LONGEST_CELL
 from tolstat.tables.grid import Cell, Grid, Head, Row, Unusable
 from tolstat.tables.heads import split_head
 
@@ -18,6 +19,7 @@ UNIT_NAMES = "units", "unit"  # attributes of a dataset
 MOST_CELLS = 20_000_000
 KINDS = "biufSUO"  # of numbers and texts
 DEEPEST = 8  # groups inside each other
+TEXT = "BYTE_ARRAY"  # as Parquet names it
 
 
 class Column(NamedTuple):
@@ -41,10 +43,21 @@ def read_parquet(path: Path, raw: bytes, digest: str) -> Grid:
             "the table as CSV"
         ) from error
     try:
-        table = parquet.read_table(io.BytesIO(raw))
+        facts = parquet.read_metadata(io.BytesIO(raw))
+        groups = map(facts.row_group, range(facts.num_row_groups))
+        _check_room(
+            8 * facts.num_rows * facts.num_columns,
+            sum(group.total_byte_size for group in groups),
+        )
+        described = map(facts.schema.column, range(facts.num_columns))
+        texts = [field.path for field in described if field.physical_type == TEXT]
+        # each different text is held once: a long one may stand in every row
+        table = parquet.read_table(io.BytesIO(raw), read_dictionary=texts)
         columns = {
             field.name: Column(
-                np.asarray(table[field.name].to_pandas()),
+                table[field.name].to_pandas().astype(object).to_numpy(na_value="")
+                if field.name in texts
+                else np.asarray(table[field.name].to_pandas()),
                 (field.metadata or {}).get(b"unit", b"").decode(),
             )
             for field in table.schema
@@ -109,10 +122,12 @@ def _add_tables(
     tables: dict[str, dict[str, Column]],
     requested: Collection[str],
     depth: int = 0,
-) -> None:
+    before: int = 0,
+) -> int:
     """Add the tables of a group, and of the groups in it, by their paths.
 
-    Links are not followed: they may lead into other files.
+    Links are not followed: they may lead into other files. Returns the bytes that were
+    read, with those before.
     """
     import h5py
 
@@ -123,15 +138,18 @@ def _add_tables(
         item = group[name]
         if isinstance(item, h5py.Group):
             if depth < DEEPEST:
-                _add_tables(item, tables, requested, depth + 1)
-        elif not isinstance(item, h5py.Dataset) or item.external or item.is_virtual:
+                before = _add_tables(item, tables, requested, depth + 1, before)
             continue
-        elif item.size and item.size > MOST_CELLS:
-            raise ValueError(f"{item.name} has more than {MOST_CELLS} values")
-        elif item.ndim == 1 and item.dtype.names:
+        if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual:
+            continue
+        if item.ndim != 1 or not (item.dtype.names or item.dtype.kind in KINDS):
+            continue
+        before += item.nbytes
+        _check_room(before)
+        if item.dtype.names:
             fields = item[()]
             tables[item.name] = {n: Column(fields[n], "") for n in item.dtype.names}
-        elif item.ndim == 1 and item.dtype.kind in KINDS:
+        else:
             units = (item.attrs[key] for key in UNIT_NAMES if key in item.attrs)
             columns[name] = Column(item[()], _text(next(units, "")))
     named = [c for n, c in columns.items() if split_head(n)[0] in requested]
@@ -146,6 +164,16 @@ def _add_tables(
         tables[group.name] = {
             n: column for n, column in columns.items() if len(column.values) == length
         }
+    return before
+
+
+def _check_room(*sizes: int) -> None:
+    """Refuse what is larger, unpacked, than the cells that may be read."""
+    if max(sizes) > 8 * MOST_CELLS:
+        raise ValueError(
+            f"it unpacks to {max(sizes) / 1e6:.0f} MB; at most "
+            f"{8 * MOST_CELLS / 1e6:.0f} MB are allowed"
+        )
 
 
 def _names(columns: Mapping[str, Column]) -> list[str]:
@@ -161,6 +189,13 @@ def _grid(path: Path, digest: str, columns: Mapping[str, Column], words: str) ->
         raise DataError(
             f"{path} has {rows} rows of {len(columns)} columns; at most {MOST_CELLS} "
             "cells are read"
+        )
+    texts = (c.values for c in columns.values() if c.values.dtype.kind in "OSU")
+    long = (x for t in texts for x in t if isinstance(x, str | bytes))
+    if (longest := max(map(len, long), default=0)) > LONGEST_CELL:
+        raise DataError(
+            f"{path}: a cell has {longest} characters; at most {LONGEST_CELL} are "
+            "allowed"
         )
     heads = [split_head(name) for name in columns]
     units = tuple(

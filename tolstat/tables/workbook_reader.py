@@ -9,13 +9,13 @@ import io
 import posixpath
 import re
 import zipfile
-import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-from tolstat.errors import DataError, allowed_names
+from tolstat.errors import LONGEST_MESSAGE, DataError, allowed_names
+from tolstat.regular_files import UNREADABLE_ARCHIVE
 from tolstat.tables.grid import Cell, Grid, Row, Unusable
 from tolstat.tables.heads import head_of, is_empty
 
@@ -73,8 +73,11 @@ def read_workbook(
             for name in ([sheet] if sheet else shown)
             if (grid := _sheet(path, digest, archive, book, name, requested))
         }
-    except (calamine.CalamineError, ElementTree.ParseError, KeyError) as error:
-        raise DataError(f"{path} cannot be read as a workbook: {error}") from None
+    except DataError:
+        raise
+    except (calamine.CalamineError, LookupError, SyntaxError, ValueError) as error:
+        words = str(error)[:LONGEST_MESSAGE]
+        raise DataError(f"{path} cannot be read as a workbook: {words}") from None
     if not chosen:
         which = f"sheet '{sheet}'" if sheet else "a visible sheet"
         raise DataError(
@@ -103,7 +106,7 @@ def _archive(path: Path, raw: bytes) -> zipfile.ZipFile | None:
                 f"{MOST_UNPACKED / 1e6:.0f} MB are allowed"
             )
         damaged = archive.testzip()  # reads no more of a file than its size
-    except (zipfile.BadZipFile, zlib.error, RuntimeError, EOFError) as error:
+    except UNREADABLE_ARCHIVE as error:
         raise DataError(f"{path} cannot be read as a workbook: {error}") from None
     if damaged:
         raise DataError(f"{path} is damaged: {damaged}")
@@ -180,7 +183,7 @@ def _part_of_xlsx(archive: zipfile.ZipFile, sheet: str) -> tuple[str, bool]:
     target, recalculated = "", False
     for element in book.iter():
         if _name(element) == "sheet" and element.get("name") == sheet:
-            identity = next(v for k, v in element.items() if k.endswith("}id"))
+            identity = next((v for k, v in element.items() if k.endswith("}id")), "")
             target = targets[identity]
         if _name(element) == "calcPr":
             recalculated = element.get("fullCalcOnLoad") in ("1", "true")

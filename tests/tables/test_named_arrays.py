@@ -1,0 +1,64 @@
+"""Parquet and HDF5 files that unpack to more than they look."""
+
+from __future__ import annotations
+
+import io
+import tracemalloc
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pyarrow
+import pytest
+from pyarrow import parquet
+
+from tolstat.errors import DataError
+from tolstat.tables.read import read_table
+
+MILLION = 1_000_000
+
+
+def of_parquet(**columns):
+    file = io.BytesIO()
+    parquet.write_table(pyarrow.table(columns), file, compression="zstd")
+    return file.getvalue()
+
+
+def of_hdf5(*shapes):
+    """Compressed datasets without data."""
+    file = io.BytesIO()
+    with h5py.File(file, "w") as data:
+        for number, (rows, kind) in enumerate(shapes):
+            data.create_dataset(f"g{number}/d", rows, kind, chunks=True)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.parquet", of_parquet(d=np.zeros(21 * MILLION, "i1"))),
+        ("a.h5", of_hdf5(((40,), f"S{5 * MILLION}"))),
+        ("a.h5", of_hdf5(*[((11 * MILLION,), "f8")] * 2)),
+        ("a.h5", of_hdf5(((40,), [("d", f"S{5 * MILLION}"), ("e", "f8")]))),
+    ],
+)
+def test_what_unpacks_to_much_is_refused(name, content):
+    assert len(content) < MILLION
+    with pytest.raises(DataError, match=r"unpacks to .* at most 160 MB are allowed"):
+        read_table(Path(name), content)
+
+
+def test_a_long_text_is_refused_before_each_row_holds_it():
+    long = pyarrow.array(["x" * MILLION]).dictionary_encode().take([0] * 500)
+    content = of_parquet(d=np.arange(500.0), words=long)
+    tracemalloc.start()
+    with pytest.raises(DataError, match="a cell has 1000000 characters; at most 1000"):
+        read_table(Path("a.parquet"), content)
+    assert tracemalloc.get_traced_memory()[1] < 50 * MILLION
+    tracemalloc.stop()
+
+
+def test_an_empty_text_is_an_empty_cell():
+    content = of_parquet(d=[1.0, 2.0, 3.0], lot=[b"a", None, b"b"])
+    rows = read_table(Path("a.parquet"), content).grid.rows
+    assert [row.cells[1] for row in rows[1:]] == ["a", "", "b"]
