@@ -39,7 +39,7 @@ from tolstat.document.inline import (
     with_unit,
 )
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.sensitivity.contributions import Contributions
+from tolstat.statistics.sensitivity.contributions import MOST_TRIALS, Contributions
 from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM, Ratio, Scale, share_words
 
 Row = dict[str, Given]
@@ -92,6 +92,7 @@ CLIPPED = (
     "Few trials may dominate the variance: shares are those of the response clipped to "
     "the central 99 % of its trials. "
 )
+FIRST_TRIALS = "Shares are those of the first {} trials. "
 RARER = "They hold for trials like those seen. A rarer kind would change them."
 OVERLAP = " Deviations are correlated: shares overlap and need not add up to 100 %."
 
@@ -336,9 +337,11 @@ class _ResponseSection:
                     Number(shares.unexplained, PART))  # fmt: skip
         ranks = say("Ranks explain {}. ", Number(shares.explained, PART))
         chance = estimated and not shares.linear
+        some = shares.trials == MOST_TRIALS < self.report.trials.done
         return text(
             alone if estimated else None,
             None if math.isnan(shares.explained.value) else ranks,
+            say(FIRST_TRIALS, Number(shares.trials)) if some else None,
             CLIPPED if shares.clipped else None,
             LINEAR if shares.linear else NEIGHBOURS,
             "Estimates below 0 are chance. " if chance else None,
