@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -163,8 +164,11 @@ def test_a_report_is_the_same_whatever_the_backend(folder):
     call(folder, "report", "stack.h5", "-o", "own.html")
     said = typed(folder, "report", "stack.h5", MPLBACKEND="nonsense")
     assert "report in stack.html" in said
-    same = (folder / "own.html").read_text() == (folder / "stack.html").read_text()
-    assert same
+    names = re.compile(r"\bp\d+-")  # of pictures, numbered in a process
+    pages = {
+        names.sub("", (folder / f"{n}.html").read_text()) for n in ("own", "stack")
+    }
+    assert len(pages) == 1
 
 
 def test_a_full_disk_during_output_is_reported(folder):
