@@ -211,3 +211,4 @@ def test_few_lots_are_what_is_few():
     alone = MeasuredSample("x", ("x",), np.sort(parts))
     share = uncertainties_of(trials._replace(samples=(alone,)), (0.5,))["gap"].share
     assert share.lots == {} and share.interval.upper < 0.0022
+    assert share.of_parts[0] == 0  # none of a thousand is out, so perhaps none at all
