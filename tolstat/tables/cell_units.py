@@ -35,7 +35,9 @@ def split_cell(cell: Cell) -> tuple[Cell, str]:
     """
     if isinstance(cell, Quantity):
         return cell
-    match = _QUANTITY.fullmatch(cell) if isinstance(cell, str) else None
+    if not isinstance(cell, str) or cell[-2:].isdigit():  # most cells
+        return cell, ""
+    match = _QUANTITY.fullmatch(cell)
     if match and proof(number := match["number"].strip()) is not Proof.NO_NUMBER:
         unit = match["unit"]
         return (number, unit) if is_unit(unit) else (cell, "")

@@ -45,7 +45,7 @@ def is_empty(cell: Cell) -> bool:
 
 def has_number(cell: Cell) -> bool:
     """Return whether a cell can be read as a number, with or without a unit."""
-    return is_number(split_cell(cell)[0])
+    return is_number(cell) or is_number(split_cell(cell)[0])
 
 
 def summary_word(row: Row) -> str:

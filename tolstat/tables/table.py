@@ -182,10 +182,15 @@ class Table:
 
     @cached_property
     def _units_in_cells(self) -> list[Counter[str]]:
-        """How often each unit stands beside numbers of a column; empty for none."""
+        """How often each unit, or none, stands beside numbers, of columns with units."""
         columns = range(len(self.head.names))
         split = ([split_cell(row.cells[i]) for row in self.rows] for i in columns)
-        return [Counter(unit for x, unit in cells if is_number(x)) for cells in split]
+        return [
+            Counter(unit for x, unit in cells if is_number(x))
+            if any(unit for _, unit in cells)
+            else Counter()
+            for cells in split
+        ]
 
     @cached_property
     def decimal(self) -> str:
@@ -302,7 +307,7 @@ class Table:
                 wrong = f"{cell.text} is {cell.why}, and"
             raise DataError(f"{address}: {wrong} not a number")
         if not self.typed_decimal and any(
-            proof(text) is Proof.EITHER and self.decimal not in text
+            self.decimal not in text and proof(text) is Proof.EITHER
             for text, _ in self._texts(name)
         ):  # thousands: another column may hold no numbers, such as 24.12 or 1.1
             settled_decimal(self._texts(name), source="column")

@@ -57,6 +57,7 @@ FRESH = [
           ("very skewed", 15, 1), ("very skewed", 50, 2), ("very skewed", 200, 1),
           ("very skewed", 1000, 1),
           ("heavy", 15, 2), ("heavy", 50, 1), ("heavy", 200, 3), ("heavy", 1000, 1),
+          ("heavy", 200, 1), ("heavy", 1000, 3),
           ("uniform", 15, 3), ("uniform", 50, 1), ("uniform", 200, 2),
           ("two kinds", 20, 1), ("two kinds", 60, 3), ("two kinds", 400, 1),
       )),
