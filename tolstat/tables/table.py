@@ -182,7 +182,7 @@ class Table:
 
     @cached_property
     def _units_in_cells(self) -> list[Counter[str]]:
-        """How often each unit, or none, stands beside numbers, of columns with units."""
+        """How often each unit or none stands beside numbers, of columns with units."""
         columns = range(len(self.head.names))
         split = ([split_cell(row.cells[i]) for row in self.rows] for i in columns)
         return [
