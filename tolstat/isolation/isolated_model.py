@@ -78,10 +78,6 @@ class Isolated(Wrapped):
             self._described = settings, self._declared("describe", settings)
         return self._described[1]
 
-    def evaluate(self, deviations: Array, settings: Any) -> Outcome:
-        """Return the outcome of trials; one whose process ends has failed."""
-        return Outcome(**self._evaluated(deviations, settings)._asdict())
-
     @property
     def views(self) -> tuple[Offer, ...]:  # type: ignore[override]
         """The views of the model."""
@@ -134,8 +130,8 @@ class Isolated(Wrapped):
             raise self.fault(f"{name}: its process {ended.words}") from None
         return reply.result()
 
-    def _evaluated(self, deviations: Array, settings: Any) -> Answers:
-        """Return the answers of trials.
+    def evaluate(self, deviations: Array, settings: Any) -> Outcome:
+        """Return the outcome of trials; one whose process ends has failed.
 
         A trial has failed only if it fails alone in a fresh process: else it would
         depend on the trials before it. All others of its block are evaluated again.
@@ -160,7 +156,8 @@ class Isolated(Wrapped):
             self.learn(seconds)
             processes.pace = min(processes.pace, seconds)
             parts[part.first] = reply.result()
-        return Answers.joined([parts[first] for first in sorted(parts)])
+        answers = Answers.joined([parts[first] for first in sorted(parts)])
+        return Outcome(**answers._asdict())
 
     def _longest_block(self, rows: int) -> float:
         """Return how long a row may be under way, s, or the rows that are one call."""

@@ -29,7 +29,6 @@ from tolstat.document.inline import (
     Number,
     Parts,
     Said,
-    Typed,
     Word,
     counted,
     say,
@@ -117,7 +116,7 @@ class _ResponseSection:
         elif report.trials.done and self.name in report.illustrated:
             values = blocks.Gallery(figures_of(report, self.name))
         elif report.trials.done:
-            draw = Typed(to_draw(self.run, self.name))
+            draw = to_draw(self.run, self.name)
             values = blocks.paragraph(
                 say(NOT_DRAWN, Number(len(report.illustrated)), draw)
             )
@@ -435,7 +434,7 @@ class _ResponseSection:
                 else self._number(precise),
                 **{n: size_words(run, sized[n], x) if n in sized
                    else with_unit(Number(x, run.scales[n])) for n, x in deviations},
-                again: Typed(to_replay(run.path, worst.trial, run.machine)),
+                again: to_replay(run.path, worst.trial, run.machine),
             })  # fmt: skip
         caption = rests_on(self.report)
         if trials.counted < trials.ran:  # these are the worst of all
