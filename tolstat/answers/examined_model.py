@@ -70,7 +70,7 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
 
     Parameters
     ----------
-    what : str
+    source : str
         A study file, a name of `tolstat.models()`, or FILE.py:NAME.
 
     Raises

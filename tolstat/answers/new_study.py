@@ -110,7 +110,6 @@ def new_study(model: str | Model) -> str:
     )
     title = " ".join((model.title or model.name).split())
     run = command("run", "STUDY.toml", machine=catalogue.place_of(model))
-
     lines = [HEAD.format(title=title, run=visible(run.text), name=toml_of(model.name))]
     for head, section in sections:
         if entries := [*section]:
