@@ -52,7 +52,7 @@ def to_export(run: Run) -> Typed:
     return command("export", run.path, "-o", _file_of(run).with_suffix(".csv"))
 
 
-def to_tables(run: Run) -> str:
+def to_tables(run: Run) -> Typed:
     """Return the command that writes all tables of a report beside the run."""
     file = _file_of(run).with_suffix(".report.xlsx")
     return command("report", run.path, "-o", file, machine=run.machine)

@@ -161,7 +161,7 @@ class _ResponseSection:
         rows = len(table.rows)
         if rows <= MOST_ROWS:
             return (table,)
-        words = say(FIRST_ROWS, str(MOST_ROWS), str(rows), Typed(to_tables(self.run)))
+        words = say(FIRST_ROWS, str(MOST_ROWS), str(rows), to_tables(self.run))
         return replace(table, page_rows=MOST_ROWS), blocks.note(words)
 
     def _declared(self) -> Parts:
