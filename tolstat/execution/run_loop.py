@@ -36,7 +36,7 @@ from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import FIRST_OWN, Status
 from tolstat.store.run_records import Audited, Diagnostics, Isolation
-from tolstat.store.run_writer import Recorder
+from tolstat.store.run_writer import Blocks, Recorder
 from tolstat.store.stored_run import ROUNDING, Run
 from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
@@ -62,7 +62,6 @@ class Progress(NamedTuple):
 
 
 Telling = Callable[[Progress], None]
-Blocks = list[tuple[int, Answers]]
 
 
 def evaluate_stages(
