@@ -74,7 +74,7 @@ def chain(tmp_path, entry, limit, trials=4000):
 def test_the_commands_halve_as_the_number_promises(tmp_path, kind):
     entry, half, limit = ENTRIES[kind]
     run = chain(tmp_path, entry, limit)
-    write, again = to_change(run, halved(run, "a"))
+    write, again = map(str, to_change(run, halved(run, "a")))
     typed(write)
     study = tomllib.loads((tmp_path / "chain.remedy.toml").read_text())
     wanted = half if isinstance(half, dict) else {"tolerance": half}
