@@ -64,7 +64,8 @@ These are printed with an interval, but were not measured:
 - Pp and Ppk by percentiles of weighted trials;
 - Ppk of limits with two ends, and their differences;
 - "as printed", by moments and with stopping rules: trials of the stand;
-- stopping rules other than the two in the table.
+- stopping rules other than the two in the table;
+- Saltelli's design with 10 000 groups.
 
 ## Rare failures
 

@@ -46,7 +46,7 @@ Row = dict[str, Given]
 Values = Mapping[str, Estimate] | Mapping[str, float]
 
 MOST_NAMED = 12  # of a kind of part
-MOST_ROWS = 40  # contributors in a table of a page: of a thousand nobody reads more
+MOST_ROWS = 40  # contributors in a table of a page; exports have all
 
 CHOSEN = {
     "random": "at random", "near": "next to the limit", "worst": "worst",
