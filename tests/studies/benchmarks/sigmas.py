@@ -47,7 +47,8 @@ def errors(study: Study, changes: Mapping[str, float], trials: int) -> Errors:
     cells = [replace(case.settings, **changes) for case in study.cases]
     deviations = np.zeros((1, len(study.description.contributors)))
     if len(cells) == 1:
-        deviations = machines(study, trials)
+        drawn = study.sampler is not None
+        deviations = machines(study, trials) if drawn else study.deviations()
 
     def responses(cells: list[Any]) -> tuple[NDArray[np.float64], float]:
         outcomes = [study.model.evaluate(deviations, settings) for settings in cells]
