@@ -155,9 +155,9 @@ class Drawn:
     def ends(self, name: str) -> Array | None:
         """Return the responses that integration errors allow, as of `response_ends`.
 
-        None where nothing was evaluated again.
+        None where nothing was evaluated again, and of a residual.
         """
-        if (again := self.run.audited) is None:
+        if (again := self.run.audit_of(name)) is None:
             return None
         chosen = again.at_random | (again.chosen_by.get(name, 0) != 0)
         values, precise = self.run.column(name), again.responses[name]
@@ -198,20 +198,20 @@ class Drawn:
 
 
 def audited_of(run: Run, name: str) -> AuditedResponse | None:
-    """Return what the audit shows of a response; None if nothing was audited."""
-    if run.audited is None:
+    """Return what the audit shows of a response; None if not audited."""
+    if (audited := run.audit_of(name)) is None:
         return None
     limit = run.limits.get(name, NO_LIMIT)
-    return run.audited.response(name, run.column(name), limit.permitted)
+    return audited.response(name, run.column(name), limit.permitted)
 
 
 def changes_of(run: Run, name: str) -> Truths:
     """Return whether each trial evaluated again changes sides of its limit."""
-    if run.audited is None:
+    if (audited := run.audit_of(name)) is None:
         return np.zeros(0, dtype=np.bool_)
     permitted = run.limits[name].permitted
-    before = within(run.column(name)[run.audited.trials], permitted)
-    return np.asarray(before != within(run.audited.responses[name], permitted))
+    before = within(run.column(name)[audited.trials], permitted)
+    return np.asarray(before != within(audited.responses[name], permitted))
 
 
 def drawn_trials(run: Run, model: Model | None = None) -> Drawn | None:
