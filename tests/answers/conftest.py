@@ -45,5 +45,5 @@ def chain(limit, **more):
     }
     return {
         "model": "dimension_chain", "trials": 5000, "seed": 5, "links": links,
-        "settings": {"gap": "H - a"}, "limits": {"gap": limit}, **more,
-    }  # fmt: skip
+        "settings": {"gap": "H - a"}, "limits": {"gap": limit},
+    } | more  # fmt: skip

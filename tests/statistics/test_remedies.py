@@ -73,7 +73,12 @@ def test_a_surface_knows_a_quadratic_function_and_moves_its_trials():
     kept = rng.normal(size=y.shape) * 1e-3
     surface = fitted_surface(z, y)
     np.testing.assert_allclose(surface.slopes, slopes, atol=1e-9)
-    np.testing.assert_allclose(surface.bends, bends, atol=1e-9)
+    twice = np.einsum("jii->ij", bends)
+    np.testing.assert_allclose(surface.bends, twice, atol=1e-9)
+    products = bends - np.einsum("ij,ik->jik", twice, np.eye(4))
+    np.testing.assert_allclose(surface.products, products, atol=1e-9)
+    at = surface.slopes_at(z[0])
+    np.testing.assert_allclose(at, slopes + (bends @ z[0]).T, atol=1e-8)
     assert surface.remainders.max() < 1e-6
     shift, ratio = np.array([0.3, 0, -1, 0]), np.array([1, 0.5, 0.2, 1])
     moved = quadratic_of(shift + ratio * z, slopes, bends)
@@ -85,9 +90,9 @@ def test_a_surface_has_products_only_where_they_pay():
     z = np.random.default_rng(0).standard_normal((500, 20))
     noise = np.random.default_rng(1).standard_normal((500, 1))
     linear = fitted_surface(z, z.sum(axis=1, keepdims=True))
-    assert not linear.bends.any()
+    assert linear.is_straight
     few = fitted_surface(z, z[:, :1] * z[:, 1:2] + noise)  # 231 terms for 500 trials
-    assert not few.bends[0][~np.eye(20, dtype=bool)].any()
+    assert not few.products.any()
     assert few.remainders[0] == pytest.approx(math.sqrt(2), rel=0.1)
 
 
@@ -95,7 +100,9 @@ def test_a_surface_of_many_contributors_has_the_products_of_the_main_ones():
     z = np.random.default_rng(0).standard_normal((6000, 40))
     y = z[:, :2].sum(axis=1) + 0.5 * z[:, 0] * z[:, 1]  # 861 terms with all products
     surface = fitted_surface(z, y[:, None])
-    assert surface.bends[0, 0, 1] == pytest.approx(0.5)
+    assert surface.products[0, *np.searchsorted(surface.main, [0, 1])] == pytest.approx(
+        0.5
+    )
     assert surface.remainders[0] < 1e-6
 
 

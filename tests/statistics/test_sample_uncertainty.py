@@ -90,6 +90,16 @@ def test_parts_between_the_tails_remain(n):
     assert PARTS[0] < np.median(middle) < PARTS[n - 1]
 
 
+def test_no_number_of_parts_proves_a_tail():
+    """None of a hundred even parts is out of limit: perhaps none at all is."""
+    parts = (np.arange(100) + 0.5) / 100
+    x, limits = parts[(UNITS * 100).astype(int)], {"y": Limit(-np.inf, 1.0)}
+    sample = MeasuredSample("x", ("x",), parts)
+    trials = MeasuredTrials((sample,), {"x": x}, {"y": x}, limits)
+    lower, upper = uncertainties_of(trials, (), ())["y"].share.of_parts
+    assert lower == 0 < 0.001 < upper < 0.05
+
+
 def test_a_doubtful_fit_decides_nothing():
     uncertainty = measured_x(lambda x, w: x + w, Limit(-np.inf, 3.0), p_value=0.04)
     assert not uncertainty["y"].share.assumed

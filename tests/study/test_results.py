@@ -262,6 +262,14 @@ def test_codes_for_no_value_are_refused_or_named(study, code):
     assert taken.column("slide")[3] == pytest.approx(1e-3 * float(code))
 
 
+def test_a_shipped_study_takes_the_values_of_one_bore(tmp_path):
+    cells = pd.read_csv("runs/bores.csv", sep=";", index_col="id")
+    sizes = cells.loc["Bore 1", "actual [mm]"].loc[lambda actual: actual != -999]
+    run = tolstat.run("runs/bores.toml", trials=2000, output=tmp_path / "bores.h5")
+    bores = np.unique(run.column("bore"))
+    np.testing.assert_allclose(bores, 1e-3 * (np.unique(sizes) - 20), atol=1e-12)
+
+
 def test_good_rows_have_no_warnings(study):
     assert tolstat.run(study(rows(4000))).warnings == ()
 

@@ -109,6 +109,8 @@ def test_several_parts():
         (["K0100 1", "K2002/1 d"], "no value that counts"),
         (["K0100 1", "K2002/1 d", "K0001/1 1,000.5"], "not a number"),
         (["K0100 1", "KX/1 d"], "no key of Q-DAS"),
+        (["K0100 1", "K2002/1 d", "20.1", "-1E+20", "20.2"], "line 4: -1e+20 may mean"),
+        (["K0100 1", "K2002/1 d", "K2110/1 2", "K2111/1 1", "1.5"], "above its upper"),
         (["K0100 -1"], "a number from 1"),
         (["part;d", "1;2"], "no Q-DAS file"),
         ([""], "K0100 is missing"),

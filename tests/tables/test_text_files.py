@@ -109,6 +109,10 @@ FILES = {  # content, column, its values, words of how it was read
     "a separator at the end of each line": (
         b"n;d;\n1;5,5;\n2;6,5;\n", "d", [5.5, 6.5], "semicolons, decimal comma, UTF-8",
     ),
+    "lots of a digit and a letter": (
+        b"n;d;lot\n1;5,5;1A\n2;6,5;2A\n", "d", [5.5, 6.5],
+        "semicolons, decimal comma, UTF-8",
+    ),
     "cavities as heads": (
         b"shot;1;2;3\n1;5,51;5,62;5,7\n2;5,5;5,61;5,73\n", "2", [5.62, 5.61],
         "semicolons, decimal comma, UTF-8",
@@ -132,6 +136,10 @@ FILES = {  # content, column, its values, words of how it was read
         b"id,d\nA|1,20.01\nA|2,20.02\n", "d", [20.01, 20.02],
         "commas, decimal point, UTF-8",
     ),
+    "units in the cells": (
+        "Nr;Länge;Schlupf\n1;12,34 mm;0,5 %\n2;;0,25%\n3;12,3 mm;1 %\n".encode(),
+        "Länge", [12.34, 12.3], "semicolons, decimal comma, UTF-8, 1 empty",
+    ),
     "a table as it is": (
         b"n,d\n1,5\n2,6\n", "d", [5.0, 6.0], "commas, UTF-8",
     ),
@@ -148,6 +156,10 @@ REFUSED = {  # content, column, words of the refusal
     "whole thousands in quotes": (
         b'n,F\n1,"1,250"\n2,"10,300"\n', "F", ["1250 or 1.25", "decimal ="],
     ),
+    "three decimals beside days": (
+        b"day;d\n24.12;20,001\n25.12;20,003\n", "d",
+        ["line 2, column d", "20001 or 20.001", "of the column", "decimal ="],
+    ),
     "both signs": (
         b"n;d\n1;20,01\n2;20.02\n", "d",
         ["line 3, column d: '20.02' has a decimal point",
@@ -158,6 +170,9 @@ REFUSED = {  # content, column, words of the refusal
     ),
     "a comma in its head": (
         b"length, mm\n20,01\n20,02\n", "length", ["'20,01'", "decimal", "delimiter"],
+    ),
+    "a word in the first row": (
+        b"n;d\n1;(20,01)\n2;20,02\n", "d", ["line 2, column d: '(20,01)'"],
     ),
     "two separators": (
         b"a;b|c\n1;x|3\n5;y|7\n", "a",
@@ -170,6 +185,19 @@ REFUSED = {  # content, column, words of the refusal
     "a word": (
         b"n;d\n1;5,5\n2;5,6 mm\n3;6,5\n4;6,1\n", "d",
         ["line 3, column d", "'5,6 mm' is not a number"],
+    ),
+    "two units in cells": (
+        "n;d [mm]\n1;5.5 mm\n2;5.6 mm\n3;5600 µm\n".encode(), "d",
+        ["line 4, column d", "'5600 µm'", "the unit mm", "the same unit"],
+    ),
+    "a head against its cells": (
+        "n;d [mm]\n1;5.5 µm\n2;5.6 µm\n".encode(), "d",
+        ["column d", "in µm", "its head says mm"],
+    ),
+    "units in cells without a head": (b"5.5 mm\n5.6 mm\n5.7 mm\n", "d", ["no head"]),
+    "write.table of R, by tabs": (
+        b'"d"\t"lot"\n"1"\t20.01\t"A"\n"2"\t20.02\t"B"\n', "d",
+        ["line 1: 2 heads above 3 columns; add", "col.names = NA"],
     ),
     "a date": (
         b"day;d\n24.12.2025;5,5\n25.12.2025;6,5\n", "day", ["line 2", "24.12.2025"],
@@ -251,6 +279,20 @@ def test_the_wanted_column_tells_the_head():
         read_table(Path("a.csv"), content).measured("Auftrag")
     measured = read_table(Path("a.csv"), content, requested=("d",)).measured("d")
     assert measured.numbers == (5.5, 6.5) and "2 lines skipped" in measured.words
+
+
+@pytest.mark.parametrize("cell", ["-9.999,00", "-9.999", "-9999 mm", "−9999"])
+def test_a_code_is_known_however_it_is_written(cell):
+    unit = " mm" * cell.endswith("mm")
+    content = f"n;d\n1;5,5{unit}\n2;{cell}\n3;6,5{unit}\n".encode()
+    table = read_table(Path("a.csv"), content, Form(no_value=("-9999",)))
+    assert table.measured("d").numbers == (5.5, 6.5)
+
+
+def test_a_first_row_with_a_word_is_no_head():
+    table = read_table(Path("a.csv"), b"n;d\n1;>5,4\n2;5,5\n3;5,6\n")
+    with pytest.raises(DataError, match=r"line 1 may be the head, and line 2 .*: >5,4"):
+        table.measured("1")
 
 
 def test_rows_of_one_characteristic_among_others():

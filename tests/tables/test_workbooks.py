@@ -178,6 +178,23 @@ def test_equal_cells_of_ods_side_by_side():
     assert "Messung!B3: #N/A is an error" in said
 
 
+def test_a_number_shown_in_per_cent_is_read_as_shown():
+    rows = [["Nr", "slip [%]"], *([i, x] for i, x in enumerate((0.005, 0.07, 0.006)))]
+    book = openpyxl.load_workbook(io.BytesIO(by_openpyxl(rows)))
+    for row, form in zip((2, 3, 4), ("0.0%", "0%", "[Red]0.00 %"), strict=True):
+        book["Messung"].cell(row, 2).number_format = form
+    column = measured(saved(book), "slip")
+    assert column.numbers == (0.5, 7.0, 0.6) and column.unit == "%"
+    book["Messung"].cell(4, 2).number_format = '0.00" %"'  # 0.01 %: a text beside it
+    assert "Messung!B4" in refusal(saved(book), "slip")
+    cells = []
+    for text, value in (("0.5%", "0.005"), ("7%", "0.07")):
+        cells.append(odf.table.TableCell(valuetype="percentage", value=value))
+        cells[-1].addElement(odf.text.P(text=text))
+    column = measured(by_odfpy([["slip"], *([x] for x in cells)]), "slip", "a.ods")
+    assert column.numbers == (0.5, 7.0) and column.unit == "%"
+
+
 def test_an_empty_cell_of_xls_may_be_an_error():
     said = refusal(by_xlwt([["Nr", "d"], [1, 20.1], [2, xlwt.Formula("1/0")]]),
                    name="a.xls")  # fmt: skip

@@ -60,6 +60,12 @@ def to_export(run: Run) -> str:
     return command("export", run.path, "-o", _file_of(run).with_suffix(".csv"))
 
 
+def to_tables(run: Run) -> str:
+    """Return the command that writes all tables of a report beside the run."""
+    file = _file_of(run).with_suffix(".report.xlsx")
+    return command("report", run.path, "-o", file, machine=run.machine)
+
+
 def _file_of(run: Run) -> Path:
     """Return the run file; of a run in memory the one that commands name."""
     return SAVED if run.path == IN_MEMORY else run.path

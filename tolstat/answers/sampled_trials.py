@@ -38,10 +38,12 @@ class Drawn:
     trials: NDArray[np.int64]
     sample: Sample  # these trials
 
-    def values(self, name: str) -> Array:
-        """Return a response or contributor of these trials, SI."""
+    def values(self, name: str, among: Truths | None = None) -> Array:
+        """Return a response or contributor of these trials or some of them, SI."""
         column: Array = self.run.column(name)
-        return column[self.trials] if len(self.trials) < self.run.trials else column
+        if len(self.trials) < self.run.trials:
+            column = column[self.trials]
+        return column if among is None or among.all() else column[among]
 
     @cached_property
     def judged(self) -> "Drawn":
@@ -94,11 +96,11 @@ class Drawn:
 
     def done(self, name: str) -> Array:
         """Return a response or contributor of those that are done, SI."""
-        return self.values(name)[self.sample.done]
+        return self.values(name, self.sample.done)
 
     def deviating(self, among: NDArray[np.bool_]) -> dict[str, Array]:
         """Return the contributors that deviate among some of these trials, SI."""
-        columns = {n.name: self.values(n.name)[among] for n in self.run.contributors}
+        columns = {n.name: self.values(n.name, among) for n in self.run.contributors}
         return {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
 
     @cached_property

@@ -68,6 +68,7 @@ LOOKS: dict[str, dict[str, Any]] = {
 }
 MOST_POINTS = 2000  # of a scatter, above which it is rasterised
 EDGE = 0.4  # of a letter: around all that is drawn
+TITLE_EDGE = 0.05  # inches above the title of a file: less than twice `EDGE`
 TICKS = 5  # along an axis of a small picture: each costs
 NAME = 28  # letters of a name in a line beside an axis
 MOST_WORDS = 32  # along an axis; of more some are written
@@ -95,7 +96,8 @@ def draw(picture: Plot | Table, title: str) -> Figure:
     """
     with mpl.rc_context(STYLE):
         figure = _table(picture) if isinstance(picture, Table) else _figure(picture)
-        figure.suptitle(visible(title), x=0.01, ha="left", fontsize=11)
+        top = 1 - TITLE_EDGE / figure.get_figheight()
+        figure.suptitle(visible(title), x=0.01, y=top, ha="left", fontsize=11)
     return figure
 
 

@@ -11,12 +11,13 @@ from tolstat.study.files import beside, content
 from tolstat.study.repeated_rows import copied_parts
 from tolstat.study.study_schema import FileEntry, PartsEntry
 from tolstat.tables import qdas
+from tolstat.tables.cell_units import PLAIN, is_unit
 from tolstat.tables.grid import Row
 from tolstat.tables.heads import split_head
 from tolstat.tables.numerals import COMMA, is_torn
 from tolstat.tables.read import MOST_MEGABYTES, Form, read_qdas, read_table
 from tolstat.tables.table import MeasuredColumn, Table
-from tolstat.units.conversion import to_si
+from tolstat.units.conversion import same_unit, to_si
 
 FEW = 5  # rows: fewer tell nothing
 
@@ -57,13 +58,13 @@ class MeasuredFile:
     def names(self, lots: str = "") -> list[str]:
         """Return characteristics, or columns of numbers.
 
-        Neither those that count 1, 2, 3 nor that of the lots.
+        Neither those that count 1, 2, 3 nor that of the lots. One with a word or
+        another unit in it is among them: reading it names that cell.
         """
         if isinstance(self._file, qdas.QdasFile):
             return self._file.names
-        numeric = [name for name in self._file.numeric if name != lots]
-        columns = [name for name in numeric if not self._file.counts_rows(name)]
-        return columns or self._file.partly_numeric
+        names = [name for name in self._file.mainly_numeric if name != lots]
+        return [name for name in names if not self._file.counts_rows(name)]
 
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
         """Return a column; `lots` names that of the lots, which Q-DAS tells itself."""
@@ -112,10 +113,16 @@ def form_of(entry: FileEntry) -> Form:
 def unit_of_column(column: MeasuredColumn, typed: str | None, source: str) -> str:
     """Return the unit of a column, typed or of its file; refuse two that differ.
 
-    `source` says where it was typed.
+    `source` says where it was typed. What is typed replaces a unit that is unknown.
     """
     unit = column.unit if typed is None else typed
-    if column.unit and column.unit != unit:
+    if column.unit and not is_unit(column.unit):
+        if typed is None and column.unit not in PLAIN:
+            raise DataError(
+                f"{column.path}, column {column.name}: its unit '{unit}' is unknown; "
+                'give its unit, such as unit = "mm"'
+            )
+    elif column.unit and not same_unit(column.unit, unit):
         raise DataError(
             f"{column.path} gives column {column.name} in {column.unit}, {source} in "
             f"{unit}"

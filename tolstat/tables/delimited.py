@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tolstat.errors import DataError
+from tolstat.tables.cell_units import is_unit
 from tolstat.tables.encodings import UTF_8, Decoded
 from tolstat.tables.grid import Grid, Head, Row
-from tolstat.tables.heads import head_of, is_unit
+from tolstat.tables.heads import head_of
 from tolstat.tables.numerals import COMMA, Proof, is_torn, proof
 
 LONGEST_CELL = 1000  # characters
@@ -74,12 +75,13 @@ def read_delimited(
         lines = [(number, remark.lstrip("# \t")), *lines]
         split = _split(path, lines, TYPED.get(delimiter, delimiter), requested)
     separator, rows, head = split.separator, split.rows, split.head
+    usual = [row for row in rows if len(row.cells) == split.width]
     if head is None:
+        _refuse_short_head(path, split)
         raise DataError(
             f"{path}: no head above numbers was found; above each column of numbers a "
             'name is expected. Where blanks separate columns, give delimiter = "space"'
         )
-    usual = [row for row in rows if len(row.cells) == split.width]
     first_line = usual[head.position].line
     table = [row for row in rows if row.line >= first_line]
     below = 0
@@ -141,9 +143,22 @@ def _split(
         )
     if fits:
         return (strong or fits)[0]
-    ragged = [split for split in splits if split.width > 1 and split.separator == COMMA]
+    several = [split for split in splits if split.width > 1]
     alone = _by(path, lines, NONE, requested)
-    return alone if alone.head or not ragged else ragged[0]
+    return alone if alone.head or not several else several[0]
+
+
+def _refuse_short_head(path: Path, split: Split) -> None:
+    """Refuse a row before the first usual one that has one cell less."""
+    first = next(i for i, row in enumerate(split.rows) if len(row.cells) == split.width)
+    above = split.rows[first - 1] if first else None
+    if above and len(above.cells) == split.width - 1 > 0:
+        comma = " (or is a comma its decimal sign?)" * (split.separator == COMMA)
+        raise DataError(
+            f"{path}, line {above.line}: {split.width - 1} heads above {split.width} "
+            f"columns{comma}; add the head that is missing. R leaves out that of the "
+            "names of rows: write with col.names = NA"
+        )
 
 
 def _by(
@@ -164,7 +179,9 @@ def _rows(
 ) -> Iterator[Row]:
     """Yield rows with the number of the line in which they begin; refuse long cells."""
     if separator == " ":
-        yield from (Row(number, [*line.split()]) for number, line in lines)
+        for number, line in lines:
+            words = re.findall(r'"[^"]*"|\S+', line)
+            yield Row(number, [word.strip('"') for word in words])
         return
     reader = csv.reader((f"{line}\n" for _, line in lines), delimiter=separator)
     begun = 0

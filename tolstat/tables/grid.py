@@ -14,7 +14,18 @@ class Unusable(NamedTuple):
         return self.text
 
 
-Cell = str | float | Unusable  # a float is a number that a program wrote as one
+class Quantity(NamedTuple):
+    """A number of a workbook that its cell shows with a unit: 0.005 as 0.5 %."""
+
+    number: float  # in that unit
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.number:.15g} {self.unit}"
+
+
+# a float is a number that a program wrote as one
+Cell = str | float | Unusable | Quantity
 
 
 class Row(NamedTuple):
@@ -31,6 +42,7 @@ class Head(NamedTuple):
     body: int  # index of the first row of numbers
     names: tuple[str, ...]  # of the columns, without their units; empty for none
     units: tuple[str, ...]  # empty where there is none
+    rival: int = 0  # line of a row above that may be the head, too; 0 for none
 
 
 class Grid(NamedTuple):

@@ -2,14 +2,11 @@
 
 import re
 from collections.abc import Collection, Sequence
-from contextlib import suppress
 
-from tolstat.errors import UnitError
+from tolstat.tables.cell_units import is_unit, split_cell
 from tolstat.tables.grid import Cell, Head, Row
 from tolstat.tables.numerals import Proof, is_missing, proof
-from tolstat.units.conversion import dimension
 
-PLAIN = ("1", "count")
 TAILS = 4, 2, 1  # parts of the rows; the last one shows which columns hold numbers
 # "t [mm]", "t (mm)", "t in mm", "t / mm"
 _BRACKETS = re.compile(r"(?P<name>.+?)\s*\[(?P<unit>[^\]]*)\]", re.DOTALL)
@@ -46,12 +43,9 @@ def is_empty(cell: Cell) -> bool:
     return isinstance(cell, str) and is_missing(cell)
 
 
-def is_unit(text: str) -> bool:
-    """Return whether a text is a unit; a count has none."""
-    with suppress(UnitError):
-        dimension(text)
-        return text not in PLAIN
-    return False
+def has_number(cell: Cell) -> bool:
+    """Return whether a cell can be read as a number, with or without a unit."""
+    return is_number(cell) or is_number(split_cell(cell)[0])
 
 
 def summary_word(row: Row) -> str:
@@ -91,9 +85,31 @@ def head_of(rows: Sequence[Row], requested: Collection[str] = ()) -> Head | None
             if columns and (head := _head_at(rows, index, columns))
         ]
         named = [head for head in heads if {*requested} & {*head.names}]
+        if named:
+            return named[0]
         if heads:
-            return (named or heads)[0]
+            return _with_rival(rows, heads[0], columns, requested)
     return None
+
+
+def _with_rival(
+    rows: Sequence[Row], head: Head, columns: Sequence[int], requested: Collection[str]
+) -> Head:
+    """Return a head with the row above it, if it may be a row of numbers itself.
+
+    That is: numbers are in it, and only texts above. A requested name decides.
+    """
+    cells = [rows[head.position].cells[c] for c in columns]
+    above = rows[max(0, head.position - 1)]
+    texts = [above.cells[c] for c in columns]
+    if not any(map(has_number, cells)) or any(map(has_number, texts)):
+        return head
+    if any(map(is_empty, texts)):
+        return head
+    names, units = zip(*map(split_head, above.cells), strict=True)
+    if {*requested} & {*names}:
+        return Head(head.position - 1, head.position, names, units)
+    return head._replace(rival=above.line)
 
 
 def split_head(cell: Cell) -> tuple[str, str]:
@@ -120,7 +136,7 @@ def _numeric(rows: Sequence[Row]) -> list[int]:
     columns = []
     for index, cells in enumerate(zip(*(row.cells for row in rows), strict=True)):
         filled = [cell for cell in cells if not is_empty(cell)]
-        numbers = sum(map(is_number, filled))
+        numbers = sum(map(has_number, filled))
         if numbers and 2 * numbers >= len(filled):
             columns.append(index)
     return columns
@@ -140,8 +156,10 @@ def _head_at(rows: Sequence[Row], index: int, columns: Sequence[int]) -> Head | 
     if (first := next((row for row in below if not summary_word(row)), None)) is None:
         return None
     filled = [first.cells[c] for c in columns if not is_empty(first.cells[c])]
-    if not filled or not all(map(is_number, filled)):
+    if not filled or not all(map(has_number, filled)):
         return None
+    if all(map(has_number, above)) and not all(map(is_number, filled)):
+        return None  # numbers of parts, too: 12.3 mm above 12.4 mm
     parted = [split_head(cell) for cell in cells]
     return Head(
         index,

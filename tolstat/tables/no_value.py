@@ -1,14 +1,19 @@
 """Codes that programs write where there is no value: -999, 9.9e37."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 import numpy as np
 
 from tolstat.arrays import Array, Integers
+from tolstat.errors import DataError, UnitError
+from tolstat.tables.cell_units import split_cell
 from tolstat.tables.grid import Cell, Grid, Row
+from tolstat.tables.numerals import COMMA, POINT, Proof, number, proof
 
 LARGEST = 1e19  # SI or not, no response of a machine is larger
 SHORTEST = 3  # nines
+NAMED = 5  # more rows in a sentence
 BEYOND = 0.1  # of the width of the other numbers: a code lies outside of them
 
 
@@ -17,19 +22,47 @@ def without_codes(grid: Grid, codes: Sequence[str]) -> Grid:
 
     A code is a text, or a number however it is written: "-999" is -999,000, too.
     """
-    texts = {code.strip().casefold() for code in codes}
-    numbers = {number for code in codes if (number := _number(code)) is not None}
-
-    def cleared(cell: Cell) -> Cell:
-        if isinstance(cell, str):
-            coded = cell.strip().casefold() in texts or _number(cell) in numbers
-        else:
-            coded = cell in numbers
-        return "" if coded else cell
-
-    first = grid.head.body - grid.head.position
-    rows = [Row(row.line, [*map(cleared, row.cells)]) for row in grid.rows[first:]]
+    has_code, first = cells_with(codes), grid.head.body - grid.head.position
+    rows = [
+        Row(row.line, ["" if has_code(cell) else cell for cell in row.cells])
+        for row in grid.rows[first:]
+    ]
     return grid._replace(rows=[*grid.rows[:first], *rows])
+
+
+def cells_with(codes: Sequence[str]) -> Callable[[Cell], bool]:
+    """Return what tells whether a cell has one of some codes."""
+    texts = {code.strip().casefold() for code in codes}
+    numbers = numbers_of_codes(codes)
+
+    def has_code(cell: Cell) -> bool:
+        if isinstance(cell, str):
+            return cell.strip().casefold() in texts or _number(cell) in numbers
+        return cell in numbers
+
+    return has_code
+
+
+def numbers_of_codes(codes: Sequence[str]) -> set[float]:
+    """Return the codes that are numbers."""
+    return {value for code in codes if (value := _number(code)) is not None}
+
+
+def refuse_codes(
+    values: Sequence[float], addresses: Sequence[str], lines: Sequence[str]
+) -> None:
+    """Refuse numbers that look like a code for no value, by addresses and lines."""
+    suspected = suspected_codes(np.array(values, np.float64)).tolist()
+    if not suspected:
+        return
+    code = f"{values[suspected[0]]:.10g}"
+    also = ", ".join(lines[i] for i in suspected[1 : NAMED + 1])
+    others = f" (also in {also}{', ...' * (len(suspected) > NAMED + 1)})"
+    raise DataError(
+        f'{addresses[suspected[0]]}: {code} may mean "no value"'
+        f"{others if also else ''}; give no_value = [{code}] if it does, or "
+        "no_value = [] if it is a number"
+    )
 
 
 def suspected_codes(values: Array) -> Integers:
@@ -59,7 +92,9 @@ def _has_only_nines(value: float) -> bool:
 
 
 def _number(text: str) -> float | None:
-    try:
-        return float(text.strip().replace(",", "."))
-    except ValueError:
-        return None
+    """Return the number of a cell; a sign that proves nothing is decimal."""
+    text = str(split_cell(text.strip())[0])
+    proves_point = proof(text) is Proof.POINT
+    with suppress(UnitError):
+        return number(text, COMMA if COMMA in text and not proves_point else POINT)
+    return None

@@ -18,8 +18,11 @@ OTHER = {POINT: COMMA, COMMA: POINT}
 NAMES = {POINT: "decimal point", COMMA: "decimal comma"}
 MISSING = frozenset({"", "-", "--", "n/a", "na", "nan", "#n/a", "none", "null"})
 _GAPS = "'’ \u00a0\u2009\u202f"  # between thousands, whatever the decimal sign
-_SIGNED = re.compile(rf"[+\-{MINUS}]?(?P<body>.*?)(?P<exponent>[eEdD][+-]?\d+)?")
-_BODY = re.compile(rf"\d[\d.,{_GAPS}]*|[.,]\d+")
+_EXPONENT = r"[eEdD][+-]?\d+"
+_DIGITS = rf"\d[\d.,{_GAPS}]*|[.,]\d+"
+NUMERAL = rf"[+\-{MINUS}]?(?:{_DIGITS})(?:{_EXPONENT})?"  # what may be a number
+_SIGNED = re.compile(rf"[+\-{MINUS}]?(?P<body>.*?)(?P<exponent>{_EXPONENT})?")
+_BODY = re.compile(_DIGITS)
 _GAPPED = re.compile(rf"\d{{1,3}}([{_GAPS}])\d{{3}}(?:\1\d{{3}})*(?P<rest>[.,]\d*)?")
 
 
@@ -78,9 +81,12 @@ def is_torn(first: str, second: str) -> bool:
 
 
 def settled_decimal(
-    cells: Iterable[tuple[str, str]], *, between_commas: bool = False
+    cells: Iterable[tuple[str, str]],
+    *,
+    between_commas: bool = False,
+    source: str = "file",
 ) -> str:
-    """Return the decimal sign of a file; empty where no number has one.
+    """Return the decimal sign of a file or a column; empty where no number has one.
 
     Parameters
     ----------
@@ -89,6 +95,8 @@ def settled_decimal(
     between_commas : bool
         Whether commas separate the columns: cells that prove nothing and hold no comma
         have a point.
+    source : str
+        "file" or "column", for messages.
 
     Raises
     ------
@@ -121,7 +129,7 @@ def settled_decimal(
     text, address = proofs[Proof.EITHER]
     readings = " or ".join(f"{number(text, sign):.10g}" for sign in (POINT, COMMA))
     raise DataError(
-        f"{address}: '{text}' may be {readings}, and no other number of the file "
+        f"{address}: '{text}' may be {readings}, and no other number of the {source} "
         'settles it; give decimal = "." or decimal = ","'
     )
 

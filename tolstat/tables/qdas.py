@@ -10,11 +10,13 @@ Not verified with the software of Q-DAS.
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from tolstat.errors import DataError, UnitError, allowed_names
 from tolstat.tables.encodings import text_of_data
+from tolstat.tables.no_value import cells_with, refuse_codes
 from tolstat.tables.numerals import COMMA, POINT
 from tolstat.tables.table import MeasuredColumn
 from tolstat.units.grammar import bare_number
@@ -73,8 +75,10 @@ class QdasFile:
         values: tuple[Path, bytes] | None = None,
         encoding: str = "",
         part: str = "",
+        codes: Sequence[str] | None = None,
     ) -> None:
-        self.path, self.digest = path, digest
+        self.path, self.digest, self.codes = path, digest, codes
+        self._has_code = cells_with(codes or ())
         decoded = text_of_data(path, raw, encoding)
         self.encoding = decoded.encoding
         texts = {path: decoded.text}
@@ -106,13 +110,30 @@ class QdasFile:
         counted = [
             value
             for value in part.values.get(index, [])
-            if value.field(0) and value.field(1) not in NOT_COUNTED
+            if value.field(0)
+            and value.field(1) not in NOT_COUNTED
+            and not self._has_code(value.field(0))
         ]
         if not counted:
             raise DataError(f"{self.path}, {name}: no value that counts")
         left_out = len(part.values[index]) - len(counted)
         places = [value.place for value in counted]
+        numbers = [
+            self._as_number(value.field(0), address)
+            for value, address in zip(counted, places, strict=True)
+        ]
+        if self.codes is None:
+            refuse_codes(numbers, places, [text.rpartition(" ")[2] for text in places])
         nominal = self._number(index, "K2101")
+        lower, upper = (
+            self._limit(index, nominal, keys)
+            for keys in (("K2110", "K2112", "K2120"), ("K2111", "K2113", "K2121"))
+        )
+        if lower is not None and upper is not None and lower > upper:
+            raise DataError(
+                f"{self.path}, {name}: its lower limit {lower:g} is above its upper "
+                f"limit {upper:g}; correct K2110 to K2113"
+            )
         lots = [value.field(BATCH).lstrip("#") for value in counted]
         times = [value.field(TIME) for value in counted]
         encoding = [] if self.encoding == "UTF-8" else [self.encoding]
@@ -123,18 +144,15 @@ class QdasFile:
             self.path,
             self._name(index),
             part.key(index, "K2142"),
-            tuple(
-                self._as_number(value.field(0), address)
-                for value, address in zip(counted, places, strict=True)
-            ),
+            tuple(numbers),
             tuple(places),
             ", ".join(words),
             plain=False,
             digest=self.digest,
             left_out=left_out,
             nominal=nominal,
-            lower=self._limit(index, nominal, ("K2110", "K2112", "K2120")),
-            upper=self._limit(index, nominal, ("K2111", "K2113", "K2121")),
+            lower=lower,
+            upper=upper,
             lots=tuple(lots) if all(lots) and len({*lots}) > 1 else (),
             sequence=all(times),
         )

@@ -74,7 +74,7 @@ def read_table(
         )  # fmt: skip
     if form.no_value:
         grid = without_codes(grid, form.no_value)
-    return Table(grid, form.decimal, form.no_value is not None, dict(form.only))
+    return Table(grid, form.decimal, form.no_value, dict(form.only))
 
 
 def read_qdas(
@@ -83,5 +83,6 @@ def read_qdas(
     """Return the characteristics of a Q-DAS file; `values`: the DFX file beside it."""
     digest = hashlib.sha256(raw + (values[1] if values else b"")).hexdigest()
     return qdas.QdasFile(
-        path, raw, digest, values=values, encoding=form.encoding, part=form.part
-    )
+        path, raw, digest, values=values, encoding=form.encoding, part=form.part,
+        codes=form.no_value,
+    )  # fmt: skip

@@ -1,27 +1,37 @@
 """A table of a file: columns by name, their numbers, and how they were read."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
 from tolstat.errors import DataError, UnitError, allowed_names
+from tolstat.tables.cell_units import is_unit, split_cell
 from tolstat.tables.grid import Cell, Grid, Head, Row, Unusable
 from tolstat.tables.heads import (
+    has_number,
     is_empty,
     is_number,
     split_head,
     summary_word,
     summary_words_at_end,
 )
-from tolstat.tables.no_value import suspected_codes
-from tolstat.tables.numerals import COMMA, NAMES, POINT, number, settled_decimal
-
-NAMED = 5  # more rows in a sentence
+from tolstat.tables.no_value import numbers_of_codes, refuse_codes
+from tolstat.tables.numerals import (
+    COMMA,
+    NAMES,
+    POINT,
+    Proof,
+    number,
+    proof,
+    settled_decimal,
+)
+from tolstat.units.conversion import same_unit
 
 
 class MeasuredColumn(NamedTuple):
@@ -54,16 +64,16 @@ class Table:
         Its head, and its rows from there on.
     typed_decimal : str
         The decimal sign that the study names; empty for none.
-    codes_known : bool
-        Whether the study names the codes of cells without a value, which are empty
-        here. Otherwise what looks like one is refused.
+    codes : sequence of str or None
+        Of cells without a value, which are empty here. None: the study names none, and
+        what looks like one is refused.
     only : mapping of str to str
         What its rows have, by column; others are not read.
     """
 
     grid: Grid
     typed_decimal: str = ""
-    codes_known: bool = False
+    codes: Sequence[str] | None = None
     only: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -92,12 +102,26 @@ class Table:
 
     @property
     def units(self) -> dict[str, str]:
-        """The unit of each column, by its name; empty where the file has none."""
-        return {name: self.head.units[i] for name, i in self.columns.items()}
+        """The unit of each column, by its name; empty where the file has none.
+
+        It stands in the head, or in all cells that are not empty.
+        """
+        return {
+            name: self.head.units[i] or self._unit_of_cells(i)
+            for name, i in self.columns.items()
+        }
 
     @cached_property
     def rows(self) -> list[Row]:
         """The rows below the head; refuse those of a summary."""
+        if self.head.rival:
+            head = self.grid.rows[0]
+            raise DataError(
+                f"{self.grid.row_place(self.head.rival)} may be the head, and line "
+                f"{head.line} a row with a cell that is no number: "
+                f"{', '.join(str(x) for x in head.cells if not has_number(x))}; "
+                "correct the cell, or name a column"
+            )
         rows = self.grid.rows[self.head.body - self.head.position :]
         rows = [row for row in rows if not all(map(is_empty, row.cells))]
         for name, word in self.only.items():
@@ -130,10 +154,10 @@ class Table:
         return [name for name, share in shares.items() if share == 1.0]
 
     @property
-    def partly_numeric(self) -> list[str]:
-        """The columns with numbers and other cells."""
+    def mainly_numeric(self) -> list[str]:
+        """The columns in which as many cells are numbers as not, or more."""
         shares = self._shares_of_numbers
-        return [name for name, share in shares.items() if 0.0 < share < 1.0]
+        return [name for name, share in shares.items() if share >= 0.5]
 
     @cached_property
     def _shares_of_numbers(self) -> dict[str, float]:
@@ -141,23 +165,48 @@ class Table:
         shares = {}
         for name, i in self.columns.items():
             filled = [r.cells[i] for r in self.rows if not is_empty(r.cells[i])]
-            shares[name] = sum(map(is_number, filled)) / max(1, len(filled))
+            shares[name] = sum(map(has_number, filled)) / max(1, len(filled))
         return shares
+
+    def _cells(self, index: int) -> list[Cell]:
+        """Return the cells of a column, without a unit that all of them have."""
+        cells = [row.cells[index] for row in self.rows]
+        if self._unit_of_cells(index):
+            cells = [split_cell(cell)[0] for cell in cells]
+        return cells
+
+    def _unit_of_cells(self, index: int) -> str:
+        """Return the unit that all cells of a column have; empty without one."""
+        units = self._units_in_cells[index]
+        return next(iter(units)) if len(units) == 1 else ""
+
+    @cached_property
+    def _units_in_cells(self) -> list[Counter[str]]:
+        """How often each unit or none stands beside numbers, of columns with units."""
+        columns = range(len(self.head.names))
+        split = ([split_cell(row.cells[i]) for row in self.rows] for i in columns)
+        return [
+            Counter(unit for x, unit in cells if is_number(x))
+            if any(unit for _, unit in cells)
+            else Counter()
+            for cells in split
+        ]
 
     @cached_property
     def decimal(self) -> str:
         """The decimal sign; empty where no number has one."""
         if self.typed_decimal:
             return self.typed_decimal
-        columns = [(name, self.columns[name]) for name in self.numeric]
-        cells = (
-            (cell, self.grid.address(row.line, i, name))
-            for name, i in columns
-            for row in self.rows
-            if isinstance(cell := row.cells[i], str) and not is_empty(cell)
-        )
+        cells = (cell for name in self.numeric for cell in self._texts(name))
         between_commas = self.grid.separator == COMMA
         return settled_decimal(cells, between_commas=between_commas)
+
+    def _texts(self, name: str) -> Iterator[tuple[str, str]]:
+        """Yield the numbers of a column that are texts, each with its address."""
+        index = self._index(name)
+        for row, cell in zip(self.rows, self._cells(index), strict=True):
+            if isinstance(cell, str) and not is_empty(cell):
+                yield cell, self.grid.address(row.line, index, name)
 
     def words(self, left_out: int = 0) -> str:
         """Return how it was read: "semicolons, decimal comma, 3 lines skipped"."""
@@ -210,7 +259,7 @@ class Table:
         return MeasuredColumn(
             self.path,
             self.head.names[self._index(name)],
-            self.head.units[self._index(name)],
+            self.units[self.head.names[self._index(name)]],
             tuple(x for x in numbers if x is not None),
             tuple(self.places[i] for i in filled),
             self.words(left_out),
@@ -247,47 +296,75 @@ class Table:
     def _numbers(self, name: str, without: Collection[int] = ()) -> list[float | None]:
         """Return the numbers of a column; None for empty cells, and rows `without`."""
         index = self._index(name)
-        for i, row in enumerate(self.rows):
-            if is_number(cell := row.cells[index]) or is_empty(cell) or i in without:
+        cells = [*zip(self.rows, self._cells(index), strict=True)]
+        for i, (row, cell) in enumerate(cells):
+            if is_number(cell) or is_empty(cell) or i in without:
                 continue
             address, wrong = self.grid.address(row.line, index, name), f"'{cell}' is"
+            if split_cell(cell)[1]:
+                self._refuse_units(index, name)
             if isinstance(cell, Unusable):
                 wrong = f"{cell.text} is {cell.why}, and"
             raise DataError(f"{address}: {wrong} not a number")
+        if not self.typed_decimal and any(
+            self.decimal not in text and proof(text) is Proof.EITHER
+            for text, _ in self._texts(name)
+        ):  # thousands: another column may hold no numbers, such as 24.12 or 1.1
+            settled_decimal(self._texts(name), source="column")
+        head, unit = self.head.units[index], self._unit_of_cells(index)
+        if head and unit and not (is_unit(head) and same_unit(head, unit)):
+            raise DataError(
+                f"{self.path}, column {name}: its cells are in {unit}, its head says "
+                f"{head}; correct one"
+            )
         return [
-            None if i in without else self._number(row, index, name)
-            for i, row in enumerate(self.rows)
+            None if i in without else self._number(cell, row, index, name)
+            for i, (row, cell) in enumerate(cells)
         ]
+
+    def _refuse_units(self, index: int, name: str) -> NoReturn:
+        """Refuse a column whose cells have several units: the first unusual cell."""
+        usual, _ = self._units_in_cells[index].most_common(1)[0]
+        numbers = [row for row in self.rows if has_number(row.cells[index])]
+        row = next(r for r in numbers if split_cell(r.cells[index])[1] != usual)
+        others = f"the unit {usual}" if usual else "no unit"
+        raise DataError(
+            f"{self.grid.address(row.line, index, name)}: '{row.cells[index]}' is not "
+            f"a number as the others, which have {others}; write the same unit in all "
+            "cells, or in the head alone"
+        )
 
     def _refuse_codes(self, numbers: Sequence[float | None], name: str) -> None:
         """Refuse a number that looks like a code for no value."""
-        if self.codes_known:
+        if self.codes is not None:
             return
-        filled = [i for i, value in enumerate(numbers) if value is not None]
-        suspected = suspected_codes(np.array([numbers[i] for i in filled], np.float64))
-        if not len(suspected):
-            return
-        rows = [self.rows[filled[i]] for i in suspected.tolist()]
-        code = f"{numbers[filled[suspected[0]]]:.10g}"
-        also = ", ".join(str(row.line) for row in rows[1 : NAMED + 1])
-        others = f" (also in {also}{', ...' if len(rows) > NAMED + 1 else ''})"
-        raise DataError(
-            f"{self.grid.address(rows[0].line, self._index(name), name)}: "
-            f'{code} may mean "no value"{others if also else ""}; give no_value = '
-            f"[{code}] if it does, or no_value = [] if it is a number"
+        index = self._index(name)
+        filled = [
+            (value, row.line)
+            for value, row in zip(numbers, self.rows, strict=True)
+            if value is not None
+        ]
+        refuse_codes(
+            [value for value, _ in filled],
+            [self.grid.address(line, index, name) for _, line in filled],
+            [str(line) for _, line in filled],
         )
 
-    def _number(self, row: Row, index: int, name: str) -> float | None:
-        cell = row.cells[index]
+    def _number(self, cell: Cell, row: Row, index: int, name: str) -> float | None:
         if isinstance(cell, float):
             return cell
-        if isinstance(cell, Unusable) or is_empty(cell):
+        if not isinstance(cell, str) or is_empty(cell):
             return None
         try:
-            return number(cell, self.decimal)
+            value = number(cell, self.decimal)
         except UnitError as error:
             address = self.grid.address(row.line, index, name)
             raise DataError(f"{address}: '{cell}' is not a number ({error})") from None
+        return None if value in self._coded else value
+
+    @cached_property
+    def _coded(self) -> set[float]:
+        return numbers_of_codes(self.codes or ())
 
 
 def _text(cell: Cell) -> str:

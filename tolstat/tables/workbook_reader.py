@@ -1,7 +1,8 @@
 """Rows of a workbook: XLSX, XLSM, ODS and XLS, by python-calamine.
 
 That library reads values; an error and a formula that was never calculated look empty
-to it. Their cells, and hidden rows, are read from the XML of XLSX and ODS here.
+to it, and 0.5 % is 0.005. Such cells, and hidden rows, are read from the XML of XLSX
+and ODS here.
 """
 
 import datetime
@@ -10,21 +11,24 @@ import posixpath
 import re
 import zipfile
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from decimal import Decimal
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 from tolstat.errors import DataError, allowed_names
-from tolstat.tables.grid import Cell, Grid, Row, Unusable
+from tolstat.tables.grid import Cell, Grid, Quantity, Row, Unusable
 from tolstat.tables.heads import head_of, is_empty
 
 ENDINGS = (".xlsx", ".xlsm", ".ods", ".xls")
 MOST_UNPACKED = 256_000_000  # bytes of all files of a workbook
 MOST_CELLS = 20_000_000
-WIDEST = 16_384  # columns of a sheet
 ZIP = b"PK\x03\x04"
 NEVER = "a formula that was never calculated (save the file in a spreadsheet program)"
+PERCENT = ("9", "10")  # numbers of Excel's own formats, 0 % and 0.00 %
+_IN_QUOTES = re.compile(r'"[^"]*"|\\.|_.|\[[^\]]*\]')  # in a format: shown as it is
 _ADDRESS = re.compile(r"([A-Z]{1,3})([0-9]{1,7})")
 
 
@@ -32,6 +36,7 @@ class Marks(NamedTuple):
     """What the XML of a sheet says beside its values; rows and columns from 0."""
 
     unusable: dict[tuple[int, int], Unusable]
+    percent: set[tuple[int, int]]  # shown as 100 times their value
     hidden: set[int]  # rows
     cells: int  # of the smallest rectangle that holds all
 
@@ -119,7 +124,7 @@ def _sheet(
     requested: Sequence[str],
 ) -> Grid | None:
     """Return the rows of a sheet; None if it has no head above numbers."""
-    marks = _marks(archive, name) if archive else Marks({}, set(), 0)
+    marks = _marks(archive, name) if archive else Marks({}, set(), set(), 0)
     if marks.cells > MOST_CELLS:
         raise DataError(
             f"{path}, {name}: {marks.cells} cells lie between the first and the last; "
@@ -128,7 +133,11 @@ def _sheet(
     values = book.get_sheet_by_name(name).to_python(skip_empty_area=False)
     rows = [
         Row(
-            i + 1, [marks.unusable.get((i, j)) or _cell(x) for j, x in enumerate(cells)]
+            i + 1,
+            [
+                marks.unusable.get((i, j)) or _cell(x, percent=(i, j) in marks.percent)
+                for j, x in enumerate(cells)
+            ],
         )
         for i, cells in enumerate(values)
     ]
@@ -150,10 +159,12 @@ def _sheet(
     )  # fmt: skip
 
 
-def _cell(value: Any) -> Cell:
+def _cell(value: Any, *, percent: bool) -> Cell:
     """Return the value of a cell: a number, a text, or what is neither."""
     if isinstance(value, bool):
         return Unusable(str(value).upper(), "a truth value")
+    if isinstance(value, int | float) and percent:
+        return Quantity(float(100 * Decimal(repr(value))), "%")
     if isinstance(value, int | float):
         return float(value)
     if isinstance(value, str):
@@ -169,7 +180,7 @@ def _marks(archive: zipfile.ZipFile, sheet: str) -> Marks:
             return _marks_of_ods(file, sheet)
     part, recalculated = _part_of_xlsx(archive, sheet)
     with archive.open(part) as file:
-        return _marks_of_xlsx(file, recalculated=recalculated)
+        return _marks_of_xlsx(file, _percent_styles(archive), recalculated=recalculated)
 
 
 def _part_of_xlsx(archive: zipfile.ZipFile, sheet: str) -> tuple[str, bool]:
@@ -187,13 +198,33 @@ def _part_of_xlsx(archive: zipfile.ZipFile, sheet: str) -> tuple[str, bool]:
     return posixpath.normpath(posixpath.join("/xl", target)).lstrip("/"), recalculated
 
 
-def _marks_of_xlsx(file: Any, *, recalculated: bool) -> Marks:
-    """Return errors, formulas without value, hidden rows.
+def _percent_styles(archive: zipfile.ZipFile) -> set[str]:
+    """Return the numbers of the styles that show 100 times a value."""
+    if "xl/styles.xml" not in archive.namelist():
+        return set()
+    styles, formats = ElementTree.fromstring(archive.read("xl/styles.xml")), {*PERCENT}
+    for element in styles.iter():
+        if _name(element) == "numFmt" and "%" in _IN_QUOTES.sub(
+            "", element.get("formatCode", "")
+        ):
+            formats.add(element.get("numFmtId", ""))
+    of_cells = next((part for part in styles if _name(part) == "cellXfs"), ())
+    return {
+        f"{number}"
+        for number, style in enumerate(of_cells)
+        if style.get("numFmtId") in formats
+    }
+
+
+def _marks_of_xlsx(
+    file: Any, percent_styles: Collection[str], *, recalculated: bool
+) -> Marks:
+    """Return errors, formulas without value, percentages, hidden rows.
 
     Programs that cannot calculate write no value, or 0, and that all is to be
     calculated when the file is opened.
     """
-    unusable: dict[tuple[int, int], Unusable] = {}
+    unusable, percent = dict[tuple[int, int], Unusable](), set[tuple[int, int]]()
     hidden: set[int] = set()
     last_row = last_column = -1
     for element in _elements(file, "row"):
@@ -205,18 +236,20 @@ def _marks_of_xlsx(file: Any, *, recalculated: bool) -> Marks:
             address = _ADDRESS.fullmatch(cell.get("r", ""))
             column = _column(address[1]) if address else column + 1
             last_column = max(last_column, column)
+            if cell.get("s") in percent_styles:
+                percent.add((row, column))
             parts = {_name(part): part.text or "" for part in cell}
             value = parts.get("v", "")
             if cell.get("t") == "e":
                 unusable[row, column] = Unusable(value, "an error")
             elif "f" in parts and (not value or (recalculated and _float(value) == 0)):
                 unusable[row, column] = Unusable(f"={parts['f']}", NEVER)
-    return Marks(unusable, hidden, (last_row + 1) * (last_column + 1))
+    return Marks(unusable, percent, hidden, (last_row + 1) * (last_column + 1))
 
 
 def _marks_of_ods(file: Any, sheet: str) -> Marks:
-    """Return errors, formulas without value, hidden rows."""
-    unusable: dict[tuple[int, int], Unusable] = {}
+    """Return errors, formulas without value, percentages, hidden rows."""
+    unusable, percent = dict[tuple[int, int], Unusable](), set[tuple[int, int]]()
     hidden: set[int] = set()
     last_row = last_column = -1
     for table in _elements(file, "table"):
@@ -237,12 +270,18 @@ def _marks_of_ods(file: Any, sheet: str) -> Marks:
                 if len(cell) or _attribute(cell, "formula"):
                     last_row = max(last_row, row + many - 1)
                     last_column = max(last_column, column + wide - 1)
+                    if (last_row + 1) * (last_column + 1) > MOST_CELLS:
+                        break
+                    places = product(
+                        range(row, row + many), range(column, column + wide)
+                    )
                     if mark := _mark_of_ods(cell):
-                        for repeated in range(column, column + min(wide, WIDEST)):
-                            unusable[row, repeated] = mark
+                        unusable.update(dict.fromkeys(places, mark))
+                    elif _attribute(cell, "value-type") == "percentage":
+                        percent.update(places)
                 column += wide
             row += many
-    return Marks(unusable, hidden, (last_row + 1) * (last_column + 1))
+    return Marks(unusable, percent, hidden, (last_row + 1) * (last_column + 1))
 
 
 def _mark_of_ods(cell: ElementTree.Element) -> Unusable | None:

@@ -96,6 +96,11 @@ def from_si(value: float, unit: str, shown: str) -> float:
     return value * (_measure(unit)[0] / _measure(shown)[0])
 
 
+def same_unit(first: str, second: str) -> bool:
+    """Return whether two spellings are one unit, such as µm and um."""
+    return bool(_measure(first) == _measure(second))
+
+
 def check_si(unit: str) -> None:
     """Refuse a unit that is unknown or not SI, such as mm: a UnitError."""
     if _measure(unit)[0] != 1.0 or unit == "count":

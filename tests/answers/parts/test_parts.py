@@ -145,11 +145,28 @@ def test_units_that_differ_are_refused(tmp_path):
     for words, typed in (
         ("column d in mm, the key unit in in", {"unit": "in"}),
         ("unit is missing", {"nominal": "20"}),
-        ("'kg' is of another kind", {"nominal": "20 kg"}),
+        ("nominal = \"20 kg\": 'kg' is of another kind", {"nominal": "20 kg"}),
+        ('tolerance = "20+-1 mm": cannot be read', {"tolerance": "20+-1 mm"}),
     ):
         with pytest.raises(TolstatError) as refused:
             tolstat.parts(path, **typed)
         assert words in str(refused.value)
+
+
+def test_a_unit_in_other_letters_is_the_same_and_an_unknown_one_is_typed(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("d [µm];w [Grad]\n20.01;1\n20.02;3\n")
+    for name, unit in (("d", "um"), ("w", "deg")):
+        assert tolstat.parts(path, [name], unit=unit).characteristics[name]
+    with pytest.raises(DataError, match="unit 'Grad' is unknown; give its unit"):
+        tolstat.parts(path)
+
+
+def test_a_column_with_one_cell_in_another_unit_is_not_left_out(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("d;w\n20.1 mm;1.5\n20.2 mm;2.5\n20.3;1.5\n")
+    with pytest.raises(DataError, match=r"line 4, column d: '20.3' .* the unit mm"):
+        tolstat.parts(path)
 
 
 def test_numbers_of_lots_are_no_measured_parts(tmp_path):

@@ -134,6 +134,24 @@ def test_figures_are_of_the_worst_responses(thirty, monkeypatch):
     assert len(drawn) == 13
 
 
+def test_of_sixty_contributors_a_page_has_the_first(tmp_path):
+    """And says where all are; documents, and with them exports, have all."""
+    names = [f"plate_{i}" for i in range(60)]
+    links = {name: {"nominal": "3 mm", "tolerance": "+-0.1 mm"} for name in names}
+    study = chain("179.5..180.5 mm", links=links, trials=300)
+    study["settings"] = {"gap": " + ".join(names)}
+    report = report_of(tolstat.run(study, output=tmp_path / "a.h5"))
+    section = section_of(report.document(), "Variance contributions")
+    (table,) = tables_of(section)
+    assert len(table.rows) == 1 + 60  # the kind of part, and each
+    assert as_text(table.rows[0][0].below).endswith("plate_11 and 48 more")
+    typed = f"tolstat report {tmp_path}/a.h5 -o {tmp_path}/a.report.xlsx"
+    assert f"The first 40 of 61. All: {typed}." in words_in(section)
+    html = page(report.document())
+    cells = html[html.index(">Variance contributions</h") :]
+    assert cells[: cells.index("</table>")].count("<tr>") == 41
+
+
 def test_a_single_limit_is_drawn(tmp_path):
     found = report_of(tolstat.run(chain("<= 2416.9 mm"), output=tmp_path / "a.h5"))
     (row,) = drawn_in(found.document()).rows

@@ -32,6 +32,7 @@ from tolstat.render.page import _cell
 from tolstat.render.screen import as_text
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import MET
+from tolstat.statistics.sensitivity.contributions import contributions
 from tolstat.statistics.summary import QUANTILES
 from tolstat.units.scale import Ratio, share_words
 
@@ -348,3 +349,17 @@ def test_a_demanded_value_is_printed_exactly(demand, share, ppk, tmp_path):
     tiles = tiles_of(tolstat.report(run).document())
     assert next(iter(tiles)).endswith(share)
     assert as_text(tiles["equivalent Ppk"].below) == ppk
+
+
+def test_shares_of_very_many_trials_are_those_of_the_first(tmp_path, monkeypatch):
+    run = tolstat.run(chain("2416.4..2416.9 mm"), output=tmp_path / "a.h5")
+    first = tolstat.run(
+        chain("2416.4..2416.9 mm"), trials=600, output=tmp_path / "b.h5"
+    )
+    expected = report_of(first).responses["gap"].contributions.first_order
+    monkeypatch.setattr(f"{contributions.__module__}.MOST_TRIALS", 600)
+    monkeypatch.setattr(f"{response_section.__module__}.MOST_TRIALS", 600)
+    report = report_of(run)
+    assert report.responses["gap"].contributions.first_order == expected
+    section = section_of(report.document(), "Variance contributions")
+    assert "Shares are those of the first 600 trials." in words_in(section)

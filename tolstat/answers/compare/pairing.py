@@ -7,6 +7,7 @@ import numpy as np
 
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.arrays import Array
+from tolstat.document.inline import some_of
 from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
@@ -153,9 +154,9 @@ def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
         seed = "" if A.run.listed else "one seed, but "
         return UNPAIRED, f"{seed}no part has the same order of deviations"
     words = f"the order of all {common} deviations of a part is the same in both; "
-    words += f"widths differ: {_listed(other)}"
+    words += f"widths differ: {some_of(other, NAMED)}"
     if reordered:
-        words += f"; another order, of correlated parts: {_listed(reordered)}"
+        words += f"; another order, of correlated parts: {some_of(reordered, NAMED)}"
     return NUMBERS, words
 
 
@@ -170,8 +171,3 @@ def _correlated(a: Array, b: Array) -> bool:
     ranks = [np.argsort(np.argsort(values)) for values in (a, b)]
     r = float(np.asarray(np.corrcoef(ranks))[0, 1])
     return abs(r) > CHANCE / math.sqrt(len(a))
-
-
-def _listed(names: list[str]) -> str:
-    more = len(names) - NAMED
-    return ", ".join(names[:NAMED]) + (f" and {more} more" if more > 0 else "")

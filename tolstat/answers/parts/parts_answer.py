@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from tolstat.answers.answer import Answer
 from tolstat.answers.parts.judged_parts import JudgedParts, Sample, judged_parts
 from tolstat.answers.parts.parts_cells import parts_cells
 from tolstat.document.inline import Row
-from tolstat.errors import DataError
+from tolstat.errors import DataError, DistributionError, UnitError
 from tolstat.model.description import Contributor
 from tolstat.statistics.capability import Tolerance
 from tolstat.study.data_files import MeasuredFile, unit_of_column
@@ -113,11 +114,17 @@ def parts(
         raise DataError(
             f"{path} has {len(names)} columns of numbers; name those of measured parts"
         )
+    try:
+        measured = [file.measured(name, lots) for name in names]
+    except DataError as error:
+        alone = columns or len(names) == 1
+        hint = "" if alone else "; or name the columns that have measured parts"
+        raise DataError(f"{error}{hint}") from None
     judged = {
         column.name: _judged(
             column, tolerance, nominal, entry.unit, file.copies(column.name)
         )
-        for column in (file.measured(name, lots) for name in names)
+        for column in measured
     }
     return PartsAnswer(str(path), judged)
 
@@ -131,16 +138,20 @@ def _judged(
 ) -> JudgedParts:
     """Return a column, judged by what is typed, or else by what its file tells."""
     unit = unit_of_column(column, typed, "the key unit")
-    unit = unit or next(_units(nominal, tolerance), PLAIN)
+    with _naming("nominal and tolerance", nominal, tolerance):
+        unit = unit or next(_units(nominal, tolerance), PLAIN)
     si = si_unit(dimension(unit))
     factor = to_si(1.0, unit, si)
-    size = quantity(nominal, si) if nominal else None
+    with _naming("nominal", nominal):
+        size = quantity(nominal, si) if nominal else None
     if size is None and column.nominal is not None:
         size = factor * column.nominal
     contributor = Contributor(column.name, si, size=size)
+    with _naming("tolerance", tolerance):
+        zone = _tolerance(column, tolerance, contributor, factor)
     sample = Sample(
         factor * np.array(column.numbers),
-        _tolerance(column, tolerance, contributor, factor),
+        zone,
         nominal=np.nan if size is None else size,
         lots=column.lots,
         places=column.places,
@@ -149,6 +160,16 @@ def _judged(
         unit=factor,
     )
     return judged_parts(sample, Scale(si, unit), f"{column.path.name}: {column.words}")
+
+
+@contextmanager
+def _naming(key: str, *texts: str) -> Iterator[None]:
+    """Name what was typed in what is wrong with it."""
+    try:
+        yield
+    except (UnitError, DistributionError) as error:
+        typed = ", ".join(f'"{text}"' for text in texts if text)
+        raise DataError(f"{key} = {typed}: {error}") from None
 
 
 def _units(*texts: str) -> Iterator[str]:

@@ -258,7 +258,7 @@ def _straight(trials: MovableTrials) -> bool:
     """Return whether all responses are linear in all trials."""
     surface, sigma = trials.surface, trials.responses.std(axis=0)
     exact = surface.remainders <= STRAIGHT * sigma
-    return bool(exact.all() and not surface.bends.any())
+    return bool(exact.all() and surface.is_straight)
 
 
 class _FreshTrials:

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from tolstat.answers.cells import ppk_cell, ppm
-from tolstat.answers.next_steps import to_draw, to_replay, typed_setting
+from tolstat.answers.next_steps import to_draw, to_replay, to_tables, typed_setting
 from tolstat.answers.report.chain_section import chain_blocks, size_words
 from tolstat.answers.report.first_page import (
     CENTRAL,
@@ -33,15 +34,19 @@ from tolstat.document.inline import (
     Word,
     counted,
     say,
+    some_of,
     text,
     with_unit,
 )
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.sensitivity.contributions import Contributions
+from tolstat.statistics.sensitivity.contributions import MOST_TRIALS, Contributions
 from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM, Ratio, Scale, share_words
 
 Row = dict[str, Given]
 Values = Mapping[str, Estimate] | Mapping[str, float]
+
+MOST_NAMED = 12  # of a kind of part
+MOST_ROWS = 40  # contributors in a table of a page; exports have all
 
 CHOSEN = {
     "random": "at random", "near": "next to the limit", "worst": "worst",
@@ -52,6 +57,7 @@ STILL = (
     "All trials lie from {} to {}. This range is below a thousandth of its distance to "
     "the limit: its spread is not analysed."
 )
+FIRST_ROWS = "The first {} of {}. All: {}."
 NOT_DRAWN = "Figures are drawn for the {} worst responses. To draw these: {}."
 PERFORMANCE = (
     "Simulated trials show performance, not the capability of a process. By moments of "
@@ -86,6 +92,7 @@ CLIPPED = (
     "Few trials may dominate the variance: shares are those of the response clipped to "
     "the central 99 % of its trials. "
 )
+FIRST_TRIALS = "Shares are those of the first {} trials. "
 RARER = "They hold for trials like those seen. A rarer kind would change them."
 OVERLAP = " Deviations are correlated: shares overlap and need not add up to 100 %."
 
@@ -161,6 +168,14 @@ class _ResponseSection:
         caption = rests_on(self.report)
         return blocks.table_of(rows, words=words, caption=caption, look=look)
 
+    def _first_rows(self, table: Table) -> tuple[Block, ...]:
+        """Return a table of contributors; of many, a page has the first."""
+        rows = len(table.rows)
+        if rows <= MOST_ROWS:
+            return (table,)
+        words = say(FIRST_ROWS, str(MOST_ROWS), str(rows), Typed(to_tables(self.run)))
+        return replace(table, page_rows=MOST_ROWS), blocks.note(words)
+
     def _declared(self) -> Parts:
         response = self.response
         source = f"equation {response.source}" if response.source else ""
@@ -220,7 +235,7 @@ class _ResponseSection:
         none = None if causes.named else f": {no_cause(finding)}"
         return (
             blocks.paragraph(counted(out, "trial"), " out of limit", failed, none, "."),
-            self._causes_table(causes) if out else None,
+            *(self._first_rows(self._causes_table(causes)) if out else ()),
             blocks.note(say(LEVELS, str(tested))) if out and tested else None,
             blocks.note(CORRELATED) if self.correlated and tested else None,
         )
@@ -260,7 +275,7 @@ class _ResponseSection:
         return (
             blocks.paragraph(FEW) if shares and shares.dominated_by_few else None,
             blocks.paragraph(self._indices()),
-            self._table([*kinds, *rows], "dense"),
+            *self._first_rows(self._table([*kinds, *rows], "dense")),
             blocks.note(self._remarks(shares)) if shares else None,
         )
 
@@ -288,7 +303,7 @@ class _ResponseSection:
                 reason = Cell((), text(f"{together.reason}"))
                 share, alone = at_least(together) if together.sure else reason, None
             rows.append({
-                "contributor": Cell((Name(kind),), text(", ".join(members))),
+                "contributor": Cell((Name(kind),), text(some_of(members, MOST_NAMED))),
                 ALONE + CENTRAL * shares.clipped: alone,
                 TOGETHER + CENTRAL * shares.clipped: share,
             })  # fmt: skip
@@ -333,9 +348,11 @@ class _ResponseSection:
                     Number(shares.unexplained, PART))  # fmt: skip
         ranks = say("Ranks explain {}. ", Number(shares.explained, PART))
         chance = estimated and not shares.linear
+        some = shares.trials == MOST_TRIALS < self.report.trials.done
         return text(
             alone if estimated else None,
             None if math.isnan(shares.explained.value) else ranks,
+            say(FIRST_TRIALS, Number(shares.trials)) if some else None,
             CLIPPED if shares.clipped else None,
             LINEAR if shares.linear else NEIGHBOURS,
             "Estimates below 0 are chance. " if chance else None,

@@ -12,8 +12,6 @@ from tolstat.arrays import Array, Integers
 from tolstat.statistics.lots import LotEffect, lot_effect
 
 LEAST_PARTS = 5  # fewer tell nothing of the tails
-# of fewer, times the measured entries, tails as long as others are drawn too often
-FEW_PARTS = 40
 MOST_PARTS = 10_000  # that a population is drawn from: more tell no more
 DOUBTFUL_FIT = 0.05  # p-value below which a fit is not believed
 LOGNORMAL = "lognormal"

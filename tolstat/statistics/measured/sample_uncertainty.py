@@ -18,7 +18,6 @@ from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.limit import Limit, margins
 from tolstat.statistics.limits.yields import JOINT, PartsUncertainty
 from tolstat.statistics.measured.populations import (
-    FEW_PARTS,
     LEAST_PARTS,
     MeasuredSample,
     Population,
@@ -120,12 +119,6 @@ class _Uncertainties:
         free = deciding
         if self.assumed:
             free = self._drawn(self.movable, DRAWS, samples, free=True)
-        few = FEW_PARTS * len(samples)
-        if min(sample.parts for sample in samples) < few:
-            inside = self._drawn(self.movable, DRAWS, samples, tails=False)
-            free = free.from_least_of(inside)
-            if any(sample.parts < few and not sample.fit_decides for sample in samples):
-                deciding = deciding.from_least_of(inside)
         open_limits = [
             name
             for name in self.trials.limits
@@ -154,20 +147,31 @@ class _Uncertainties:
         samples: Sequence[MeasuredSample],
         *,
         free: bool = False,
-        tails: bool = True,
         numbers: bool = True,
     ) -> "_Drawn":
-        """Return what becomes of the trials in so many draws of the populations."""
-        generator, fits = np.random.default_rng(1), tails and not free
-        populations = [
-            sample.populations(
-                draws, generator, fitted=sample.fit_decides and fits, tails=tails
-            )
-            for sample in samples
-        ]
-        return _Drawn.of(
-            movable, zip(*populations, strict=True), (self.shares if numbers else ())
-        )
+        """Return what becomes of the trials in so many draws of the populations.
+
+        The form of a tail is known by a fit alone. Without one, the least share is that
+        of populations without tails, however many parts there are.
+        """
+
+        def of_populations(
+            shares: Sequence[float], *, fits: bool, tails: bool
+        ) -> "_Drawn":
+            generator = np.random.default_rng(1)
+            populations = [
+                sample.populations(
+                    draws, generator, fitted=sample.fit_decides and fits, tails=tails
+                )
+                for sample in samples
+            ]
+            return _Drawn.of(movable, zip(*populations, strict=True), shares)
+
+        shares = self.shares if numbers else ()
+        drawn = of_populations(shares, fits=not free, tails=True)
+        if not free and all(sample.fit_decides for sample in samples):
+            return drawn
+        return drawn.from_least_of(of_populations((), fits=False, tails=False))
 
     def _side(self, name: str, drawn: "_Drawn") -> int:
         """Return 1 if more trials are out of limit than permitted, else -1."""

@@ -176,8 +176,8 @@ class Moved:
     @property
     def slopes(self) -> Array:
         """First derivatives at the present centre, float64[entry, response]."""
-        surface, entries = self.origin.surface, self.origin.design.entries
-        gradient = surface.slopes + (surface.bends @ self.change.shift[entries]).T
+        entries = self.origin.design.entries
+        gradient = self.origin.surface.slopes_at(self.change.shift[entries])
         summed = np.zeros((len(self.change.shift), gradient.shape[1]))
         np.add.at(summed, entries, gradient)
         return summed

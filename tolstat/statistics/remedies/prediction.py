@@ -91,8 +91,7 @@ def predicted(trials: MovableTrials, change: Change) -> Shares:
     """
     moved, surface = trials.moved(change).responses, trials.surface
     shift, ratio = trials.design.members(change)
-    straight = surface._replace(bends=np.zeros_like(surface.bends))
-    linear = trials.responses + straight.change(trials.z, shift, ratio)
+    linear = trials.responses + surface.straight.change(trials.z, shift, ratio)
     error = NONLINEAR * np.abs(linear - moved)
     poor = surface.remainders > UNEXPLAINED * trials.responses.std(axis=0)
     size = min(1.0, float(np.abs(shift).sum() + (1 - ratio).sum()))

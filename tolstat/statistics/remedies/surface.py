@@ -1,5 +1,7 @@
 """A quadratic surface of all responses, by least squares."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -40,17 +42,37 @@ class Surface(NamedTuple):
 
     Attributes
     ----------
-    slopes : float64[contributor, response]
-        First derivatives at z = 0.
-    bends : float64[response, contributor, contributor]
-        Second derivatives.
+    slopes, bends : float64[contributor, response]
+        First and second derivatives at z = 0.
+    main : int64[main]
+        Contributors whose products take part.
+    products : float64[response, main, main]
+        Their mixed second derivatives; 0 on the diagonal.
     remainders : float64[response]
         Standard deviation of what the surface does not explain.
     """
 
     slopes: Array
     bends: Array
+    main: Integers
+    products: Array
     remainders: Array
+
+    @property
+    def straight(self) -> Surface:
+        """The surface without what bends."""
+        return self._replace(bends=0 * self.bends, products=0 * self.products)
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether nothing bends."""
+        return not (self.bends.any() or self.products.any())
+
+    def slopes_at(self, z: Array) -> Array:
+        """Return first derivatives at float64[contributor], as `slopes`."""
+        slopes = self.slopes + z[:, None] * self.bends
+        slopes[self.main] += (self.products @ z[self.main]).T
+        return slopes
 
     def change(self, z: Array, shift: Array, ratio: Array) -> Array:
         """Return float64[trial, response]: what responses gain.
@@ -67,16 +89,22 @@ class Surface(NamedTuple):
 
         Its argument is float64[trial, column].
         """
-        turns = [z @ bend[columns].T if bend.any() else None for bend in self.bends]
+        among = np.flatnonzero(np.isin(columns, self.main))  # columns with products
+        rows = np.searchsorted(self.main, columns[among])
+        here, around = z[:, columns], z[:, self.main]
+        turns = {
+            response: (around @ products[rows].T, products[np.ix_(rows, rows)] / 2)
+            for response, products in enumerate(self.products)
+            if len(rows) and products.any()
+        }
 
         def gains(step: Array) -> Gains:
             linear = np.asarray(step @ self.slopes[columns])
-            bent = np.zeros_like(linear)
-            for response, turn in enumerate(turns):
-                if turn is not None:
-                    bend = self.bends[response][np.ix_(columns, columns)]
-                    whole = turn + step @ (bend / 2)
-                    bent[:, response] = np.einsum("ti,ti->t", step, whole)
+            bent = (step * (here + step / 2)) @ self.bends[columns]
+            mixed = step[:, among]
+            for response, (turn, halves) in turns.items():
+                whole = turn + mixed @ halves
+                bent[:, response] += np.einsum("ti,ti->t", mixed, whole)
             return Gains(linear, bent)
 
         return gains
@@ -91,30 +119,27 @@ def fitted_surface(z: Array, responses: Array, weights: Array | None = None) -> 
     """
     trials, contributors = z.shape
     sigma = responses.std(axis=0)
-    surface = _fitted(z, responses, weights, *np.empty((2, 0), int))
-    first, second = np.triu_indices(contributors, 1)
-    terms = 1 + 2 * contributors + len(first)
+    surface = _fitted(z, responses, weights, np.empty(0, int))
+    main = np.arange(contributors)
+    terms = 1 + 2 * contributors + contributors * (contributors - 1) // 2
     unexplained = np.any(surface.remainders > WELL_EXPLAINED * sigma)
-    if not (unexplained and len(first) and terms * TRIALS_PER_TERM < trials):
+    if not (unexplained and contributors > 1 and terms * TRIALS_PER_TERM < trials):
         return surface
     if terms > MOST_TERMS:
-        influence = np.abs(surface.slopes) + np.abs(np.einsum("jii->ij", surface.bends))
+        influence = np.abs(surface.slopes) + np.abs(surface.bends)
         share = influence * z.std(axis=0)[:, None] / np.where(sigma > 0, sigma, 1.0)
         most = int(np.sqrt(2 * max(MOST_TERMS - 2 * contributors, 0)))
         main = np.sort(np.argsort(-share.max(axis=1), kind="stable")[:most])
-        first, second = (main[i] for i in np.triu_indices(len(main), 1))
-    return _fitted(z, responses, weights, first, second)
+    return _fitted(z, responses, weights, main)
 
 
 def _fitted(
-    z: Array,
-    responses: Array,
-    weights: Array | None,
-    first: Integers,
-    second: Integers,
+    z: Array, responses: Array, weights: Array | None, main: Integers
 ) -> Surface:
-    """Fit with products of the first with the second contributors."""
+    """Fit with products of the main contributors."""
     trials, contributors = z.shape
+    left, right = np.triu_indices(len(main), 1)
+    first, second = main[left], main[right]
     centre, spread = z.mean(axis=0), z.std(axis=0)
     spread = np.where(spread > 0, spread, 1.0)
     mean, sigma = responses.mean(axis=0), responses.std(axis=0)
@@ -142,11 +167,11 @@ def _fitted(
     terms_of_z = solution[1:]  # by chance, a shift along them would lead anywhere
     terms_of_z[np.abs(terms_of_z) < chance] = 0.0
     solution *= sigma
-    linear, squares, products = np.split(solution[1:], [contributors, 2 * contributors])
-    bends = np.zeros((len(mean), contributors, contributors))
-    diagonal = np.arange(contributors)
-    bends[:, diagonal, diagonal] = 2 * squares.T
-    bends[:, first, second] = bends[:, second, first] = products.T
-    bends /= spread * spread[:, None]
-    slopes = linear / spread[:, None] - (bends @ centre).T
-    return Surface(slopes, bends, remainders)
+    linear, squares, mixed = np.split(solution[1:], [contributors, 2 * contributors])
+    bends = 2 * squares / spread[:, None] ** 2
+    products = np.zeros((len(mean), len(main), len(main)))
+    products[:, left, right] = products[:, right, left] = mixed.T
+    products /= spread[main] * spread[main, None]
+    slopes = linear / spread[:, None]
+    surface = Surface(slopes, bends, main, products, remainders)
+    return surface._replace(slopes=surface.slopes_at(-centre))

@@ -34,6 +34,7 @@ from tolstat.statistics.sensitivity.sobol_indices import (
 
 LEAST_TRIALS = 200  # trials from which the indices are given
 TRIALS_OF_EACH = 2  # contributor, at least: with fewer a regression explains anything
+MOST_TRIALS = 1 << 20  # more tell the shares hardly better, and take minutes
 LARGEST_GROUP = 4  # contributors; in larger groups neighbours are too far apart
 
 
@@ -65,6 +66,8 @@ class Contributions(NamedTuple):
     dominated_by_few : bool
         Whether too few trials leave a value that most share. Shares are noise then,
         except the lower end of the share of a group together.
+    trials : int
+        So many, the first ones, tell the shares.
     """
 
     rank_regression: dict[str, Estimate]
@@ -76,6 +79,7 @@ class Contributions(NamedTuple):
     clipped: bool = False
     linear: bool = False
     dominated_by_few: bool = False
+    trials: int = 0
 
 
 def contributions(
@@ -118,6 +122,8 @@ def contributions(
     effects and adaptation to unknown input distribution, SIAM/ASA J. Uncertainty
     Quantification 8 (2020), 5.1: nearest neighbours.
     """
+    deviations = {name: x[:MOST_TRIALS] for name, x in deviations.items()}
+    responses = {name: y[:MOST_TRIALS] for name, y in responses.items()}
     names, groups = list(deviations), groups or {}
     small = [g for g, members in groups.items() if len(members) <= LARGEST_GROUP]
     large = {name: y for name, y in responses.items() if len(y) >= LEAST_TRIALS}
@@ -179,6 +185,7 @@ def contributions(
             not (linear or core.light),
             linear,
             is_sparse,
+            len(y),
         )
     return answers
 

@@ -245,5 +245,6 @@ def _weaker(tested: Array, *references: Array) -> Array:
     products = [tested @ unit.T for unit in units]
     products += [product.T for product in products]
     least, most = reduce(np.minimum, products), reduce(np.maximum, products)
-    weakest = np.where(least > 0, least, 0.0)
-    return np.where(most < 0, most, weakest)
+    weakest: Array = np.fmax(least, 0.0, out=least)  # no new memory: most of the time
+    weakest += np.fmin(most, 0.0, out=most)
+    return weakest
