@@ -32,7 +32,7 @@ GRADES = [
     *(f"IT{number}" for number in range(5, 14)),
     *(f"{letter}{number}" for letter in ("h", "js", "H") for number in range(5, 13)),
 ]
-# of sliders, in half widths as drawn: of the half width and of the shift; less far
+# of sliders, in half widths of the drawing: of the half width, of the shift; less far
 # where trials are weighted
 RANGES = {True: ((0.1, 2.0), 1.0), False: ((0.2, 1.2), 0.5)}
 EQUAL = 1e-6  # of half a zone: read again it is the same

@@ -62,7 +62,7 @@ def report_document(report: Report) -> blocks.Document:
         report, report.focus, opening(report),
         sketches if len(sketches) > 1 else {}, drawing,
     )  # fmt: skip
-    drawn = {
+    page_1 = {
         (figure.alt, figure.picture.height) for figure in blocks.figures_in(*first)
     }
     return sheet(
@@ -76,7 +76,7 @@ def report_document(report: Report) -> blocks.Document:
         _summary(report),
         _numbers(report),
         *(
-            response_section(report, name, drawn if name == deciding(report) else ())
+            response_section(report, name, page_1 if name == deciding(report) else ())
             for name in report.focus
         ),
     )

@@ -98,22 +98,22 @@ OVERLAP = " Deviations are correlated: shares overlap and need not add up to 100
 
 
 def response_section(
-    report: Report, name: str, drawn: Collection[tuple[str, float]] = ()
+    report: Report, name: str, page_1: Collection[tuple[str, float]] = ()
 ) -> Section:
     """Return figures, performance, main causes, contributions, errors, worst trials.
 
-    Figures that are `drawn` on page 1, by description and height, stand there alone.
+    Figures of `page_1`, by description and height, stand there alone.
     """
-    return _ResponseSection(report, name, drawn).section()
+    return _ResponseSection(report, name, page_1).section()
 
 
 class _ResponseSection:
     """The parts of the section on a response."""
 
     def __init__(
-        self, report: Report, name: str, drawn: Collection[tuple[str, float]]
+        self, report: Report, name: str, page_1: Collection[tuple[str, float]]
     ) -> None:
-        self.drawn = drawn
+        self.page_1 = page_1
         self.report, self.name, self.run = report, name, report.stored_run
         self.response = report.responses[name]
         self.scale, shares = self.response.scale, self.response.contributions
@@ -132,7 +132,7 @@ class _ResponseSection:
         elif report.trials.done and self.name in report.illustrated:
             figures = figures_of(report, self.name)
             values = blocks.Gallery(tuple(
-                f for f in figures if (f.alt, f.picture.height) not in self.drawn
+                f for f in figures if (f.alt, f.picture.height) not in self.page_1
             ))  # fmt: skip
         elif report.trials.done:
             draw = Typed(to_draw(self.run, self.name))
