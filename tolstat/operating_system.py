@@ -218,6 +218,11 @@ def exit_status(number: int) -> int:
         return 0
 
 
+def memory_file() -> BinaryIO:
+    """Return a file without a name, in memory; on Linux alone."""
+    return os.fdopen(os.memfd_create("tolstat"), "r+b", buffering=0)
+
+
 def signal_name(number: int) -> str:
     """Return the name of a signal, such as SIGSEGV."""
     try:

@@ -29,7 +29,7 @@ class Status(IntEnum):
         return self.name.lower().replace("_", " ")
 
 
-def ran_in_order(status: NDArray[np.uint8]) -> int:
+def ran_in_order(status: NDArray[np.integer[Any]]) -> int:
     """Return how many of the first trials have run, up to one that has not."""
     not_run = (status == Status.NOT_RUN).nonzero()[0]
     return int(not_run[0]) if len(not_run) else len(status)

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 import tolstat
 from tolstat import catalogue
 from tolstat.cli.main import main
-from tolstat.command.placeholders import Command, from_template
+from tolstat.command.placeholders import Command
 from tolstat.errors import ModelError, StudyError
 from tolstat.model.checked import LONGEST_OUTPUT
 
@@ -104,12 +104,11 @@ def test_a_command_that_hangs_is_ended(source, tmp_path):
 
 def test_inputs_of_all_kinds(tmp_path):
     deck = tmp_path / "deck"
-    deck.write_text("{ size = {size} } {other}")
-    assert from_template(deck.read_text(), {"size": 0.1}) == "{ size = 0.1 } {other}"
+    deck.write_bytes(b"{ size = {size} }\r\n\\{other} \xff")
     for typed, name, text in [
         ("{input}", "input.json", '{\n "size": 0.1\n}'),
         ("{input.toml}", "input.toml", "size = 0.1\n"),
-        (f"{{input:{deck}}}", "deck", "{ size = 0.1 } {other}"),
+        (f"{{input:{deck}}}", "deck", "{ size = 0.1 }\r\n{other} \xff"),
     ]:
         command = Command.read(f"sh {typed} {{output}}")
         folder = tmp_path / f"of {name}"
@@ -118,7 +117,7 @@ def test_inputs_of_all_kinds(tmp_path):
         assert command.filled(folder)[1:] == [
             str(folder / name), str(folder / "output.json"),
         ]  # fmt: skip
-        assert (folder / name).read_text() == text
+        assert (folder / name).read_bytes() == text.encode("latin-1")
 
 
 @pytest.mark.parametrize(
@@ -157,6 +156,9 @@ def test_outputs_that_cannot_be_read(tmp_path, kind, text, wrong):
 @pytest.mark.parametrize(
     ("command", "wrong"),
     [
+        ("sh {inptu} {output}", r"{inptu} is no placeholder; allowed: {input}, "),
+        ("sh {input} {output.json5}", r"{output.json5} is no placeholder"),
+        ("sh -c 'echo ${HOME}' {input}", "expected once each"),
         ("sh {input}", "expected once each"),
         ("sh {input} {input} {output}", "expected once each"),
         ("no-such-program {input} {output}", "no program"),
@@ -189,10 +191,18 @@ def test_its_files_count_in_its_digest(source):
     assert catalogue.load(source).source_digest not in (before, changed)
 
 
-def test_a_template_that_lacks_an_input_is_refused(source):
-    Path("deck.txt").write_text("size=20")
+@pytest.mark.parametrize(
+    ("deck", "wrong"),
+    [
+        ("size=20", r"does not take \{size\}; write it where"),
+        ("a={size}\nb={szie}", r"deck.txt, line 2: \{szie\} .* did you mean 'size'"),
+        (r"\{size}", r"does not take \{size\}"),
+    ],
+)
+def test_a_template_with_other_places_is_refused(source, deck, wrong):
+    Path("deck.txt").write_text(deck)
     catalogue.load(source)
-    with pytest.raises(StudyError, match=r"does not take \{size\}"):
+    with pytest.raises(StudyError, match=wrong):
         tolstat.run("beam.toml")
 
 

@@ -17,12 +17,16 @@ from click.testing import CliRunner
 import tolstat
 from tests.isolation.trouble import ABOVE
 from tests.isolation.trouble import TroubleSettings as Settings
-from tolstat import catalogue
+from tolstat import catalogue, operating_system
 from tolstat.cli.main import main
 from tolstat.errors import ModelError, StudyError
+from tolstat.execution.workers import block_scheduler
+from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.isolation import isolated_model, nursery_process, processes
+from tolstat.isolation.isolated_model import processes_of
 from tolstat.model.checked import described, simulate
 from tolstat.status import Status
+from tolstat.study.given_points import Case
 
 FILE = Path(__file__).with_name("trouble.py")
 ROWS = np.random.default_rng(1).normal(0, 1, (60, 1))
@@ -33,13 +37,16 @@ STUDY = {
 }  # fmt: skip
 
 
-@pytest.fixture(autouse=True)
-def _no_process_stays(monkeypatch):
-    monkeypatch.setattr(isolated_model, "_processes", isolated_model.OrderedDict())
+@pytest.fixture(autouse=True, scope="module")
+def _no_process_stays():
+    """The processes of this file: tests share them, which may grow by 200 MB."""
     before = {*psutil.Process().children()}
-    yield
-    for of_model in isolated_model._processes.values():
-        of_model.close()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(isolated_model, "_processes", isolated_model.OrderedDict())
+        patch.setattr(nursery_process, "GROWTH", 200 << 20)
+        yield
+        for of_model in isolated_model._processes.values():
+            of_model.close()
     assert {*psutil.Process().children()} <= before
 
 
@@ -86,8 +93,7 @@ def test_a_hang_costs_its_trial(kind):
     assert "longer than 0.3 s" in answers.output[GUILTY[0]]
 
 
-def test_a_leak_costs_its_trial(monkeypatch):
-    monkeypatch.setattr(nursery_process, "GROWTH", 200 << 20)
+def test_a_leak_costs_its_trial():
     check(simulate(found("RowByRow"), ROWS, Settings("leak")), Status.CRASHED)
 
 
@@ -98,8 +104,8 @@ def test_a_model_that_kills_itself_is_guilty_after_some_times():
 def test_a_worker_that_is_killed_is_replaced_and_no_trial_is_guilty():
     model = found("Trouble")
     simulate(model, ROWS, Settings())
-    (of_model,) = isolated_model._processes.values()
-    for number in [of_model._idle[0].number, of_model._nursery._process.pid]:
+    of_model = processes_of(model.load)
+    for number in [of_model._idle[-1].number, of_model._nursery._process.pid]:
         os.kill(number, signal.SIGKILL)
         time.sleep(0.1)
         assert (simulate(model, ROWS, Settings()).status == Status.DONE).all()
@@ -108,9 +114,10 @@ def test_a_worker_that_is_killed_is_replaced_and_no_trial_is_guilty():
 def test_a_grown_worker_is_replaced_between_blocks(monkeypatch):
     monkeypatch.setattr(processes, "REPLACED", -1)
     model = found("Trouble")
+    of_model = processes_of(model.load)
+    before = len(of_model._idle)
     simulate(model, ROWS, Settings())
-    (of_model,) = isolated_model._processes.values()
-    assert not of_model._idle
+    assert len(of_model._idle) == max(0, before - 1)
 
 
 def test_a_run_stores_limits_and_output_and_its_trials_repeat(tmp_path):
@@ -127,6 +134,31 @@ def test_a_run_stores_limits_and_output_and_its_trials_repeat(tmp_path):
     assert tolstat.verify(tmp_path / "a.h5").whole
     assert "SIGSEGV" in " ".join(tolstat.report(run).trials.notes)
     assert model is not None
+
+
+def test_a_stop_keeps_the_trials_that_have_ended(monkeypatch):
+    """A block is handed back up to the trial that hangs."""
+    written = []
+
+    def memory_file():
+        file = operating_system.memory_file()
+        written.append(os.dup(file.fileno()))
+        return file
+
+    def stopping():
+        return any(os.lseek(file, 0, os.SEEK_CUR) for file in written)
+
+    model, case = found("RowByRow", longest=60.0), Case(0, len(ROWS), Settings("hang"))
+    processes_of(model.load).close()
+    monkeypatch.setattr(processes, "memory_file", memory_file)
+    monkeypatch.setattr(block_scheduler, "GRACE", 0.5)
+    with Workers(1, stopping, block=len(ROWS)) as crew:
+        blocks = [*crew.blocks(model, [case], ROWS)]
+    (((first, answers),),) = blocks
+    assert first == 0
+    assert 0 < len(answers.status) <= GUILTY[0]
+    done = ROWS[: len(answers.status)]
+    assert answers.responses.tobytes() == (2 * done + 1).tobytes()
 
 
 def test_a_nominal_trial_that_crashes_is_a_fault_of_the_model(tmp_path):
@@ -238,7 +270,7 @@ def test_a_source_that_has_changed_is_refused(tmp_path):
     answers = simulate(model, np.array([[0.0], [2.0]]), None)
     assert answers.responses[0, 0] != os.getpid()
     assert answers.status.tolist() == [Status.DONE, 100]
-    (of_model,) = isolated_model._processes.values()
+    of_model = processes_of(model.load)
     path.write_text(FALLING.format(where="").replace("> 1", "> 0"))
     of_model.close()  # another one is started
     with pytest.raises(ModelError, match="source has changed"):

@@ -169,8 +169,11 @@ def _parts(model: Model, settings: Any, parts: Sequence[Contributor]) -> Iterato
             yield f"# {kind}"
         for name, family in families:
             unit = family[0].unit
-            relative = unit == "1" or bool(family[0].size)
-            example = EXAMPLES.get(unit, "1 %" if relative else f"1 {unit}")
+            size = family[0].size  # per cent of 0 are none
+            relative = bool(size) or (unit == "1" and size is None)
+            example = EXAMPLES.get(
+                unit, "1 %" if relative else f"1 {unit}".removesuffix(" 1")
+            )
             members = ", ".join(p.name for p in family) if len(family) > 1 else ""
             words = "; ".join(filter(None, [family[0].sentence, members]))
             negative = -SMALL * np.array([[part in family for part in parts]])

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.command.placeholders import JSON, TOML, Command, missing_in
+from tolstat.command.placeholders import JSON, TOML, Command, check_template
 from tolstat.errors import ModelError, UnitError
 from tolstat.lanes.digest import digest
 from tolstat.model.checked import LONGEST_OUTPUT
@@ -87,10 +87,7 @@ class CommandModel(Model):
                 raise ModelError(f"[responses] {name}: {error}") from None
             responses.append(Response(name, unit, shown=row["unit"]))
         if self._command.input_kind not in (JSON, TOML):
-            template = Path(self._command.input_kind)
-            if missing := missing_in(template.read_text(), [*settings.links]):
-                names = ", ".join(f"{{{name}}}" for name in missing)
-                raise ModelError(f"{template} does not take {names}")
+            check_template(Path(self._command.input_kind), [*settings.links])
         return Description(tuple(contributors), tuple(responses))
 
     def evaluate(self, deviations: Array, settings: CommandSettings) -> Outcome:

@@ -11,12 +11,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tolstat.errors import ModelError
+from tolstat.errors import ModelError, allowed_names
 from tolstat.toml import toml_text
 
 INPUT = re.compile(r"\{input(?:\.(json|toml)|:([^{}]+))?\}")
 OUTPUT = re.compile(r"\{output(?:\.(json|csv))?\}")
-NAMED = re.compile(r"\{([^\W\d]\w*)\}")  # a value in a template
+# what looks like a placeholder of a command; ${X} belongs to a shell
+PLACE = re.compile(r"(?<!\$)\{[^\W\d]\w*(?:[.:][^{}]*)?\}")
+KINDS = "{input}", "{input.toml}", "{input:TEMPLATE}", "{output}", "{output.csv}"
+NAMED = re.compile(r"(\\?)\{([^\W\d]\w*)\}")  # a value in a template; \{x} is none
 EXAMPLE = "exec:solver --in {input} --out {output}"
 JSON, TOML, CSV = "json", "toml", "csv"
 
@@ -32,11 +35,17 @@ class Command(NamedTuple):
 
     @classmethod
     def read(cls, text: str) -> "Command":
-        """Read a command; ModelError if it lacks a placeholder or its program."""
+        """Read a command; ModelError if a placeholder or its program is wrong."""
         try:
             words = shlex.split(text)
         except ValueError as error:
             raise ModelError(f"exec:{text}: {error}") from None
+        for place in (place for word in words for place in PLACE.findall(word)):
+            if not (INPUT.fullmatch(place) or OUTPUT.fullmatch(place)):
+                raise ModelError(
+                    f"exec:{text}: {place} is no placeholder; allowed: "
+                    f"{', '.join(KINDS)}; other braces need a space, such as {{ x }}"
+                )
         inputs = [match for word in words for match in INPUT.finditer(word)]
         outputs = [match for word in words for match in OUTPUT.finditer(word)]
         if len(inputs) != 1 or len(outputs) != 1:
@@ -47,11 +56,11 @@ class Command(NamedTuple):
         program = shutil.which(words[0])
         if program is None:
             raise ModelError(f"exec:{text}: no program {words[0]} is found")
-        template = inputs[0][2]
-        if template and not Path(template).is_file():
-            raise ModelError(f"exec:{text}: {template}: no such file")
+        deck = inputs[0][2]
+        if deck and not Path(deck).is_file():
+            raise ModelError(f"exec:{text}: {deck}: no such file")
         paths = [Path(word) for word in words[1:] if Path(word).is_file()]
-        files = [Path(program), *paths, *([Path(template)] if template else [])]
+        files = [Path(program), *paths, *([Path(deck)] if deck else [])]
         return cls(
             (
                 str(Path(program).absolute()),
@@ -60,7 +69,7 @@ class Command(NamedTuple):
                     for word in words[1:]
                 ),
             ),
-            str(Path(template).resolve()) if template else inputs[0][1] or JSON,
+            str(Path(deck).resolve()) if deck else inputs[0][1] or JSON,
             outputs[0][1] or JSON,
             tuple(path.resolve() for path in files),
         )
@@ -100,8 +109,8 @@ class Command(NamedTuple):
                 path.write_text(json.dumps(values, indent=1))
             case "toml":
                 path.write_text(toml_text(values))
-            case template:
-                path.write_text(from_template(Path(template).read_text(), values))
+            case deck:
+                path.write_bytes(from_template(template(Path(deck)), values))
 
     def read_output(self, folder: Path, names: list[str]) -> list[float]:
         """Return responses by name from its output file in a folder.
@@ -165,14 +174,32 @@ def _number(value: Any) -> float:
     return float(value)
 
 
-def from_template(text: str, values: Mapping[str, float]) -> str:
-    """Return a template with values at {name}; all other braces stay."""
+def template(path: Path) -> str:
+    """Return a template; whatever its encoding, its other bytes stay."""
+    return path.read_bytes().decode("utf-8", "surrogateescape")
+
+
+def from_template(text: str, values: Mapping[str, float]) -> bytes:
+    r"""Return a template with values at {name}; other braces stay, and \\{name}."""
     return NAMED.sub(
-        lambda match: repr(values[match[1]]) if match[1] in values else match[0], text
-    )
+        lambda match: match[0][1:] if match[1] else repr(values[match[2]]), text
+    ).encode("utf-8", "surrogateescape")
 
 
-def missing_in(template: str, names: list[str]) -> list[str]:
-    """Return which names a template does not take."""
-    taken = {match[1] for match in NAMED.finditer(template)}
-    return [name for name in names if name not in taken]
+def check_template(path: Path, names: Sequence[str]) -> None:
+    """Refuse a template with a place for another name, or without one for a name."""
+    missing = [*names]
+    for number, line in enumerate(template(path).split("\n"), 1):
+        for name in (name for kept, name in NAMED.findall(line) if not kept):
+            if name not in names:
+                raise ModelError(
+                    f"{path}, line {number}: {{{name}}} is no input of the study "
+                    f"(\\{{{name}}} keeps such braces); {allowed_names(name, names)}"
+                )
+            missing = [other for other in missing if other != name]
+    if missing:
+        places = ", ".join(f"{{{name}}}" for name in missing)
+        raise ModelError(
+            f"{path} does not take {places}; write it where the program reads its "
+            "value, or delete the input from the study"
+        )

@@ -36,7 +36,8 @@ class Quantity:
 
     def setting(self) -> Any:
         """Return its declaration as a setting."""
-        words = self.sentence or "a parameter of the FMU"
+        kind = "an input" if self.variable.causality == "input" else "a parameter"
+        words = self.sentence or f"{kind} of the FMU"
         group = "parameters and inputs of the FMU"
         if not (self.variable.real or self.variable.is_whole):
             choices = [*self.variable.items]

@@ -1,8 +1,13 @@
-"""Messages between processes: bytes with their length before them, over a socket."""
+"""Messages between processes: bytes with their length before them.
 
+They go over a socket, or into a file that outlives its writer.
+"""
+
+import os
 import pickle
 import socket
 import struct
+from collections.abc import Iterator
 from typing import Any
 
 LENGTH = struct.Struct("q")
@@ -27,6 +32,22 @@ def receive(channel: socket.socket) -> bytes | None:
         return _exactly(channel, LENGTH.unpack(head)[0])
     except (EOFError, ConnectionError):
         return None
+
+
+def append(file: int, message: bytes) -> None:
+    """Append a message to the file of a descriptor, in one call."""
+    os.write(file, LENGTH.pack(len(message)) + message)
+
+
+def appended(data: bytes) -> Iterator[bytes]:
+    """Yield the messages of a file; its writer may have ended within the last one."""
+    first = LENGTH.size
+    while first <= len(data):
+        (size,) = LENGTH.unpack_from(data, first - LENGTH.size)
+        if first + size > len(data):
+            return
+        yield data[first : first + size]
+        first += size + LENGTH.size
 
 
 def _exactly(channel: socket.socket, size: int) -> bytes:

@@ -1,6 +1,7 @@
 """How processes end: by a signal, an exit code, or because they took too long."""
 
 import os
+from dataclasses import dataclass
 from typing import Any
 
 from tolstat.isolation.worker import OUT_OF_MEMORY
@@ -9,24 +10,15 @@ from tolstat.operating_system import signal_name
 TAIL = 2000  # bytes of output
 
 
+@dataclass(eq=False)
 class Ended(Exception):
-    """A worker has ended before it answered.
+    """A worker has ended before it answered."""
 
-    Attributes
-    ----------
-    row : int
-        The row that was under way.
-    late : bool
-        Whether it was ended because it took too long.
-    killed : bool
-        Whether anyone may have killed it: the model is not at fault for sure.
-    words : str
-        How it ended, and the tail of its output.
-    """
-
-    def __init__(self, row: int, words: str, *, late: bool, killed: bool) -> None:
-        super().__init__(words)
-        self.row, self.words, self.late, self.killed = row, words, late, killed
+    words: str  # how it ended, and the tail of its output
+    outcomes: list[Any]  # what it evaluated before: see `WorkerProcess.outcomes`
+    late: bool  # whether it was ended because it took too long
+    stopped: bool  # whether it was ended because the run stops
+    killed: bool  # whether anyone may have killed it, so the model may not be at fault
 
 
 def how_it_ended(status: int) -> str:

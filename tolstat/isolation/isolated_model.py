@@ -5,8 +5,9 @@ import os
 import pickle
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from itertools import count
 from threading import Lock
 from typing import Any, NamedTuple
 
@@ -16,7 +17,8 @@ from tolstat.arrays import Array
 from tolstat.isolation import worker
 from tolstat.isolation.endings import Ended
 from tolstat.isolation.processes import Processes
-from tolstat.model.contract import Answers, Model, Outcome
+from tolstat.model.checked import complete
+from tolstat.model.contract import NO_OUTPUT, Answers, Model, Outcome, guarded
 from tolstat.model.description import Description
 from tolstat.model.view import Offer, View
 from tolstat.model.wrapped import Wrapped
@@ -53,6 +55,7 @@ class Isolated(Wrapped):
     def __init__(self, base: Model, load: Load, longest: float = 0.0) -> None:
         super().__init__(base)
         self.load, self.longest = load, longest
+        self.stopping: Callable[[], bool] = lambda: False
         self._digest = ""  # of the code that its processes have to load
         self._described: tuple[Any, Description] | None = None  # settings, and theirs
         vars(self).update({name: partial(self._declared, name) for name in DECLARED})
@@ -79,7 +82,10 @@ class Isolated(Wrapped):
         return self._described[1]
 
     def evaluate(self, deviations: Array, settings: Any) -> Outcome:
-        """Return the outcome of trials; one whose process ends has failed."""
+        """Return the outcome of trials; one whose process ends has failed.
+
+        A stop hands back those that have ended; the others have not run.
+        """
         return Outcome(**self._evaluated(deviations, settings)._asdict())
 
     @property
@@ -125,22 +131,27 @@ class Isolated(Wrapped):
         return self._result(name, request)
 
     def _result(self, name: str, request: bytes) -> Any:
-        """Return the result of a request; ModelError if its process ends."""
+        """Return the result of a request; ModelError if its process ends.
+
+        It is repeated as a trial is where another may have killed the process.
+        """
         longest = max(self.longest, LEAST) if self.longest else UNKNOWN
-        try:
-            with self._processes().worker() as process:
-                reply = process.call(request, longest)
-        except Ended as ended:
-            raise self.fault(f"{name}: its process {ended.words}") from None
-        return reply.result()
+        for repeated in count():
+            try:
+                with self._processes().worker() as process:
+                    return process.call(request, longest).result()
+            except Ended as ended:
+                if not ended.killed or repeated == AGAIN:
+                    words = f"{name}: its process {ended.words}"
+                    raise self.fault(words) from None
 
     def _evaluated(self, deviations: Array, settings: Any) -> Answers:
         """Return the answers of trials.
 
         A trial has failed only if it fails alone in a fresh process: else it would
-        depend on the trials before it. All others of its block are evaluated again.
+        depend on the trials before it.
         """
-        processes, parts = self._processes(), dict[int, Answers]()
+        processes, answers = self._processes(), list[Answers]()
         todo = [Part(0, len(deviations))]
         while todo:
             part = todo.pop()
@@ -149,34 +160,53 @@ class Isolated(Wrapped):
             try:
                 with processes.worker(fresh=part.repeated > 0) as process:
                     fresh, began = process.fresh, time.perf_counter()
-                    reply = process.call(request, self._longest_block(len(rows)))
-            except Ended as ended:
-                if part.is_guilty(ended, fresh=fresh):
-                    parts[part.first] = self._failed(ended, settings)
-                else:
-                    todo += part.repeated_after(ended, by_row=self.base.row_by_row)
-                continue
-            seconds = (time.perf_counter() - began) / len(rows)
-            self.learn(seconds)
-            processes.pace = min(processes.pace, seconds)
-            parts[part.first] = reply.result()
-        return Answers.joined([parts[first] for first in sorted(parts)])
+                    longest = self._longest_block(len(rows))
+                    process.call(request, longest, self.stopping).result()
+                    outcomes, ended = process.outcomes(), None
+            except Ended as error:
+                outcomes, ended = error.outcomes, error
+            if outcomes:
+                over = len(outcomes) if self.row_by_row else len(rows)
+                with guarded(self, "evaluate"):
+                    answers.append(complete(self, _joined(outcomes), over, settings))
+                part = part._replace(first=part.first + over)
+            if ended is None:
+                seconds = (time.perf_counter() - began) / len(rows)
+                self.learn(seconds)
+                processes.pace = min(processes.pace, seconds)
+            elif ended.stopped:
+                missing = len(deviations) - part.first
+                answers.append(self._unanswered(missing, Status.NOT_RUN, settings))
+                break
+            elif part.is_guilty(ended, fresh=fresh and not outcomes):
+                status = Status.TOOK_TOO_LONG if ended.late else Status.CRASHED
+                output = {0: ended.words}
+                answers.append(self._unanswered(1, status, settings, output))
+            elif part.first < part.stop:
+                todo += part.repeated_after(ended, by_row=self.row_by_row)
+        return Answers.joined(answers)
 
     def _longest_block(self, rows: int) -> float:
         """Return how long a row may be under way, s, or the rows that are one call."""
         longest = self.longest or UNKNOWN
-        if self.base.row_by_row or rows == 1:
+        if self.row_by_row or rows == 1:
             return longest
         pace = self._processes().pace
         return longest + rows * (SLACK * pace if pace < np.inf else longest / FEW)
 
-    def _failed(self, ended: Ended, settings: Any) -> Answers:
-        """Return the answers of a trial whose process has ended."""
+    def _unanswered(
+        self,
+        trials: int,
+        status: Status,
+        settings: Any,
+        output: Mapping[int, str] = NO_OUTPUT,
+    ) -> Answers:
+        """Return the answers of trials that have none."""
         return Answers(
-            np.full((1, len(self.describe(settings).responses)), np.nan),
-            np.array([Status.TOOK_TOO_LONG if ended.late else Status.CRASHED]),
-            np.zeros(1, np.int64) if self.integrates else None,
-            {0: ended.words},
+            np.full((trials, len(self.describe(settings).responses)), np.nan),
+            np.full(trials, status.value),
+            np.zeros(trials, np.int64) if self.integrates else None,
+            output,
         )
 
     def _processes(self) -> Processes:
@@ -214,18 +244,39 @@ class Part(NamedTuple):
         return alone and fresh and not (ended.killed and self.repeated < AGAIN)
 
     def repeated_after(self, ended: Ended, *, by_row: bool) -> list["Part"]:
-        """Return the parts that are evaluated instead, after its process has ended."""
+        """Return the parts that are evaluated instead, after its process has ended.
+
+        The last one is the next.
+        """
         first, stop, repeated = self
         if stop - first == 1:
             return [Part(first, stop, repeated + 1)]
-        if by_row:
-            row = first + ended.row
-            parts = [Part(row + 1, stop), Part(row, row + 1, 1), Part(first, row)]
-            return [part for part in parts if part.first < part.stop]
+        if by_row:  # those before its first row are over
+            return [Part(first + 1, stop), Part(first, first + 1, 1)]
         if ended.late:  # halves would wait again and again
-            return [Part(row, row + 1) for row in range(first, stop)]
+            return [Part(row, row + 1) for row in reversed(range(first, stop))]
         middle = (first + stop) // 2
         return [Part(middle, stop), Part(first, middle)]
+
+
+def _joined(outcomes: Sequence[Outcome]) -> Outcome:
+    """Return outcomes of one row each as one; the first that is none as it is."""
+    for outcome in outcomes:
+        if not isinstance(outcome, Outcome) or len(outcomes) == 1:
+            return outcome
+
+    def column(values: list[Any]) -> Any:
+        return None if values[0] is None else np.concatenate(values)
+
+    words = dict.fromkeys(word for outcome in outcomes for word in outcome.failed)
+    no = np.zeros(1, bool)
+    return Outcome(
+        np.concatenate([outcome.responses for outcome in outcomes]),
+        column([outcome.status for outcome in outcomes]),
+        column([outcome.steps for outcome in outcomes]),
+        {word: column([o.failed.get(word, no) for o in outcomes]) for word in words},
+        {row: o.output[0] for row, o in enumerate(outcomes) if 0 in o.output},
+    )
 
 
 class _Packer(pickle.Pickler):

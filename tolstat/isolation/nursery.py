@@ -13,7 +13,7 @@ import sys
 from tolstat.errors import TolstatError, told
 from tolstat.isolation import channel
 from tolstat.isolation.channel import LENGTH
-from tolstat.isolation.worker import Clock, serve
+from tolstat.isolation.worker import serve
 from tolstat.model.contract import Model, guarded
 from tolstat.operating_system import (
     end_with_parent,
@@ -76,13 +76,13 @@ def _start(
             end_with_parent(nursery)
             lead_group()
             control.close()
-            requests, clock, log = descriptors
+            requests, answers, log = descriptors
             for stream in (1, 2):
                 os.dup2(log, stream)
             os.close(log)
             for text in (sys.stdout, sys.stderr):
                 text.reconfigure(line_buffering=True, errors="backslashreplace")  # type: ignore[union-attr]
-            serve(model, socket.socket(fileno=requests), Clock(clock), growth)
+            serve(model, socket.socket(fileno=requests), answers, growth)
         finally:
             os._exit(0)
     for descriptor in descriptors:

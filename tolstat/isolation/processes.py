@@ -15,9 +15,10 @@ from tolstat.errors import LostError
 from tolstat.isolation import channel
 from tolstat.isolation.endings import Ended, how_it_ended, with_tail
 from tolstat.isolation.nursery_process import Nursery
-from tolstat.isolation.worker import MARK, Clock, Reply
+from tolstat.isolation.worker import Reply
+from tolstat.operating_system import memory_file
 
-LOOK_AGAIN = 0.05  # s, between two looks at the clock of a worker
+LOOK_AGAIN = 0.05  # s, between two looks at what a worker has answered
 REPLACED = 500 << 20  # bytes of growth after which another worker takes over
 STARTS = 4  # further ones of a nursery that is killed
 
@@ -28,33 +29,41 @@ class WorkerProcess:
     def __init__(self, nursery: Nursery) -> None:
         self._nursery = nursery
         with ExitStack() as stack:
-            shared, self._log = (
-                stack.enter_context(tempfile.TemporaryFile(buffering=0))
-                for _ in range(2)
-            )
+            self._answers = stack.enter_context(memory_file())
+            self._log = stack.enter_context(tempfile.TemporaryFile("a+b", buffering=0))
             self._files = stack.pop_all()
-        shared.truncate(MARK.size)
-        self._clock = Clock(shared.fileno())
         self._channel, other = socket.socketpair()
         with other:
-            descriptors = [file.fileno() for file in (other, shared, self._log)]
+            descriptors = [file.fileno() for file in (other, self._answers, self._log)]
             self.number = nursery.start(descriptors)
         self.fresh, self.grown = True, False
         self._first_data = 0
 
-    def call(self, request: bytes, longest: float) -> Reply:
+    def call(
+        self,
+        request: bytes,
+        longest: float,
+        stopping: Callable[[], bool] = lambda: False,
+    ) -> Reply:
         """Return the reply to a request, or raise `Ended`.
 
-        A row may be under way for the longest time, s.
+        Rows that are one call may be under way for the longest time, s.
         """
         self.fresh = False
-        self._clock.begin(0)
+        self._answers.seek(0)  # its end, where a worker appends
+        self._answers.truncate()
         with suppress(ConnectionError):  # it has ended: nothing is to be read
             channel.send(self._channel, request)
+        size, began = 0, time.monotonic()
         while not select.select([self._channel], [], [], LOOK_AGAIN)[0]:
-            _, began = self._clock.read()
-            if time.monotonic() - began > longest:
+            now, before = time.monotonic(), size
+            size = self._answers.tell()
+            if size > before:  # the next rows have begun
+                began = now
+            elif now - began > longest:
                 raise self._ended(late=longest)
+            if stopping():
+                raise self._ended(stopped=True)
         message = channel.receive(self._channel)
         if message is None:
             raise self._ended()
@@ -63,14 +72,18 @@ class WorkerProcess:
         self.grown = reply.data - self._first_data > REPLACED
         return reply
 
-    def _ended(self, late: float = 0.0) -> Ended:
+    def outcomes(self) -> list[Any]:
+        """Return what `rows_evaluated` has evaluated, in order."""
+        self._answers.seek(0)
+        return [*map(pickle.loads, channel.appended(self._answers.read()))]
+
+    def _ended(self, *, late: float = 0.0, stopped: bool = False) -> Ended:
         """End the process, and return how it has ended."""
-        row, _ = self._clock.read()
         status = self.end()
         words = f"longer than {late:.3g} s" if late else how_it_ended(status)
         words = with_tail(words, self._log)
         killed = not late and status == -9
-        return Ended(row, words, late=late > 0, killed=killed)
+        return Ended(words, self.outcomes(), late > 0, stopped, killed)
 
     def end(self) -> int:
         """End the process; return its exit code, or minus the signal that ended it."""
@@ -78,9 +91,8 @@ class WorkerProcess:
         return self._nursery.end(self.number)
 
     def close(self) -> None:
-        """Give up memory and files."""
+        """Give up its files."""
         self._channel.close()
-        self._clock.close()
         self._files.close()
 
 

@@ -1,49 +1,22 @@
 """A worker process: it evaluates what it is sent, until its sender is gone."""
 
-import mmap
 import os
 import pickle
 import socket
-import struct
 import sys
-import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple, TypeVar
 
-import numpy as np
-
 from tolstat.arrays import Array
 from tolstat.errors import TolstatError, told
 from tolstat.isolation import channel
-from tolstat.model.checked import complete, evaluated
-from tolstat.model.contract import Answers, Model, Outcome, guarded
+from tolstat.model.contract import Model, guarded
 from tolstat.operating_system import buffer_lines, limit_data, private_data
 
 E = TypeVar("E", bound=BaseException)
 OUT_OF_MEMORY = 71  # exit code
 LONGEST_LOG = 1 << 20  # bytes of output, which start again at the next row then
-MARK = struct.Struct("qd")  # of a row: its number, and when it began
-
-
-class Clock:
-    """Memory shared with the parent: the row under way, and when it began."""
-
-    def __init__(self, descriptor: int) -> None:
-        self._memory = mmap.mmap(descriptor, MARK.size)
-
-    def begin(self, row: int) -> None:
-        """Note that a row begins now."""
-        MARK.pack_into(self._memory, 0, row, time.monotonic())
-
-    def read(self) -> tuple[int, float]:
-        """Return the row under way, and when it began."""
-        row, began = MARK.unpack_from(self._memory, 0)
-        return row, began
-
-    def close(self) -> None:
-        """Give the memory back."""
-        self._memory.close()
 
 
 class Reply(NamedTuple):
@@ -61,7 +34,7 @@ class Reply(NamedTuple):
 
 
 _model: Model | None = None  # of this process
-_clock: Clock | None = None
+_answers = -1  # descriptor of a file that the parent reads, also after a crash
 
 
 def the_model() -> Model | None:
@@ -69,15 +42,14 @@ def the_model() -> Model | None:
     return _model
 
 
-def serve(model: Model, requests: socket.socket, clock: Clock, growth: int) -> None:
+def serve(model: Model, requests: socket.socket, answers: int, growth: int) -> None:
     """Carry out requests; memory may grow by so many bytes."""
-    global _model, _clock
-    _model, _clock = model, clock
+    global _model, _answers
+    _model, _answers = model, answers
     buffer_lines()
     limit_data(private_data() + growth)
     while (request := channel.receive(requests)) is not None:
         _start_log()
-        clock.begin(0)
         value, failure = None, None
         try:
             function, arguments = pickle.loads(request)
@@ -93,48 +65,25 @@ def serve(model: Model, requests: socket.socket, clock: Clock, growth: int) -> N
         except SystemExit as error:
             _exit(error)
         try:
-            reply = pickle.dumps(Reply(value, failure, private_data()))
-        except Exception as error:
-            failure = model.fault(f"its answer cannot leave its process: {told(error)}")
-            reply = pickle.dumps(Reply(None, failure, private_data()))
+            reply = _pickled(model, Reply(value, failure, private_data()))
+        except TolstatError as error:
+            reply = pickle.dumps(Reply(None, error, private_data()))
         channel.send(requests, reply)
 
 
-def rows_evaluated(model: Model, deviations: Array, settings: Any) -> Answers:
-    """Return the answers of trials, one row after another if the model wants that."""
+def rows_evaluated(model: Model, deviations: Array, settings: Any) -> None:
+    """Append the outcome of trials to the file of answers.
+
+    One row after another if the model wants that: those of a process that ends count.
+    """
     deviations.flags.writeable = False  # as where nothing is isolated
-    if not model.row_by_row:
-        return evaluated(model, deviations, settings)
-    assert _clock
-    outcomes = list[Outcome]()
+    together = 1 if model.row_by_row else len(deviations)
     with guarded(model, "evaluate"):
-        for number in range(len(deviations)):
-            if number:
+        for first in range(0, len(deviations), together):
+            if first:
                 _start_log(LONGEST_LOG)
-                _clock.begin(number)
-            outcomes.append(model.evaluate(deviations[number : number + 1], settings))
-    with guarded(model, "evaluate"):
-        return complete(model, _joined(outcomes), len(deviations), settings)
-
-
-def _joined(outcomes: Sequence[Outcome]) -> Outcome:
-    """Return outcomes of one row each as one; the first that is none as it is."""
-    for outcome in outcomes:
-        if not isinstance(outcome, Outcome):
-            return outcome
-
-    def column(values: list[Any]) -> Any:
-        return None if values[0] is None else np.concatenate(values)
-
-    words = dict.fromkeys(word for outcome in outcomes for word in outcome.failed)
-    no = np.zeros(1, bool)
-    return Outcome(
-        np.concatenate([outcome.responses for outcome in outcomes]),
-        column([outcome.status for outcome in outcomes]),
-        column([outcome.steps for outcome in outcomes]),
-        {word: column([o.failed.get(word, no) for o in outcomes]) for word in words},
-        {row: o.output[0] for row, o in enumerate(outcomes) if 0 in o.output},
-    )
+            outcome = model.evaluate(deviations[first : first + together], settings)
+            channel.append(_answers, _pickled(model, outcome))
 
 
 def viewed(model: Model, name: str, deviations: Array, settings: Any) -> Any:
@@ -150,11 +99,19 @@ def called(model: Model, name: str, arguments: Sequence[Any], options: Any) -> A
         return getattr(model, name)(*arguments, **options)
 
 
+def _pickled(model: Model, value: Any) -> bytes:
+    try:
+        return pickle.dumps(value)
+    except Exception as error:
+        raise model.fault(
+            f"its answer cannot leave its process: {told(error)}"
+        ) from error
+
+
 def _start_log(longest: int = 0) -> None:
     """Begin the output of this process again, if it is longer."""
     if os.fstat(1).st_size > longest:
         os.ftruncate(1, 0)
-        os.lseek(1, 0, os.SEEK_SET)
 
 
 def _exit(error: SystemExit) -> None:

@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError, TolstatError, told
 from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.digest import digest
@@ -30,11 +29,12 @@ from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer
 
 if TYPE_CHECKING:
+    from tolstat.deviations.spread import Spread  # it imports SciPy
     from tolstat.model.mechanism import Mechanism  # seldom needed
 
 STEP = 1e-4  # s, between two points of a history
 MOST_SAMPLES = 2_000_000  # of a history
-Spreads = Mapping[str, Spread]  # by contributor that deviates
+Spreads = Mapping[str, "Spread"]  # by contributor that deviates
 NOTHING_FAILED: Mapping[str, Truths] = {}
 NO_OUTPUT: Mapping[int, str] = {}
 
@@ -76,6 +76,15 @@ class Answers(NamedTuple):
             },
         )
 
+    def first(self, trials: int) -> Answers:
+        """Return the answers of the first trials."""
+        return Answers(
+            self.responses[:trials],
+            self.status[:trials],
+            None if self.steps is None else self.steps[:trials],
+            {row: text for row, text in self.output.items() if row < trials},
+        )
+
 
 class History(NamedTuple):
     """The motion of one trial, and its outcome."""
@@ -90,6 +99,7 @@ class OtherProcesses(Protocol):
     """The part of a model that is evaluated in other processes."""
 
     longest: float  # s, that a trial may last; 0 while that is not known
+    stopping: Callable[[], bool]  # once true, trials that have not ended are left
 
     def learn(self, seconds: float) -> None:
         """Note how long a trial took, if it is not known how long it may last."""

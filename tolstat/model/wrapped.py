@@ -5,7 +5,10 @@ from typing import Any
 from tolstat.lanes.digest import digest
 from tolstat.model.contract import Model, OtherProcesses
 
-COMMON = "name", "title", "settings", "assumptions", "failures", "needs_nominal"
+COMMON = (
+    "name", "title", "settings", "assumptions", "failures", "row_by_row",
+    "needs_nominal",
+)  # fmt: skip
 
 
 class Wrapped(Model):

@@ -64,13 +64,8 @@ These are printed with an interval, but were not measured:
 - Pp and Ppk by percentiles of weighted trials;
 - Ppk of limits with two ends, and their differences;
 - "as printed", by moments and with stopping rules: trials of the stand;
-- stopping rules other than the two in the table.
-
-Saltelli's design with 10 000 groups is not in the table. It was measured on 10 problems of
-independent parts, 11 to 13 studies of each, by `design` and `sobol_indices` in
-[`index_problems.py`](index_problems.py), 2026-11-29. All had intervals. Of 393
-first-order indices 390 were held, of 393 totals 390. The least was "one decides", 41 of
-44 indices.
+- stopping rules other than the two in the table;
+- Saltelli's design with 10 000 groups.
 
 ## Rare failures
 

@@ -127,7 +127,7 @@ def _finer_run(run: Run, step: Step) -> Parts:
         "Decide {}, whose integration errors are too large: write {} into [settings] "
         "of {}{}, then run it again{}.",
         listed([*map(Name, step.responses)]), listed(lines), f"{study}",
-        SHORT if "max_step" in step.settings else None,
+        SHORT if "max_step" in step.settings and not run.isolation else None,
         text(": ", again) if again else None,
     )  # fmt: skip
 

@@ -12,16 +12,17 @@ from tolstat.execution.workers.local_blocks import Block, Mismatch, Threads
 from tolstat.execution.workers.remote_blocks import Processes
 from tolstat.model.contract import Answers, Model
 from tolstat.operating_system import processors
+from tolstat.status import ran_in_order
 from tolstat.study.given_points import Case
 
 LOOK_AGAIN = 0.1  # s, between two checks whether to stop
 PATIENCE = 1.0  # s after a stop, in which planning and writing may end
-GRACE = 1.0  # s, for running blocks to end; a compilation takes longer
+GRACE = 1.0  # s, for running blocks to end, and for isolated ones to hand theirs back
 AHEAD = 2  # blocks for each worker, so that none waits for the writer
 LASTING = 0.5  # s, of a block: long ones keep lanes busy, short ones show progress
 FIRST_BLOCK = 32  # trials, while their duration is unknown
 GROWTH = 8  # times the last block, at most
-FEWEST = 8  # trials of a block, unless fewer are left
+FEWEST = 8  # trials of a block, unless fewer are left, or lanes have none
 
 
 class Interrupted(Exception):
@@ -57,6 +58,7 @@ class Workers(AbstractContextManager["Workers"]):
     ) -> None:
         self.stopping = stopping
         self._stopped_at = 0.0  # 0 if nothing has looked since
+        self._patience = math.inf  # until then running blocks get time to finish
         self._number, self._block = number, block
         self._pool: Threads | Processes = (
             Processes(executor) if executor else Threads(number or processors())
@@ -77,14 +79,15 @@ class Workers(AbstractContextManager["Workers"]):
         """Evaluate trials in blocks, and yield each block when it is finished.
 
         Each block of deviations[trial, contributor], SI, comes with the number of its
-        first trial. When stopping, running blocks get a second to finish; once it is
-        late, as long as they take.
+        first trial. When stopping, running blocks get a second to finish; then isolated
+        ones hand back what has ended. Once it is late, they get as long as they take.
         """
         remaining = sum(case.stop - case.first for case in cases)
-        size = BlockSize(self.number, self._block)
+        size = BlockSize(self.number, self._block, model.row_by_row)
+        if part := model.isolation:
+            part.stopping = lambda: time.monotonic() > self._patience
         todo = list(reversed(cases))
         running: dict[Future[Any], tuple[Case, Block]] = {}
-        patience = math.inf
         try:
             while True:
                 size.workers = self.number
@@ -108,21 +111,23 @@ class Workers(AbstractContextManager["Workers"]):
                 for future in [future for future in running if future.done()]:
                     case, block = running.pop(future)
                     outcome = self._pool.answer(future, block)
-                    if isinstance(outcome, Mismatch):
-                        todo.append(case)
-                        remaining += case.stop - case.first
-                    else:
+                    ran = 0
+                    if not isinstance(outcome, Mismatch):
                         size.learn(case.stop - case.first, outcome.seconds)
-                        finished.append((case.first, outcome.answers))
+                        if ran := ran_in_order(outcome.answers.status):
+                            finished.append((case.first, outcome.answers.first(ran)))
+                    if rest := case.stop - case.first - ran:
+                        todo.append(case._replace(first=case.first + ran))
+                        remaining += rest
                 if finished:
                     yield finished
                 if self.stopping():
-                    patience = min(patience, time.monotonic() + GRACE)
+                    self._patience = min(self._patience, time.monotonic() + GRACE)
                 if over or self.stopping():
                     for future in list(running):
                         if future.cancel():
                             del running[future]
-                if time.monotonic() > patience:
+                if time.monotonic() > self._patience + (GRACE if part else 0.0):
                     return
         finally:
             for future in running:
@@ -190,10 +195,10 @@ class Workers(AbstractContextManager["Workers"]):
 class BlockSize:
     """Number of trials in the next block, so that it lasts half a second."""
 
-    def __init__(self, workers: int, fixed: int | None) -> None:
+    def __init__(self, workers: int, fixed: int | None, by_row: bool = False) -> None:
         self.workers = workers
         self._fixed = fixed
-        self._next = FIRST_BLOCK
+        self._fewest, self._next = (1, 1) if by_row else (FEWEST, FIRST_BLOCK)
 
     def next(self, remaining: int) -> int:
         """Return the size of the next block: all workers end at about the same time."""
@@ -205,4 +210,4 @@ class BlockSize:
     def learn(self, trials: int, seconds: float) -> None:
         """Note how long a block of so many trials lasted, s."""
         size = trials * LASTING / max(seconds, 1e-6)
-        self._next = max(FEWEST, int(min(size, GROWTH * max(trials, self._next))))
+        self._next = max(self._fewest, int(min(size, GROWTH * max(trials, self._next))))
