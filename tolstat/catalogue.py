@@ -166,10 +166,17 @@ def load(source: str) -> Model:
     ModelError
         If the file cannot be run, or has no such model.
     """
+    loaded: object
     if source.startswith(COMMAND):
-        loaded = _command(source.removeprefix(COMMAND))
+        from tolstat.command.command_model import CommandModel  # seldom needed
+
+        loaded = CommandModel(source.removeprefix(COMMAND))
+    elif source.endswith(FMU):
+        from tolstat.fmu.fmu_model import FmuModel  # seldom needed
+
+        loaded = FmuModel(Path(source))
     else:
-        loaded = _fmu(source) if source.endswith(FMU) else _object(source)
+        loaded = _object(source)
     model = check_model(loaded)
     if model.name in _installed():
         raise ModelError(
@@ -187,20 +194,6 @@ def resolved(source: str) -> str:
         return source
     file, colon, name = ("", "", "") if source.endswith(FMU) else source.rpartition(":")
     return f"{Path(file or source).resolve()}{colon}{name}"
-
-
-def _fmu(source: str) -> object:
-    """Return the model of an FMU."""
-    from tolstat.fmu.fmu_model import FmuModel  # seldom needed
-
-    return FmuModel(Path(source))
-
-
-def _command(words: str) -> object:
-    """Return the model of a command."""
-    from tolstat.command.command_model import CommandModel  # seldom needed
-
-    return CommandModel(words)
 
 
 def _object(source: str) -> object:

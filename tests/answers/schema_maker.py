@@ -10,12 +10,15 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from tolstat.document.inline import Typed
 from tolstat.render.serialize import SCHEMA, public_fields
 from tolstat.units.scale import Scale
 
 NUMBER = {"anyOf": [{"type": "number"}, {"enum": ["inf", "-inf", None]}]}
 SCALE = {"unit": {"type": "string"}, "shown": {"type": "string"}}
-SIMPLE = {str: "string", Path: "string", int: "integer", bool: "boolean"}
+SIMPLE = {
+    str: "string", Path: "string", Typed: "string", int: "integer", bool: "boolean",
+}  # fmt: skip
 
 
 def schema_of(answer: type, name: str) -> dict[str, Any]:

@@ -70,7 +70,7 @@ def test_next_steps_of_a_grid_are_data(grid):
     steps = json.loads(tolstat.report(grid).json())["findings"]["steps"]
     assert [step["kind"] for step in steps] == [*kinds]
     (table,) = tolstat.report(tolstat.run(CHAIN)).findings.steps[1].commands
-    assert table == "tolstat export run.h5 -o run.csv"
+    assert table.text == "tolstat export run.h5 -o run.csv"
     assert steps[0]["commands"] == [
         shlex.join(["tolstat", "trial", f"{grid.path}", "239"])
     ]

@@ -161,7 +161,7 @@ def test_following_a_run_without_writer_ends(tmp_path):
 
 
 def test_doctor(monkeypatch):
-    monkeypatch.setattr("tolstat.execution.verification.LASTING", 0.1)
+    monkeypatch.setattr("tolstat.execution.self_check.LASTING", 0.1)
     found = call("doctor")
     assert found.exit_code == 0, found.output
     for word in ("numba", "processor", "cores", "compiled code", "trials/s", "pyarrow"):
@@ -170,7 +170,7 @@ def test_doctor(monkeypatch):
 
 
 def test_doctor_finds_answers_that_differ(monkeypatch):
-    monkeypatch.setattr("tolstat.execution.verification.LASTING", 0.1)
+    monkeypatch.setattr("tolstat.execution.self_check.LASTING", 0.1)
     plain, calls = Workers.simulate, []
 
     def one_bit_off(self, *arguments):

@@ -8,7 +8,7 @@ import pytest
 import tolstat
 from tests.conftest import Toy
 from tolstat import Outcome
-from tolstat.answers.checks import verified_document
+from tolstat.answers.verification_document import verified_document
 from tolstat.errors import ModelError, TolstatError
 from tolstat.execution import run_loop
 from tolstat.render.screen import show

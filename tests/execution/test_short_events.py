@@ -172,6 +172,6 @@ def test_trials_that_fail_when_evaluated_again_are_no_integration_error(tmp_path
     assert "integration error" not in said
     assert found.responses["force"].causes.named == () and not found.findings.remedy
     (step,) = found.findings.steps
-    trial = int(step.commands[0].split()[3])
+    trial = step.commands[0].words[2]
     assert step.kind is StepKind.SEE_FAILED and trial in run.audited.trials
     assert abs(run.column("force")[trial] - 10) > 2

@@ -11,7 +11,7 @@ from scipy.stats import norm
 import tolstat
 from tolstat.answers.report.finding_words import next_steps
 from tolstat.answers.report.report_answer import NoCause, StepKind
-from tolstat.answers.run_entries import verdicts_of
+from tolstat.answers.run_entries import judged
 from tolstat.cli.check import checked as check_runs
 from tolstat.deviations.spread import reach_of
 from tolstat.errors import ModelError
@@ -428,7 +428,7 @@ def test_a_rare_run_of_an_angle_that_jumps_is_undecided(ran, gap, limit, sizes):
     checked = check_runs([run])
     assert [each[3:] for each in checked.limits] == [("undecided", JUMP)]
     assert any("jumps by" in each for each in checked.warnings)
-    assert verdicts_of(run) == {found.words: ["gap"]}
+    assert {n: x.words for n, x in judged(run).items()} == {"gap": found.words}
 
 
 def test_a_rare_run_beside_the_cut_has_its_verdict(ran):

@@ -67,6 +67,7 @@ from tolstat.units.scale import PPM, Scale
 HOSTILE = "[/] [red]x :warning: $\\foo{ a$ <b>&\"' \x1b[31m\u202ereversed\x07</style>"
 SHOWN = "[/] [red]x :warning: $\\foo{ a$ <b>&\"' \\x1b[31m\\u202ereversed\\x07</style>"
 LONG = "a_name_" * 12 + "end"
+LONG_RUN = Typed(("run", f"{LONG}.toml", "--trials", 100))
 KN_M = Scale("N m", "kN m")
 NAN = math.nan
 ESTIMATES = {
@@ -146,7 +147,7 @@ def document(*, figures=False):
         Section(
             HOSTILE,
             (
-                Bullets((text("type ", Typed(f"tolstat run {LONG}.toml --trials 100")),
+                Bullets((text("type ", LONG_RUN),
                          text(HOSTILE))),
                 Facts(((HOSTILE, text(HOSTILE)),)), Facts((("a", ()),), "sheet"),
                 Verbatim(HOSTILE),

@@ -57,7 +57,7 @@ def test_answers_are_those_of_a_file(toy, tmp_path):
     assert ours["responses"] == stored["responses"]
     assert "run in memory" in tolstat.report(run).html()
     found = tolstat.summary(run)
-    commands = [command for step in found.findings.steps for command in step.commands]
+    commands = [f"{x}" for step in found.findings.steps for x in step.commands]
     assert commands and all("run.h5" in command for command in commands[::2])
     assert not any("memory" in command for command in commands)
     assert any("tolstat.save" in note for note in found.trials.notes)

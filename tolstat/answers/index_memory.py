@@ -65,16 +65,12 @@ def page_with_memory(index: RunIndex) -> str:
     """Return the page of an index, with what it remembers."""
     rows = {
         index.relative(entry.run): [
-            _written(entry.revision), entry.before and _written(entry.before)
+            entry.revision._asdict(), entry.before and entry.before._asdict()
         ]
         for entry in index.entries if entry.revision
     }  # fmt: skip
     text = json.dumps(rows, separators=(",", ":")).replace("<", "\\u003c")
     return index.html().replace("</body>", f"{TAG}{text}</script>\n</body>")
-
-
-def _written(revision: Revision) -> dict[str, Any]:
-    return revision._asdict()
 
 
 def _read(row: Mapping[str, Any]) -> Revision:

@@ -109,8 +109,8 @@ def new_study(model: str | Model) -> str:
         ("[limits]  # 99.73 % within, unless said otherwise", _limits(responses)),
     )
     title = " ".join((model.title or model.name).split())
-    run = visible(command("run", "STUDY.toml", machine=catalogue.place_of(model)))
-    lines = [HEAD.format(title=title, run=run, name=toml_of(model.name))]
+    run = command("run", "STUDY.toml", machine=catalogue.place_of(model))
+    lines = [HEAD.format(title=title, run=visible(run.text), name=toml_of(model.name))]
     for head, section in sections:
         if entries := [*section]:
             lines += [head, *entries, ""]

@@ -1,10 +1,10 @@
 """Commands that documents and errors suggest as the next step."""
 
 import os
-import shlex
 from collections.abc import Mapping
 from pathlib import Path
 
+from tolstat.document.inline import Typed
 from tolstat.errors import Advice, Remedy, TolstatError
 from tolstat.store.files_beside import free_name
 from tolstat.store.stored_run import IN_MEMORY, Run
@@ -18,8 +18,8 @@ WORDS = {
 }
 
 
-def command(*words: object, machine: str = "") -> str:
-    """Return a command of tolstat, quoted for a shell in this folder.
+def command(*words: object, machine: str = "") -> Typed:
+    """Return a command of tolstat; a run in memory has the name of a file.
 
     Parameters
     ----------
@@ -29,38 +29,30 @@ def command(*words: object, machine: str = "") -> str:
         As of `--machine`; empty if it is installed.
     """
     option = ["--machine", machine] if machine else []
-    return shlex.join(["tolstat", *map(_word, words), *option])
+    return Typed((*(SAVED if word == IN_MEMORY else word for word in words), *option))
 
 
-def _word(word: object) -> str:
-    """Return a word of a command; a file that begins with - is no option."""
-    if word == IN_MEMORY:
-        word = SAVED
-    is_file = isinstance(word, Path) and str(word).startswith("-")
-    return f".{os.sep}{word}" if is_file else str(word)
-
-
-def to_resume(path: Path, machine: str) -> str:
+def to_resume(path: Path, machine: str) -> Typed:
     """Return the command that finishes or repairs a run."""
     return command("resume", path, machine=machine)
 
 
-def to_replay(path: Path, trial: int, machine: str) -> str:
+def to_replay(path: Path, trial: int, machine: str) -> Typed:
     """Return the command that simulates a stored trial again."""
     return command("trial", path, trial, machine=machine)
 
 
-def to_draw(run: Run, response: str) -> str:
+def to_draw(run: Run, response: str) -> Typed:
     """Return the command that writes a report with the figures of a response."""
     return command("report", run.path, "--response", response, machine=run.machine)
 
 
-def to_export(run: Run) -> str:
+def to_export(run: Run) -> Typed:
     """Return the command that writes all trials as a table beside the run."""
     return command("export", run.path, "-o", _file_of(run).with_suffix(".csv"))
 
 
-def to_tables(run: Run) -> str:
+def to_tables(run: Run) -> Typed:
     """Return the command that writes all tables of a report beside the run."""
     file = _file_of(run).with_suffix(".report.xlsx")
     return command("report", run.path, "-o", file, machine=run.machine)
@@ -71,8 +63,8 @@ def _file_of(run: Run) -> Path:
     return SAVED if run.path == IN_MEMORY else run.path
 
 
-def to_run_again(run: Run, trials: int | None = None) -> str:
-    """Return the command that replaces a run; empty where its study is gone.
+def to_run_again(run: Run, trials: int | None = None) -> Typed | None:
+    """Return the command that replaces a run; None where its study is gone.
 
     Parameters
     ----------
@@ -83,7 +75,7 @@ def to_run_again(run: Run, trials: int | None = None) -> str:
     """
     study = run.study_file
     if study is None or not study.is_file():
-        return ""
+        return None
     by_default = study.with_suffix(".h5").resolve() == run.path.resolve()
     output = [] if by_default else ["-o", run.path]
     return command(
@@ -92,21 +84,21 @@ def to_run_again(run: Run, trials: int | None = None) -> str:
     )  # fmt: skip
 
 
-def to_extend(run: Run, trials: int) -> str:
-    """Return the command that adds trials to a run; empty where none can be added."""
+def to_extend(run: Run, trials: int) -> Typed | None:
+    """Return the command that adds trials to a run; None where none can be added."""
     if run.sampling not in ("random", "sobol") or trials <= run.trials or run.thinned:
-        return ""
+        return None
     return command("extend", run.path, "--trials", trials, machine=run.machine)
 
 
-def to_decide(run: Run) -> str:
-    """Return the command that decides the limits of a run; empty where none can."""
+def to_decide(run: Run) -> Typed | None:
+    """Return the command that decides the limits of a run; None where none can."""
     if run.sampling != "random":
-        return ""
+        return None
     return command("decide", run.path, machine=run.machine)
 
 
-def to_change(run: Run, entries: Mapping[str, str]) -> tuple[str, ...]:
+def to_change(run: Run, entries: Mapping[str, str]) -> tuple[Typed, ...]:
     """Return the commands that write a study with changed entries, and run it.
 
     None where the trials are rows of a file.
@@ -123,7 +115,7 @@ def to_change(run: Run, entries: Mapping[str, str]) -> tuple[str, ...]:
     )
 
 
-def to_allocate(run: Run) -> tuple[str, ...]:
+def to_allocate(run: Run) -> tuple[Typed, ...]:
     """Return the command that finds the cheapest tolerances; none without costs."""
     study = run.study_file
     entries = StudyEditor(run.study.table, run.contributors).entries()

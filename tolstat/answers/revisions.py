@@ -6,6 +6,7 @@ from typing import NamedTuple
 from tolstat.document.inline import Number, in_line, plain
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import Yield
+from tolstat.store.run_records import differences
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PPM
 
@@ -47,14 +48,15 @@ class Changes(NamedTuple):
 
 def revision_of(run: Run, yields: Mapping[str, Yield]) -> Revision:
     """Return the revision of a run, with the yields of its limits."""
+    entries = run.entries
     return Revision(
         run.document.get("drawing", "") or f"{run.model}: {run.title}",
         run.document.get("revision", ""),
         run.provenance["started_at"],
         {c.name: run.scales[c.name].words(c.size) for c in run.contributors if c.size},
-        {name: part.words for name, part in run.assumed.items()},
-        {n: chosen.words for n, chosen in run.settings.items() if n not in LINKS},
-        {name: limit.words for name, limit in run.limits.items()},
+        entries["deviation"],
+        {n: words for n, words in entries["setting"].items() if n not in LINKS},
+        entries["limit"],
         {name: str(x.verdict) for name, x in yields.items()},
         {name: x.fraction_out_of_limit for name, x in yields.items()},
     )
@@ -92,10 +94,9 @@ def changes_between(before: Revision, after: Revision) -> tuple[Change, ...]:
         ("verdict", before.verdicts, after.verdicts),
     )
     changes = [
-        Change(kind, name, was.get(name, ""), now.get(name, ""))
-        for kind, was, now in kinds
-        for name in {**was, **now}
-        if was.get(name) != now.get(name)
+        Change(kind, name, was or "", now or "")
+        for kind, earlier, later in kinds
+        for name, was, now in differences(earlier, later)
     ]
     shares = after.fractions_out_of_limit
     for name, was in before.fractions_out_of_limit.items():

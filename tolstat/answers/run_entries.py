@@ -204,15 +204,11 @@ def judged(run: Run) -> Mapping[str, Yield]:
     return yields | {name: yields[name].jumping for name in turned}
 
 
-def verdicts_of(run: Run) -> dict[str, list[str]]:
+def _by_verdict(run: Run, yields: Mapping[str, Yield]) -> dict[str, list[str]]:
     """Return limited responses by verdict, the worst first.
 
     Of a grid or a table a verdict is how many trials are out of limit.
     """
-    return _by_verdict(run, judged(run))
-
-
-def _by_verdict(run: Run, yields: Mapping[str, Yield]) -> dict[str, list[str]]:
     words = {name: verdict.words for name, verdict in yields.items()}
     ranks = {x.words: WORST_FIRST.index(x.verdict) for x in yields.values()}
     if run.sampled is None and run.ended:

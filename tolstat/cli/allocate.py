@@ -68,8 +68,8 @@ def allocate(
         if output and allocation.met:
             machine = place_of(loaded.model)
             typed = ["--trials", trials] if trials else []
-            by = visible(command("allocate", study, *typed, machine=machine))
-            proved = visible(command("run", output, machine=machine))
+            by = visible(command("allocate", study, *typed, machine=machine).text)
+            proved = visible(command("run", output, machine=machine).text)
             replace(output, allocation.study_file(by, proved).encode())
         if plot:
             title = f"{loaded.title}: cost over ppm"

@@ -169,7 +169,7 @@ def _watch(
                 stored = f"{done.progress} trials are stored"
                 words = f"stopped: {stored} in {done.path}; continue with:"
                 console.say(words)
-                console.type(to_resume(done.path, done.machine))
+                console.type(to_resume(done.path, done.machine).text)
             leave_interrupted()
         show(summary(done).document())
         seconds = done.provenance["seconds"]

@@ -137,4 +137,4 @@ def follow_run(path: Path) -> None:
             f"no process writes {path}: {run.progress} trials have run; "
             "continue it with:"
         )
-        console.type(to_resume(path, run.machine))
+        console.type(to_resume(path, run.machine).text)

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import click
 
-from tolstat.answers.checks import (
-    Health,
+from tolstat.answers.examined_model import Health, examined
+from tolstat.answers.verification_document import (
     check_document,
-    examined,
     surroundings_document,
     verified_document,
 )
 from tolstat.cli.options import isolate, run_file, workers
-from tolstat.execution import verification
+from tolstat.execution import self_check
+from tolstat.execution.verification import verify as verify_run
 from tolstat.render.screen import show
 
 EXIT_CODES = {Health.GOOD: 0, Health.NO_AUDIT: 1, Health.UNHEALTHY: 3}
@@ -30,7 +30,7 @@ def verify(source: Path, all_trials: bool, workers: int | None) -> None:
     It compares the checksum of every trial, samples all deviations again, and evaluates
     one trial in a hundred again. Exit code 1 if anything is not as stored.
     """
-    result = verification.verify(source, every=all_trials, workers=workers)
+    result = verify_run(source, every=all_trials, workers=workers)
     show(verified_document(source, result))
     if not result.whole:
         sys.exit(1)
@@ -54,8 +54,8 @@ def doctor(source: str | None) -> None:
         document, health = examined(source)
         show(document)
         sys.exit(EXIT_CODES[health])
-    show(surroundings_document(verification.environment()))
-    repeated = verification.self_check()
+    show(surroundings_document(self_check.environment()))
+    repeated = self_check.repeated_trials()
     show(check_document(repeated))
     if not repeated.same:
         sys.exit(1)

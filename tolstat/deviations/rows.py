@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-from tolstat.arrays import Array, Integers
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.deviations.density_ratio import Density
 from tolstat.deviations.dependence import (
     CLOSEST,
@@ -19,7 +19,7 @@ from tolstat.deviations.dependence import (
     correlations,
     rank_of_scores,
 )
-from tolstat.deviations.distributions import Constant, Distribution
+from tolstat.deviations.distributions import Constant, Distribution, Tolerance
 from tolstat.deviations.samplers import Sampler
 from tolstat.deviations.spread import zone_of
 from tolstat.errors import DistributionError
@@ -99,9 +99,7 @@ def contradictions(
         values, zone = deviations[name], zone_of(distribution)
         p_value = _p_value(values, distribution) if sample else 1.0
         if zone is not None:
-            slack = ROUNDING * zone.half
-            below, above = values < zone.lower - slack, values > zone.upper + slack
-            rows = np.flatnonzero(below | above)
+            rows = np.flatnonzero(_outside(values, zone))
             if len(rows) and not (
                 sample and _expected(len(rows), len(values), distribution)
             ):
@@ -113,6 +111,11 @@ def contradictions(
         yield from _correlated(varying, dependence)
 
 
+def _outside(values: Array, zone: Tolerance) -> Truths:
+    slack = ROUNDING * zone.half
+    return np.asarray((values < zone.lower - slack) | (values > zone.upper + slack))
+
+
 def _expected(outside: int, rows: int, distribution: Distribution) -> bool:
     """Return whether so many rows outside a tolerance are chance."""
     from scipy.stats import binom  # slow to import
@@ -120,9 +123,7 @@ def _expected(outside: int, rows: int, distribution: Distribution) -> bool:
     zone = zone_of(distribution)
     assert zone
     unit = (np.arange(10_000) + 0.5) / 10_000
-    parts = distribution.deviations(unit)
-    slack = ROUNDING * zone.half
-    share = np.mean((parts < zone.lower - slack) | (parts > zone.upper + slack))
+    share = np.mean(_outside(distribution.deviations(unit), zone))
     return bool(binom.sf(outside - 1, rows, share) >= DOUBTFUL)
 
 

@@ -6,8 +6,11 @@ form everywhere.
 """
 
 import math
+import os
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 from tolstat.statistics.estimate import Estimate
@@ -44,9 +47,24 @@ class Word:
 
 @dataclass(frozen=True)
 class Typed:
-    """A command to type; it never wraps."""
+    """A command of tolstat to type: its name, files and options; it never wraps."""
 
-    text: str
+    words: tuple[object, ...]
+
+    @property
+    def text(self) -> str:
+        """The command, quoted for a shell in this folder."""
+        return shlex.join(["tolstat", *map(_argument, self.words)])
+
+    def __str__(self) -> str:
+        """Return its text."""
+        return self.text
+
+
+def _argument(word: object) -> str:
+    """Return a word of a command; a file that begins with - is no option."""
+    is_file = isinstance(word, Path) and str(word).startswith("-")
+    return f".{os.sep}{word}" if is_file else str(word)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 A plan is compared as a mapping of names to values, of those that matter.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -21,7 +21,7 @@ from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
 from tolstat.store.integrity import ranges_of
 from tolstat.store.provenance import decisive, provenance
-from tolstat.store.run_records import Plan
+from tolstat.store.run_records import Plan, differences
 from tolstat.store.stored_run import Run
 from tolstat.study.files import study_text
 from tolstat.study.sampling import Rule, rule_stored
@@ -50,21 +50,6 @@ def study_of(
     if study.until and study.until.budget:
         study = replace(study, trials=max(study.trials, run.trials))
     return replace(study, thinned=run.random_trials if run.thinned else 0)
-
-
-def differences(
-    stored: Mapping[str, Any], current: Mapping[str, Any], prefix: str = ""
-) -> Iterator[tuple[str, Any, Any]]:
-    """Yield the differences of two mappings, also of those in them.
-
-    The name, with a prefix, and both values; None where one has none.
-    """
-    for name in dict.fromkeys([*stored, *current]):
-        old, new = stored.get(name), current.get(name)
-        if isinstance(old, Mapping) and isinstance(new, Mapping):
-            yield from differences(old, new, f"{prefix}{name}.")
-        elif old != new:
-            yield prefix + name, old, new
 
 
 def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
@@ -115,17 +100,17 @@ def made_differently(run: Plan, source_digest: str) -> list[str]:
     return reasons
 
 
-def check_same(run: Run, again: Run) -> None:
+def check_same(run: Run, plan: Plan, sampled: Mapping[str, NDArray[Any]]) -> None:
     """Refuse to resume a run if its study now samples other trials.
 
-    `again` is the run planned from the study as it is now, before any trial has run.
+    `plan` and the columns `sampled` are those of the study as it is now.
     """
     changes = [
         f"{name}: {old}, now {new}"
-        for name, old, new in differences(_compared(run), _compared(again))
+        for name, old, new in differences(_compared(run), _compared(plan))
     ]
     if not changes:
-        other = trials_sampled_differently(run, again)
+        other = trials_sampled_differently(run, sampled)
         healthy = np.setdiff1d(other[run.status[other] > 0], run.damage.trials)
         if len(healthy):
             changes.append(
@@ -144,9 +129,7 @@ def _compared(plan: Plan) -> dict[str, Any]:
     reference = plan.reference.columns if plan.reference else {}
     tables: dict[str, Mapping[Any, Any]] = {
         "column": plan.units,
-        "setting": {name: chosen.words for name, chosen in plan.settings.items()},
-        "limit": {name: limit.words for name, limit in plan.limits.items()},
-        "deviation": {name: assumed.words for name, assumed in plan.assumed.items()},
+        **plan.entries,
         "status": plan.words,
         "points of the reference,": {n: p.tolist() for n, p in reference.items()},
     }
@@ -165,19 +148,23 @@ def why_sampled_differently(run: Run) -> str:
     )
 
 
-def trials_sampled_differently(run: Run, again: Run) -> NDArray[np.int64]:
-    """Return the trials of a run whose deviations differ when sampled again.
+def trials_sampled_differently(
+    run: Run, columns: Mapping[str, NDArray[Any]]
+) -> NDArray[np.int64]:
+    """Return the trials of a run whose deviations differ from columns sampled again.
 
     Stages are left out that were not sampled yet, or cannot be sampled again because
     answers are missing.
     """
     differ, sampled = np.zeros(run.trials, bool), np.ones(run.trials, bool)
-    for contributor in again.contributors:
-        sampled &= ~np.isnan(again.column(contributor.name)[: run.trials])
-        missing = np.isnan(run.column(contributor.name))
-        sampled &= (run.status != Status.NOT_RUN) | ~missing
-    for name in again.input_names:
-        stored, new = run.column(name), again.column(name)[: run.trials]
+    names = [name for name in run.input_names if name in columns]
+    for contributor in run.contributors:
+        if contributor.name in names:
+            sampled &= ~np.isnan(columns[contributor.name][: run.trials])
+            missing = np.isnan(run.column(contributor.name))
+            sampled &= (run.status != Status.NOT_RUN) | ~missing
+    for name in names:
+        stored, new = run.column(name), columns[name][: run.trials]
         if new.dtype.kind == "f":  # bit for bit
             stored, new = (
                 np.ascontiguousarray(x).view(np.uint64) for x in (stored, new)

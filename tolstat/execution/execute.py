@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from tolstat.errors import Advice, Remedy, RunFileError, StoppedError
 from tolstat.execution import compatibility
-from tolstat.execution.planning import cannot_be_built, planned_run
+from tolstat.execution.planning import cannot_be_built, planned
 from tolstat.execution.run_loop import Progress, Telling, carry_out
 from tolstat.execution.stages import SampledStages, Trials
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
@@ -262,17 +262,18 @@ def execute(
             stages = workers.call(SampledStages, study)
             _tell_impossible(study, stages.trials, workers, tell)
             place = lock.path if lock else IN_MEMORY
-            plan = workers.call(planned_run, study, stages.trials, place)
+            plan = workers.call(planned, study, stages.trials)
+            begun = Run.begun(plan, place, stages.trials.columns(study))
             recorder: Recorder = (
-                RunWriter.made(lock, plan, force=force, by=workers)
+                RunWriter.made(lock, begun, force=force, by=workers)
                 if lock
-                else MemoryRecorder(plan)
+                else MemoryRecorder(begun)
             )
         except Interrupted:
             raise StoppedError("stopped before any trial ran") from None
         with recorder:
             carry_out(study, stages, recorder, workers, tell)
-    del stages, plan  # frees memory before stored trials are read
+    del stages, begun  # frees memory before stored trials are read
     return recorder.recorded()
 
 
@@ -303,8 +304,8 @@ def go_on(
             return run
         with unchanged_if_stopped(run):
             stages = drawn_again(run, study, workers)
-            plan = workers.call(
-                partial(_plan_again, run, study, stages.trials, regardless=regardless)
+            begun = workers.call(
+                partial(_begun_again, run, study, stages.trials, regardless=regardless)
             )
             if trials is not None:
                 _tell_impossible(study, stages.trials, workers, tell)
@@ -313,10 +314,10 @@ def go_on(
             nominal = run.nominal_values["status"] != Status.NOT_RUN.word
             nominal &= not run.damage.nominal
             del run  # its columns are in the trials
-            file = RunWriter.opened(lock, plan, status, by=workers)
+            file = RunWriter.opened(lock, begun, status, by=workers)
         with file:
             carry_out(study, stages, file, workers, tell, nominal=nominal, rerun=rerun)
-    del stages, status, plan  # frees memory before the stored trials are read
+    del stages, status, begun  # frees memory before the stored trials are read
     return file.recorded()
 
 
@@ -340,10 +341,10 @@ def _tell_impossible(
         tell(Progress(0, 0, study.trials, warning=warning))
 
 
-def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> Run:
-    """Return the plan of a stored run; refuse it if the run would change."""
-    plan = planned_run(study, trials, run.path)
-    compatibility.check_same(run, plan)
+def _begun_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> Run:
+    """Return a stored run with its plan made again; refuse it if it would change."""
+    plan, columns = planned(study, trials), trials.columns(study)
+    compatibility.check_same(run, plan, columns)
     notes = plan.notes if run.listed else run.notes
     longer = study.trials != run.trials or study.until is not None
     warnings = [
@@ -369,7 +370,8 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
     as_stored = {name: getattr(run, name) for name in kept}
     rules = plan.rules if longer else run.rules
     as_before = run.isolation or plan.isolation
-    return replace(plan, isolation=as_before, notes=notes, rules=rules, **as_stored)
+    plan = replace(plan, isolation=as_before, notes=notes, rules=rules)
+    return replace(Run.begun(plan, run.path, columns), **as_stored)
 
 
 class Completion(NamedTuple):
@@ -394,7 +396,8 @@ def complete(study_file: Path, workers: Workers, tell: Telling) -> Completion:
         again = compatibility.study_of(run)
         with unchanged_if_stopped(run):
             trials = drawn_again(run, again, workers).trials
-        compatibility.check_same(run, planned_run(again, trials, path))
+        plan, columns = planned(again, trials), trials.columns(again)
+        compatibility.check_same(run, plan, columns)
         notes = compatibility.made_differently(run, study.model.source_digest)
         return Completion(run, FINISHED_BEFORE, tuple(notes))
     del run  # frees memory

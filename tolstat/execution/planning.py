@@ -1,13 +1,11 @@
-"""The run of a study before any trial has run: what it is asked to do."""
+"""The plan of a study: what its run is asked to do, before any trial has run."""
 
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import TypeVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tolstat import catalogue
@@ -27,19 +25,16 @@ from tolstat.deviations.spread import (
 from tolstat.errors import StudyError
 from tolstat.execution.stages import Trials
 from tolstat.model.checked import impossible, model_warnings, numbers_of
-from tolstat.model.contract import Answers, Model
 from tolstat.model.description import Contributor, Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import settings_of
 from tolstat.model.view import typed_unit
 from tolstat.statistics.intervals.weights import COLUMNS
 from tolstat.statistics.measured.populations import MeasuredSample
-from tolstat.status import Status, words_of
+from tolstat.status import words_of
 from tolstat.store import run_records as records
 from tolstat.store.assumed import SCORES, Assumed
 from tolstat.store.provenance import now, provenance
-from tolstat.store.run_records import STATUS, STEPS
-from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import setting_name
 from tolstat.study.study import Study
@@ -52,9 +47,10 @@ NO_STEPS = (
 Column = TypeVar("Column", Contributor, Response)
 
 
-def planned_run(study: Study, trials: Trials, path: Path) -> Run:
-    """Return the run of a study before any of its trials has run."""
+def planned(study: Study, trials: Trials) -> records.Plan:
+    """Return the plan of a study and of its trials."""
     model, points, sampler = study.model, study.points, study.sampler
+    part = model.isolation
     declared, axes = settings_of(model), points.swept if points else ()
     sampled = None
     if sampler:  # else the trials are no sample
@@ -65,15 +61,7 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
     assumed = assumed_of(study.deviating)
     independent = study.deviating.dependence == Dependence()
     spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
-    no_answer = np.full((1, len(study.description.responses)), np.nan)
-    return Run(
-        path=path,
-        columns=columns_of(study, trials),
-        nominal_answers=Answers(
-            no_answer,
-            np.full(1, int(Status.NOT_RUN)),
-            np.zeros(1, np.int64) if model.integrates else None,
-        ),
+    return records.Plan(
         study=records.StudyText(study.text),
         study_file=study.path.resolve() if study.path else None,
         title=study.title,
@@ -119,7 +107,7 @@ def planned_run(study: Study, trials: Trials, path: Path) -> Run:
         else numbers_of(model, study.settings, spreads, independent=independent),
         notes=study.notes,
         assumptions=tuple(model.assumptions),
-        isolation=isolation_of(model),
+        isolation=records.Isolation(part.longest) if part else None,
         made={**provenance(), "started_at": now()},
         warnings=(
             *study.reading_warnings,
@@ -136,12 +124,6 @@ def details_of(
     """Return the columns of the sampler about each trial, and of thinned stages."""
     sentences = {**(sampler.columns if sampler else {}), **COLUMNS}
     return tuple(records.DrawDetail(n, "1", sentences[n]) for n in trials.drawn)
-
-
-def isolation_of(model: Model) -> records.Isolation | None:
-    """Return how trials of a model are isolated; None if they are not."""
-    part = model.isolation
-    return records.Isolation(part.longest) if part else None
 
 
 def _cases(study: Study) -> dict[str, records.Chosen]:
@@ -177,21 +159,6 @@ def _in_units(
 ) -> tuple[Column, ...]:
     """Return columns shown in the units that the study uses."""
     return tuple(replace(c, shown=typed_unit(c, units)) for c in columns)
-
-
-def columns_of(study: Study, trials: Trials) -> dict[str, NDArray[Any]]:
-    """Return the columns of a run; those that trials fill take no memory."""
-    contributors, responses = study.description
-    n = len(trials.deviations)
-    columns = dict(study.points.settings or {}) if study.points else {}
-    for number, contributor in enumerate(contributors):
-        columns[contributor.name] = trials.deviations[:, number]
-    columns |= trials.drawn
-    columns |= {response.name: np.broadcast_to(np.nan, n) for response in responses}
-    columns[STATUS] = np.broadcast_to(np.uint8(Status.NOT_RUN), n)
-    if study.model.integrates:
-        columns[STEPS] = np.broadcast_to(np.int64(0), n)
-    return columns
 
 
 def cannot_be_built(study: Study, deviations: Array) -> str:

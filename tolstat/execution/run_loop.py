@@ -22,7 +22,7 @@ from tolstat.execution.diagnostics.influence import (
     tolerance_ends,
 )
 from tolstat.execution.diagnostics.worst_cases import worst_cases
-from tolstat.execution.planning import columns_of, details_of
+from tolstat.execution.planning import details_of
 from tolstat.execution.stages import (
     MOST_WITH_OUTPUT,
     Proposer,
@@ -36,9 +36,9 @@ from tolstat.execution.workers.block_scheduler import Interrupted, Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import FIRST_OWN, Status
 from tolstat.store.run_records import Audited, Diagnostics, Isolation
-from tolstat.store.run_writer import Recorder
+from tolstat.store.run_writer import Blocks, Recorder
 from tolstat.store.stored_run import ROUNDING, Run
-from tolstat.study.given_points import Case, cases_among
+from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
 
 FAILED = Status.TOO_MANY_STEPS, Status.STEP_TOO_SMALL, Status.NOT_FINITE
@@ -62,7 +62,6 @@ class Progress(NamedTuple):
 
 
 Telling = Callable[[Progress], None]
-Blocks = list[tuple[int, Answers]]
 
 
 def evaluate_stages(
@@ -95,7 +94,8 @@ def evaluate_stages(
         stop = stage.stop
         missing = trials.missing(stage)
         if known := stage.answers:
-            finished = iter([known_blocks(known, missing)])
+            rows = ((case.first, range(case.first, case.stop)) for case in missing)
+            finished = iter([[(first, rows_of(known, r)) for first, r in rows]])
         else:
             finished = workers.blocks(model, missing, trials.deviations, late)
         for blocks in finished:
@@ -109,11 +109,6 @@ def evaluate_stages(
         if not trials.status[:stop].all() and (workers.stopping() or not late()):
             raise Interrupted
     return stop
-
-
-def known_blocks(answers: Answers, cases: list[Case]) -> Blocks:
-    """Return known answers of some trials as blocks."""
-    return [(case.first, rows_of(answers, range(*case[:2]))) for case in cases]
 
 
 def carry_out(
@@ -150,7 +145,7 @@ def carry_out(
                     if not (until and until.rows):
                         break
                     study = workers.call(until.lengthen, trials)
-                    columns, details = columns_of(study, trials), details_of(trials)
+                    columns, details = trials.columns(study), details_of(trials)
                     longer = replace(file.run, columns=columns, details=details)
                     file.write_again(longer, workers)
             except ModelError as error:
@@ -266,8 +261,7 @@ class BlockCheck:
         alone = self._workers.simulate_cases(
             model, cases_among(self._study.cases, trial), self._trials.deviations[trial]
         )
-        steps = None if block.steps is None else block.steps[[row]]
-        among = Answers(block.responses[[row]], block.status[[row]], steps)
+        among = rows_of(block, [row])
         if not other_answers(among, alone).any():
             return True
         message = (

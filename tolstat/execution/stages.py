@@ -8,7 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from tolstat.statistics.limits.limit import margins
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sample_size import FIRST_STAGE, next_stage, trials_wanted
 from tolstat.status import Status
-from tolstat.store.run_records import Stopped
+from tolstat.store.run_records import STATUS, STEPS, Stopped
 from tolstat.store.stored_run import Run
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study
@@ -74,6 +74,7 @@ class Trials:
     drawn: Mapping[str, Array] = field(default_factory=dict)
     # by trial, the first ones that failed: what they printed last
     output: dict[int, str] = field(default_factory=dict)
+    steps: NDArray[np.int64] | None = None  # int64[trial]; None without integration
 
     @classmethod
     def planned(cls, description: Description, deviations: Array) -> Trials:
@@ -83,15 +84,22 @@ class Trials:
         return cls(description, deviations, np.zeros(n, np.uint8), answers, n)
 
     @classmethod
-    def begun(cls, description: Description, stage: Stage, trials: int) -> Trials:
-        """Return so many trials, those of the first stage sampled."""
-        room = trials - stage.stop
-        trials_of_all = cls.planned(description, _longer(stage.deviations, room))
-        trials_of_all.sampled = stage.stop
-        trials_of_all.drawn = {
-            name: _longer(values, room) for name, values in stage.columns.items()
-        }
-        return trials_of_all
+    def begun(cls, study: Study, stage: Stage) -> Trials:
+        """Return the trials of a study, those of the first stage sampled."""
+        trials = cls.planned(study.description, stage.deviations)
+        trials.drawn = dict(stage.columns)
+        if study.model.integrates:
+            trials.steps = np.zeros(stage.stop, np.int64)
+        trials.make_room(study.trials)
+        return trials
+
+    def columns(self, study: Study) -> dict[str, NDArray[Any]]:
+        """Return the columns of their run, which are filled as they run."""
+        columns = dict(study.points.settings or {}) if study.points else {}
+        names = [contributor.name for contributor in self.description.contributors]
+        columns |= zip(names, self.deviations.T, strict=True)
+        columns |= {**self.drawn, **self.by_response(), STATUS: self.status}
+        return columns if self.steps is None else columns | {STEPS: self.steps}
 
     @property
     def ended(self) -> int:
@@ -139,6 +147,7 @@ class Trials:
         self.responses = _longer(self.responses, room)
         self.drawn = {name: _longer(x, room) for name, x in self.drawn.items()}
         self.status = np.pad(self.status, (0, room))
+        self.steps = None if self.steps is None else np.pad(self.steps, (0, room))
 
     def thin(self, random: int) -> None:
         """Let thinned stages follow so many random trials."""
@@ -162,6 +171,8 @@ class Trials:
         for first, outcome in blocks:
             rows = slice(first, first + len(outcome.status))
             self.status[rows], self.responses[rows] = outcome.status, outcome.responses
+            if self.steps is not None and outcome.steps is not None:
+                self.steps[rows] = outcome.steps
             self.output |= {first + row: text for row, text in outcome.output.items()}
         if len(self.output) > MOST_WITH_OUTPUT:
             self.output = dict(sorted(self.output.items())[:MOST_WITH_OUTPUT])
@@ -184,6 +195,7 @@ class Trials:
             trials,
             {name: values[:trials] for name, values in self.drawn.items()},
             {n: text for n, text in self.output.items() if n < trials},
+            None if self.steps is None else self.steps[:trials],
         )
 
     def by_response(self) -> dict[str, Array]:
@@ -193,9 +205,7 @@ class Trials:
 
     def response(self, name: str) -> Array:
         """Return a response of all trials."""
-        names = [response.name for response in self.description.responses]
-        column: Array = self.responses[:, names.index(name)]
-        return column
+        return self.by_response()[name]
 
 
 def _longer(rows: Array, room: int) -> Array:
@@ -237,7 +247,7 @@ class SampledStages:
         self.latest = Stage(
             0, deviations, study.cases, stage.columns(), answers=study.answers
         )
-        self.trials = Trials.begun(study.description, self.latest, study.trials)
+        self.trials = Trials.begun(study, self.latest)
 
     def next(self, trials: Trials) -> Stage | None:
         """Return the latest stage while it is not over, then another one, if any.

@@ -129,8 +129,8 @@ def _inline(part: Inline) -> Markup:
             return Markup('<span class="verdict {}">{}</span>').format(name, text)
         case Link(text, target):
             return Markup('<a href="{}">{}</a>').format(quote(target), visible(text))
-        case Typed(command):
-            return Markup("<code>{}</code>").format(visible(command))
+        case Typed():
+            return Markup("<code>{}</code>").format(visible(part.text))
         case _:
             return escape(visible(part))
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tolstat.document.inline import Number, Row
+from tolstat.document.inline import Number, Row, Typed
 from tolstat.literal import csv_cell
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import Scale, share_words
@@ -48,6 +48,8 @@ def as_json(answer: Any, name: str) -> str:
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, Path | Typed):
+        return str(value)
     if isinstance(value, Scale):
         return {"unit": value.unit, "shown": value.shown}
     if is_dataclass(value) and not isinstance(value, type):
@@ -64,7 +66,7 @@ def _plain(value: Any) -> Any:
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else "inf" if value > 0 else "-inf"
-    return str(value) if isinstance(value, Path) else value
+    return value
 
 
 def _key(key: object) -> str:

@@ -21,7 +21,7 @@ from tolstat.store.stored_fields import (
     read_attribute,
     write_attribute,
 )
-from tolstat.store.tables import is_place, read_table, write_table
+from tolstat.store.tables import is_mapping, is_place, read_table, write_table
 
 PLAIN = (str, bool, int, float)
 
@@ -130,7 +130,7 @@ def _by_key(values: Any) -> Mapping[Any, Any]:
 
 def _collected(kind: Any, keys: Iterable[str], values: Iterable[Any]) -> Any:
     """Return values as a mapping, or as a tuple of records, which know their names."""
-    if not _is_mapping(kind):
+    if not is_mapping(kind):
         return tuple(values)
     key_kind = get_args(kind)[0]
     return {key_kind(k): v for k, v in zip(keys, values, strict=True)}
@@ -138,10 +138,6 @@ def _collected(kind: Any, keys: Iterable[str], values: Iterable[Any]) -> Any:
 
 def _is_record(kind: Any) -> bool:
     return dataclasses.is_dataclass(kind) or hasattr(kind, "_fields")
-
-
-def _is_mapping(kind: Any) -> bool:
-    return issubclass(get_origin(kind) or kind, Mapping)
 
 
 def _is_attribute(kind: Any) -> bool:
@@ -158,9 +154,9 @@ def _is_flat(kind: Any) -> bool:
 
 def _is_group(kind: Any) -> bool:
     """Return whether a type holds several values with a key each."""
-    return _is_mapping(kind) or (get_origin(kind) is tuple and not _is_attribute(kind))
+    return is_mapping(kind) or (get_origin(kind) is tuple and not _is_attribute(kind))
 
 
 def _inner(kind: Any) -> Any:
     """Return the type of the values in a mapping or a tuple."""
-    return get_args(kind)[1 if _is_mapping(kind) else 0]
+    return get_args(kind)[1 if is_mapping(kind) else 0]

@@ -1,6 +1,6 @@
 """Records of a run: its plan, known before the first trial, and results at the end."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntFlag
 from functools import cached_property
@@ -227,6 +227,15 @@ class Plan:
         return {column.name: column.unit for column in self.described}
 
     @property
+    def entries(self) -> dict[str, dict[str, str]]:
+        """Settings, limits and deviations by name, as they are written."""
+        return {
+            "setting": {name: chosen.words for name, chosen in self.settings.items()},
+            "limit": {name: limit.words for name, limit in self.limits.items()},
+            "deviation": {name: part.words for name, part in self.assumed.items()},
+        }
+
+    @property
     def input_names(self) -> list[str]:
         """Names of the columns that are sampled before a trial runs."""
         columns = (self.swept, self.contributors, self.details)
@@ -291,6 +300,21 @@ class Audited:
             third.responses[name] if third else none,
             self.residual.of_rtol if self.residual else 0.0,
         )  # fmt: skip
+
+
+def differences(
+    before: Mapping[str, Any], after: Mapping[str, Any], prefix: str = ""
+) -> Iterator[tuple[str, Any, Any]]:
+    """Yield the differences of two mappings, also of those in them.
+
+    The name, with a prefix, and both values; None where one has none.
+    """
+    for name in dict.fromkeys([*before, *after]):
+        old, new = before.get(name), after.get(name)
+        if isinstance(old, Mapping) and isinstance(new, Mapping):
+            yield from differences(old, new, f"{prefix}{name}.")
+        elif old != new:
+            yield prefix + name, old, new
 
 
 def joined(first: Audited, second: Audited) -> Audited:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import io
 import math
 from collections.abc import Mapping
 from contextlib import suppress
@@ -20,7 +19,7 @@ from tolstat.errors import RunFileError, UnitError, allowed_names
 from tolstat.model.contract import Answers
 from tolstat.model.description import StudyNumber
 from tolstat.model.view import typed_unit
-from tolstat.regular_files import content
+from tolstat.regular_files import content, decoded
 from tolstat.statistics.intervals.weights import COLUMNS, Thinned
 from tolstat.statistics.limits.limit import (
     WORST,
@@ -91,6 +90,17 @@ class Run(Plan):
     damage: Annotated[Damage, ELSEWHERE] = field(default_factory=Damage)
     columns: Annotated[Mapping[str, NDArray[Any]], ELSEWHERE]
 
+    @classmethod
+    def begun(cls, plan: Plan, path: Path, columns: Mapping[str, NDArray[Any]]) -> Run:
+        """Return the run of a plan before any of its trials has run."""
+        nominal = Answers(
+            np.full((1, len(plan.responses)), np.nan),
+            np.full(1, int(Status.NOT_RUN)),
+            np.zeros(1, np.int64) if STEPS in columns else None,
+        )
+        asked = {field.name: getattr(plan, field.name) for field in fields(Plan)}
+        return cls(path=path, columns=columns, nominal_answers=nominal, **asked)
+
     @property
     def plan(self) -> Plan:
         """What the run was asked to do; its attributes are also those of the run."""
@@ -114,7 +124,8 @@ class Run(Plan):
             return study.parent if study else None
         folder = self.path.resolve().parent
         with suppress(OSError, ValueError):  # ValueError: no UTF-8
-            if study and _text_of(study) == self.study.text:
+            text = study and decoded(content(study, MEGABYTES), "utf-8-sig")
+            if study and text == self.study.text:
                 folder = study.parent
         return folder
 
@@ -402,9 +413,3 @@ class Run(Plan):
         """Show the first trials under a line of words, in a notebook."""
         table: str = self.frame().head().to_html()
         return f"<p>{html.escape(repr(self))}</p>\n{table}"
-
-
-def _text_of(study: Path) -> str:
-    """Return the text of a study, with the ends of lines that Python has."""
-    raw = io.BytesIO(content(study, MEGABYTES))
-    return io.TextIOWrapper(raw, "utf-8-sig").read()

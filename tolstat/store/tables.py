@@ -47,7 +47,7 @@ def write_table(
 def _write(
     group: h5py.Group, cells: Cells, kind: Any, axes: Sequence[str], name: str
 ) -> None:
-    if _is_mapping(kind):
+    if is_mapping(kind):
         axis, (_, inner) = axes[len(cells.shape)], get_args(kind)
         places = {key: i for i, key in enumerate(_keys(cells.values))}
         group[axis] = np.array([_text(key) for key in places], TEXT)
@@ -93,7 +93,7 @@ def _read(
     group: h5py.Group, kind: Any, axes: Sequence[str], shape: tuple[int, ...], name: str
 ) -> list[Any]:
     """Return the values at all places over the axes so far, in their order."""
-    if _is_mapping(kind):
+    if is_mapping(kind):
         axis, (key_kind, inner) = axes[len(shape)], get_args(kind)
         keys = [_key(text, key_kind) for text in group[axis].asstr()[...]]
         shape = (*shape, len(keys))
@@ -140,7 +140,8 @@ def _joined(first: str, second: str) -> str:
     return f"{first}_{second}" if first else second
 
 
-def _is_mapping(kind: Any) -> bool:
+def is_mapping(kind: Any) -> bool:
+    """Return whether a type is that of mappings."""
     return issubclass(get_origin(kind) or kind, Mapping)
 
 

@@ -10,7 +10,7 @@ import pytest
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report.report_answer import StepKind
-from tolstat.answers.run_entries import verdicts_of
+from tolstat.answers.run_entries import judged
 from tolstat.cli.check import checked
 from tolstat.deviations.samplers import DISTANCE
 from tolstat.statistics.limits.yields import JUMP
@@ -76,7 +76,7 @@ def test_a_rare_response_that_jumps_by_a_turn_is_undecided(tmp_path, response):
         360 if response == "degrees" else TURN * turns, rel=1e-3
     )
     assert (found.verdict, found.reason) == ("undecided", JUMP)
-    assert verdicts_of(run) == {found.words: [response]}
+    assert {n: x.words for n, x in judged(run).items()} == {response: found.words}
     check = checked([run])
     assert check.exit_code == 4 and "jumps by" in check.warnings[-1]
     assert '"kind": "jump"' in found.json()

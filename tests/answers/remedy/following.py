@@ -29,7 +29,7 @@ def remedy_of(run):
 
 def follow(commands):
     """Write and run the changed study; return its run."""
-    write, again = commands
+    write, again = map(str, commands)
     printed = typed(write)
     assert again in " ".join(printed.split()), printed
     typed(again)

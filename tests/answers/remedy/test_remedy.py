@@ -150,13 +150,13 @@ def test_page_screen_json_and_csv_say_the_same(tmp_path):
     (sentence,) = [x for x in steps_of(report) if "housing" in x]
     for words in ("Move housing by -0.3", "all limits met", "proved by 20000 new"):
         assert words in sentence
-    for name in (*remedy.commands, "proved by 20000 new trials"):
+    for name in (*map(str, remedy.commands), "proved by 20000 new trials"):
         assert name.split(" --write")[0] in as_plain(report)
     found = json.loads(report.json())["findings"]
     assert found["remedy"]["entries"] == remedy.entries
     (step, *_) = found["steps"]
     assert step["kind"] == StepKind.REMEDY.value
-    assert step["commands"] == [*remedy.commands]
+    assert step["commands"] == [*map(str, remedy.commands)]
     row = report.frame().loc["gap"]
     assert row["remedy"] == f"housing={remedy.entries['housing']}"
     assert row["remedy_proved_by_trials"] == 20_000

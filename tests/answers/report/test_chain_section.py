@@ -58,6 +58,14 @@ def test_only_a_model_with_a_worst_case_has_a_chain():
     assert chain_blocks(run.report(), "x") == ()
 
 
+def test_a_distance_that_is_least_at_the_nominal_trial_has_a_page():
+    """By symmetry no link has a slope: there is no chain of lengths to draw."""
+    chain = tolstat.Chain(trials=100).link("x", "0 +-0.1 mm").link("y", "0 +-0.1 mm")
+    for formula in ("2*hypot(x, y)", "0.2 mm - 2*hypot(x, y)"):
+        run = chain.gap("off", formula).limit("off", "<= 0.2 mm").run()
+        assert "Histogram of off" in run.report().html()
+
+
 def test_requested_quantiles_stand_with_the_shortest_interval(run):
     report = tolstat.report(run, quantiles=(0.975, 0.025))
     requested = report.responses["play"].requested

@@ -183,7 +183,7 @@ def test_few_trials_state_how_many_would_tell(tmp_path):
     (step,) = found.findings.steps
     assert (step.kind, step.responses) == (StepKind.ADD_TRIALS, ("gap",))
     assert step.trials >= causes.needed
-    assert step.commands == (f"tolstat decide {found.stored_run.path}",)
+    assert [x.words for x in step.commands] == [("decide", found.stored_run.path)]
     assert steps_of(found)[0].startswith("Add trials to decide gap")
 
 

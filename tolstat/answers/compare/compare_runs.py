@@ -38,6 +38,7 @@ from tolstat.statistics.sample import Sample, quantiles_at
 from tolstat.statistics.summary import Summary, by_share, summarize
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
+from tolstat.store.run_records import Plan, differences
 from tolstat.store.stored_run import Run
 
 LABELS = ascii_uppercase
@@ -116,10 +117,7 @@ def _difference(
     pair: Pairing, first: Design, second: Design, chosen: Sequence[str]
 ) -> Difference:
     a, b = pair.first.run, pair.second.run
-    settings = [
-        {n: x.words for n, x in run.settings.items() if n in other.settings}
-        for run, other in ((a, b), (b, a))
-    ]
+    common = a.settings.keys() & b.settings.keys()
     focus = [*responses_in_focus(a, chosen), *responses_in_focus(b, chosen)]
     responses = differences_of(pair, first.responses, second.responses)
     tails = {n: (first.responses[n], second.responses[n]) for n in responses}
@@ -127,8 +125,8 @@ def _difference(
     return Difference(
         second.label,
         pair,
-        _that_differ(*settings),
-        _that_differ(*({n: x.words for n, x in run.assumed.items()} for run in (a, b))),
+        {n: x for n, x in _that_differ(a, b, "setting").items() if n in common},
+        _that_differ(a, b, "deviation"),
         focus=tuple(name for name in dict.fromkeys(focus) if name in pair.responses),
         responses=responses,
         findings=_significant(limits_of(responses), normal),
@@ -158,12 +156,10 @@ def _significant(
     return SignificantChanges(fewer, more, neither, higher, lower)
 
 
-def _that_differ(
-    first: Mapping[str, str], second: Mapping[str, str]
-) -> dict[str, tuple[str, str]]:
-    """Return the entries that differ between two studies."""
-    pairs = {n: (first.get(n, ""), second.get(n, "")) for n in {**first, **second}}
-    return {name: (a, b) for name, (a, b) in pairs.items() if a != b}
+def _that_differ(first: Plan, second: Plan, kind: str) -> dict[str, tuple[str, str]]:
+    """Return the entries that differ between two plans."""
+    both = differences(first.entries[kind], second.entries[kind])
+    return {name: (a or "", b or "") for name, a, b in both}
 
 
 def _response(

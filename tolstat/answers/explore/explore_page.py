@@ -57,7 +57,7 @@ class Explore:
             evaluated=self.data.evaluated,
             lead=f"{run.path.name}: {trials}, {how} at each move; {run.model}"
             + (IN_PART if in_part else ""),
-            report=command("report", run.path, machine=run.machine),
+            report=command("report", run.path, machine=run.machine).text,
             note=READINGS,
         )
 

@@ -13,7 +13,6 @@ from tolstat.document.inline import (
     Name,
     Number,
     Parts,
-    Typed,
     Word,
     counted,
     listed,
@@ -155,7 +154,7 @@ def _failure_points(summary: RareSummary) -> blocks.Section | None:
                 run.scales[name].label(name): Number(deviation, run.scales[name])
                 for name, deviation in point.deviations.items()
             },
-            again: Typed(to_replay(run.path, point.trial, run.machine)),
+            again: to_replay(run.path, point.trial, run.machine),
         })  # fmt: skip
     note = blocks.note(say(FIRST_ORDER, Number(summary.first_order, PPM)))
     table = blocks.table_of(rows, words=[again], look="dense")

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import NamedTuple
 
+from tolstat.document.inline import Typed
 from tolstat.statistics.estimate import Estimate
 
 
@@ -57,7 +58,7 @@ class RemedyFinding(NamedTuple):
     unavoidable: Unavoidable | None = None
     reason: str = ""  # why no step is known
     note: str = ""  # why a change is not proved
-    commands: tuple[str, ...] = ()  # that write and run the changed study
+    commands: tuple[Typed, ...] = ()  # that write and run the changed study
 
     @property
     def changes(self) -> tuple[EntryChange, ...]:

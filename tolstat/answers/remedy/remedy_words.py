@@ -9,7 +9,7 @@ from tolstat.answers.remedy.remedy_finding import (
     Unavoidable,
 )
 from tolstat.document.blocks import Cell
-from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
+from tolstat.document.inline import Name, Number, Parts, listed, say, text
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import KNOWN, PER_CENT, figures
 
@@ -35,7 +35,7 @@ def remedy_words(run: Run, remedy: RemedyFinding) -> tuple[Parts, ...]:
         evidence = f"proved by {remedy.trials} new trials"
     study = None
     if remedy.commands:  # none where nothing is evaluated here
-        study = say(" Write its study: {} Run it: {}", *map(Typed, remedy.commands))
+        study = say(" Write its study: {} Run it: {}", *remedy.commands)
     sentences.append(
         text(
             _step(run, last),

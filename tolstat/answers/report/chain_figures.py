@@ -53,6 +53,8 @@ def chain_of(report: Report, name: str) -> Chain | None:
         size = math.nan if part.size is None else part.size
         mean = slope * assumed[part.name].mean
         links.append(Link(part.name, slope * size, mean, lower, upper))
+    if not links:  # all slopes are zero, as of a distance at its least
+        return None
     slopes = (abs(slope) for slope in response.slopes.values() if slope)
     lengths = all(abs(slope - 1) < CLOSED for slope in slopes)
     rest = response.nominal - sum(link.length for link in links)

@@ -229,8 +229,7 @@ def _more_trials(
     if not undecided and not told:
         return None
     needed = telling[told] if told else needed
-    command = "" if told else to_decide(run)
-    command = command or to_extend(run, needed)
+    command = (None if told else to_decide(run)) or to_extend(run, needed)
     return Step(
         StepKind.ADD_TRIALS,
         tuple(undecided),

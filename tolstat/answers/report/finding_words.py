@@ -31,7 +31,6 @@ from tolstat.document.inline import (
     Name,
     Number,
     Parts,
-    Typed,
     Word,
     counted,
     listed,
@@ -81,7 +80,7 @@ def next_steps(summary: RunSummary) -> tuple[Parts, ...]:
 
 def step_words(run: Run, step: Step, findings: Findings) -> Parts:
     """Say what to do; of parts to measure as `findings` know them."""
-    typed = [Typed(command) for command in step.commands]
+    typed = step.commands
     match step.kind:
         case StepKind.RESUME:
             if run.deciding:
@@ -121,7 +120,7 @@ MORE_ROWS = " in all, as more rows of the file"
 
 def _finer_run(run: Run, step: Step) -> Parts:
     lines = [Word(f"{name} = {value}") for name, value in step.settings.items()]
-    again = [Typed(command) for command in step.commands]
+    again = step.commands
     study = as_typed(run.study_file) if again and run.study_file else "the study"
     return say(
         "Decide {}, whose integration errors are too large: write {} into [settings] "
@@ -147,11 +146,11 @@ def _add_trials(run: Run, step: Step) -> Parts:
     purposes = [text("decide ", names)] if names else []
     purposes += [say("find the causes of {}", Name(name)) for name in step.causes_of]
     if not step.trials:  # thinned ones: how many is not known
-        typed = [*map(Typed, step.commands)]
-        return say("Add trials to {}: {}.", listed(purposes), listed(typed))
+        typed = listed(step.commands)
+        return say("Add trials to {}: {}.", listed(purposes), typed)
     trials = counted(step.trials, "trial")
     time = f" in all ({predicted_time(run, step.trials)}): "
-    in_all = [text(time, Typed(command)) for command in step.commands]
+    in_all = [text(time, command) for command in step.commands]
     return say("Add trials to {}: about {}{}.", listed(purposes), trials,
                in_all or (MORE_ROWS if run.listed else NEW_RUN))  # fmt: skip
 

@@ -13,7 +13,7 @@ from tolstat.answers.report.response_summary import (
     by_what_decides,
 )
 from tolstat.answers.run_answer import RunAnswer
-from tolstat.document.inline import Number, Row
+from tolstat.document.inline import Number, Row, Typed
 from tolstat.statistics import estimate
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import Caveat, PartsUncertainty, Verdict
@@ -85,7 +85,7 @@ class Step(NamedTuple):
     entries: Mapping[str, str] = {}  # of [deviations], as what-if takes them
     settings: Mapping[str, str] = {}  # as a study has them
     trials: int = 0  # in all; 0 as they are
-    commands: tuple[str, ...] = ()  # to type, one after the other
+    commands: tuple[Typed, ...] = ()  # to type, one after the other
 
 
 class Findings(NamedTuple):
@@ -104,7 +104,7 @@ class Findings(NamedTuple):
             "no cause": str(limit.no_cause) if limit else "",
             "trials that decide": limit.trials_that_decide if limit else 0,
             "next steps": "; ".join(step.kind for step in about),
-            "commands": "; ".join(c for step in about for c in step.commands),
+            "commands": "; ".join(c.text for step in about for c in step.commands),
             **self._remedy_cells(response),
         }
 

@@ -27,7 +27,7 @@ from tolstat.answers.report.summary_document import assumption, responses_table
 from tolstat.answers.run_answer import AboutRun
 from tolstat.deviations.dependence import scores_of_rank
 from tolstat.document import blocks
-from tolstat.document.inline import Number, Parts, Typed, listed, say, text
+from tolstat.document.inline import Number, Parts, listed, say, text
 from tolstat.model.setting_kinds import NO_ROWS
 from tolstat.units.scale import PER_CENT
 
@@ -182,7 +182,7 @@ def _assumed(summary: RunSummary) -> list[Parts]:
     ]  # fmt: skip
     if settings := assumptions.settings:
         chosen = [f"{n} {x.words}" for n, x in settings.items() if x.given]
-        show = Typed(command("show", summary.model, machine=run.machine))
+        show = command("show", summary.model, machine=run.machine)
         others = any(not x.given and x.words != NO_ROWS for x in settings.values())
         sentences.append(
             text(f"Settings of the study: {', '.join(chosen) or 'none'}.",

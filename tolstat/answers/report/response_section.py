@@ -30,7 +30,6 @@ from tolstat.document.inline import (
     Number,
     Parts,
     Said,
-    Typed,
     Word,
     counted,
     say,
@@ -135,7 +134,7 @@ class _ResponseSection:
                 f for f in figures if (f.alt, f.picture.height) not in self.page_1
             ))  # fmt: skip
         elif report.trials.done:
-            draw = Typed(to_draw(self.run, self.name))
+            draw = to_draw(self.run, self.name)
             values = blocks.paragraph(
                 say(NOT_DRAWN, Number(len(report.illustrated)), draw)
             )
@@ -173,7 +172,7 @@ class _ResponseSection:
         rows = len(table.rows)
         if rows <= MOST_ROWS:
             return (table,)
-        words = say(FIRST_ROWS, str(MOST_ROWS), str(rows), Typed(to_tables(self.run)))
+        words = say(FIRST_ROWS, str(MOST_ROWS), str(rows), to_tables(self.run))
         return replace(table, page_rows=MOST_ROWS), blocks.note(words)
 
     def _declared(self) -> Parts:
@@ -463,7 +462,7 @@ class _ResponseSection:
                 else self._number(precise),
                 **{n: size_words(run, sized[n], x) if n in sized
                    else with_unit(Number(x, run.scales[n])) for n, x in deviations},
-                again: Typed(to_replay(run.path, worst.trial, run.machine)),
+                again: to_replay(run.path, worst.trial, run.machine),
             })  # fmt: skip
         caption = rests_on(self.report)
         if trials.counted < trials.ran:  # these are the worst of all

@@ -32,7 +32,6 @@ from tolstat.document.inline import (
     Number,
     Parts,
     Said,
-    Typed,
     counted,
     listed,
     say,
@@ -60,7 +59,7 @@ def summary_document(summary: RunSummary) -> blocks.Document:
     names = [*summary.limits] or responses_in_focus(summary.stored_run)
     others = len(summary.responses) - len(names)
     more = f"Other responses: {others}; the report has them."
-    report = Typed(command("report", summary.stored_run.path))
+    report = command("report", summary.stored_run.path)
     steps = next_steps(summary) or (text("Write the report: ", report, "."),)
     return blocks.Document(
         title,

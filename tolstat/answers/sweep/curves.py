@@ -1,6 +1,5 @@
 """Grid runs as curves: a response over one axis, several runs in one picture."""
 
-import math
 from collections.abc import Sequence
 from contextlib import suppress
 from itertools import cycle
@@ -22,12 +21,11 @@ from tolstat.document.plot import (
 )
 from tolstat.errors import QuestionError, allowed_names
 from tolstat.model.view import Level
-from tolstat.statistics.limits.limit import within
+from tolstat.statistics.limits.limit import NO_LIMIT, within
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
 TAKEN = "settings."  # before an axis whose name a contributor has too
-EVERY = (-math.inf, math.inf)
 MOST_CURVES = 12
 FEW_POINTS = 100  # have markers
 
@@ -207,6 +205,7 @@ def point_figure(run: Run, response: str) -> Figure:
         axes = [swept_axis(run)]
         return Figure(words, sweep_plot([run], [response]), wide=True)
     limit = run.limits.get(response)
+    permitted = (limit or NO_LIMIT).permitted
     axes += [axis for axis in run.grid if axes and axis not in axes]
     plane = [(a.plotted, a.places) for a in (grid_axis(run, axis) for axis in axes)]
     if len(plane) != 2 or plane[1][0].words:
@@ -214,7 +213,7 @@ def point_figure(run: Run, response: str) -> Figure:
         values = (PlotAxis.of(response, run.scales[response]), run.column(response))
         plane = [(plane or [trials])[0], values]
     (x, along), (y, up) = plane
-    met = within(run.column(response), limit.permitted if limit else EVERY)
+    met = within(run.column(response), permitted)
     layers: list[Layer] = [
         curve(along[among], up[among], colour, label, "large")
         for among, colour, label in (

@@ -22,7 +22,6 @@ from tolstat.document.inline import (
     Name,
     Number,
     Parts,
-    Typed,
     Word,
     counted,
     listed,
@@ -175,7 +174,7 @@ def table_rows(run: Run) -> list[blocks.Block]:
         parts.append(blocks.paragraph(
             f"the first {len(rows)} of ", counted(run.trials, "trial"),
             f'; tolstat.open("{run.path}").frame() has all. One of them: ',
-            Typed(command("trial", run.path, "NUMBER", machine=run.machine)),
+            command("trial", run.path, "NUMBER", machine=run.machine),
         ))  # fmt: skip
     return parts
 

@@ -11,7 +11,7 @@ from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.views.animation import Animation, animation_of
-from tolstat.document.inline import Number, Parts, Row
+from tolstat.document.inline import Number, Parts, Row, Typed
 from tolstat.errors import ModelError, RunFileError
 from tolstat.execution.compatibility import made_differently, study_of
 from tolstat.execution.stages import rows_of
@@ -77,7 +77,7 @@ class Replay(Answer):
     output: str = ""
     reason: str = ""  # why they may differ, if there is a reason
     damage: str = ""  # the damage of the run
-    repair: str = field(default="", metadata={"json": False})
+    repair: Typed | None = field(default=None, metadata={"json": False})
     contributors: dict[str, Quantity] = field(
         default_factory=dict, metadata={"json": False}
     )

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from tolstat.answers.views.replay import Replay
 from tolstat.document import blocks
-from tolstat.document.inline import Name, Typed, listed
+from tolstat.document.inline import Name, listed
 from tolstat.document.view_content import plot_of
 
 
@@ -45,6 +45,6 @@ def _remarks(trial: Replay) -> Iterator[blocks.Block]:
         yield blocks.paragraph("bit for bit as stored")
     if trial.damage:
         words = f"the run is damaged: {trial.damage}. Repair it with: "
-        yield blocks.paragraph(words, Typed(trial.repair))
+        yield blocks.paragraph(words, trial.repair)
     if trial.history:
         yield blocks.Figure("its histories", plot_of(trial.history), wide=True)

@@ -99,19 +99,16 @@ def _moves_far(study: Study, trials: Trials, first: Audited, second: Audited) ->
 
 
 def evaluated_again(
-    study: Study, trials: Trials, selection: Selection, workers: Workers, times: int = 1
+    study: Study, trials: Trials, selection: Selection, workers: Workers
 ) -> Audited | None:
-    """Return selected trials evaluated more precisely; None if the model cannot.
-
-    `times`: how often the settings are tightened.
-    """
-    return _evaluated(study, trials, selection, workers, times)[0]
+    """Return selected trials evaluated more precisely; None if the model cannot."""
+    return _evaluated(study, trials, selection, workers, 1)[0]
 
 
 def _evaluated(
     study: Study, trials: Trials, selection: Selection, workers: Workers, times: int
 ) -> tuple[Audited | None, int]:
-    """Return selected trials as `evaluated_again`, and the steps of all of them."""
+    """Return the same with settings tightened so many times, and the steps of all."""
     model = study.model
     tight = finer(model, study.settings, times)
     if tight is None:
