@@ -174,7 +174,7 @@ def test_commands_and_their_options_exist(page):
             option
             for each in command.params
             if isinstance(each, click.Option)
-            for option in each.opts
+            for option in [*each.opts, *each.secondary_opts]
         }
         used = re.findall(
             r"(?<![\w-])--?[a-z][a-z-]*", " ".join(rest).partition("  ")[0]

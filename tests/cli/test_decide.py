@@ -51,8 +51,9 @@ def test_a_budget_is_trials_or_a_time(undecided):
     done = call("decide", path, "--at-most", "1200", "--check")
     run = tolstat.open(path)
     assert done.exit_code == 4 and run.trials == 1200 and not run.stopped.reached
-    done = call("decide", path, "--at-most", "1ms")
-    assert done.exit_code == 0 and tolstat.open(path).rules == ("decide, at most 1ms",)
+    done = call("decide", path, "--at-most", "1ms", "--not-slow")
+    rules = ("decide, at most 1ms, not slow",)
+    assert done.exit_code == 0 and tolstat.open(path).rules == rules
 
 
 @pytest.mark.parametrize(

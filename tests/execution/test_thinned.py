@@ -2,39 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import tolstat
+from tests.answers.browser import Page
+from tests.answers.page_checks import steps_of
 from tests.cli.command_line import call
 from tests.execution.same_runs import Enough, same
 from tests.studies.deciding import PERMITTED, Three, limits_of
+from tests.studies.deciding import decided as trials_of
 from tolstat.answers.report.report_answer import StepKind
 from tolstat.errors import Remedy, RunFileError
-from tolstat.execution import until_decided
 from tolstat.execution.execute import execute, go_on
 from tolstat.execution.until_decided import UntilDecided
 from tolstat.execution.workers.block_scheduler import Workers
-from tolstat.statistics.intervals.weights import COLUMNS
+from tolstat.statistics.deciding.chances import Ranking, near_chances
+from tolstat.statistics.deciding.thinned_share import thinned_share
+from tolstat.statistics.intervals.weights import COLUMNS, Thinned
+from tolstat.statistics.limits.limit import Limit, margins
+from tolstat.study.sampling import deciding, rule_stored
 from tolstat.study.study import load
 
 ENDS = limits_of(0.5)
+SLOW = {"until": "decide", "slow": True}
 STUDY = {
-    "model": "three", "trials": "decide", "seed": 3, "deviations": {"part": "+-3 mm"},
+    "model": "three", "trials": SLOW, "seed": 3, "deviations": {"part": "+-3 mm"},
     "limits": {name: ENDS[name] for name in ("sum", "jam")},
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module", autouse=True)
-def dear():
-    """Let plain trials take too long."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(until_decided, "PATIENCE", 0.0)
-        yield
-
-
 @pytest.fixture(scope="module")
-def decided(dear, tmp_path_factory):
+def decided(tmp_path_factory):
     path = tmp_path_factory.mktemp("thinned") / "run.h5"
     return tolstat.run(STUDY, model=Three(), output=path)
 
@@ -53,8 +54,43 @@ def test_both_limits_are_met_with_fewer_trials(decided):
         assert share.lower < 0.5 * PERMITTED < share.upper <= PERMITTED
 
 
-def test_other_numbers_rest_on_the_first_trials(decided):
-    plain = tolstat.run({**STUDY, "trials": 2048}, model=Three())
+def test_the_kind_of_model_alone_decides_what_is_thinned(monkeypatch):
+    ways = True, False, None
+    thinned, plain, by_kind = (trials_of(2, 1.25, slow=way)[1] for way in ways)
+    assert thinned < plain / 3 and by_kind == plain  # a formula, however slow
+    monkeypatch.setattr(Three, "integrates", True)
+    assert trials_of(2, 1.25, slow=None)[1] == thinned
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return tolstat.run({**STUDY, "trials": 2048}, model=Three())
+
+
+def test_a_slow_run_says_how_few_trials_decide(decided, plain):
+    slow = replace(plain, times={**plain.times, "seconds": 200.0})
+    report = tolstat.report(slow)
+    (step,) = report.findings.steps
+    assert step.kind is StepKind.ADD_TRIALS and step.trials > 2 * step.evaluated
+    assert decided.trials / 2 < step.evaluated < 2 * decided.trials
+    (command,) = map(str, step.commands)
+    assert command == "tolstat decide run.h5 --slow --machine FILE.py:NAME"
+    (words,) = steps_of(report)
+    assert f"in all, of which {step.evaluated} are evaluated (about" in words
+    (quick,) = tolstat.report(plain).findings.steps
+    assert not quick.evaluated and "--slow" not in str(quick.commands[0])
+
+
+@pytest.mark.parametrize("at_most", [None, 3000])
+def test_a_study_stays_slow_with_another_budget(at_most):
+    slow = load(STUDY, model=Three(), trials=deciding(at_most)).until
+    assert slow.slow and slow.rules[0].endswith(", slow")
+    assert rule_stored(slow.rules) == deciding(at_most, slow=True)
+    other = load(STUDY, model=Three(), trials=deciding(at_most, slow=False)).until
+    assert other.slow is False and rule_stored(other.rules)["slow"] is False
+
+
+def test_other_numbers_rest_on_the_first_trials(decided, plain):
     np.testing.assert_array_equal(plain.column("sum"), decided.column("sum")[:2048])
     ours, theirs = (tolstat.report(run).responses["sum"] for run in (decided, plain))
     assert ours.mean == theirs.mean and ours.quantiles == theirs.quantiles
@@ -62,8 +98,7 @@ def test_other_numbers_rest_on_the_first_trials(decided):
     assert scenario.json()
 
 
-def test_a_weighted_scenario_is_judged_by_the_first_trials(decided):
-    plain = tolstat.run({**STUDY, "trials": 2048}, model=Three())
+def test_a_weighted_scenario_is_judged_by_the_first_trials(decided, plain):
     wider, limits = {"part": "+-3.5 mm"}, {"sum": ENDS["sum"]}
     ours, theirs = (
         tolstat.what_if(run, wider, model=Three(), evaluate=False)
@@ -102,6 +137,62 @@ def test_the_file_is_whole(decided):
     np.testing.assert_array_equal(memory.column("jam"), decided.column("jam"))
 
 
+RARE = 50e-6  # permitted: 74 000 trials would show it, if none is out of limit
+
+
+@pytest.fixture(scope="module")
+def rare(tmp_path_factory):
+    path = tmp_path_factory.mktemp("rare") / "run.h5"
+    limits = {"sum": limits_of(0.5, RARE)["sum"], "jam": ENDS["jam"]}
+    return tolstat.run({**STUDY, "limits": limits}, model=Three(), output=path)
+
+
+def test_far_trials_are_left_out_for_a_limit_that_permits_few(rare, decided):
+    far = rare.thinned.least < 0
+    assert rare.stopped.reached and 0 < far.sum() < 6000
+    assert (rare.thinned.chance[far] == 1).all()
+    both = tolstat.report(rare)
+    (few, many) = (both.limits[name].yields for name in ("sum", "jam"))
+    share = few.fraction_out_of_limit
+    assert share.lower < 0.5 * RARE < share.upper <= RARE
+    assert few.words == "met (if no kind of failure was missed)"
+    assert few.missed == pytest.approx(3.69 / 2048, rel=2e-3)
+    # any other limit rests on stages with a chance for all trials
+    assert many.words == "met" and not many.missed
+    out = rare.beyond("jam")[: rare.thinned.covering]
+    stages = rare.thinned.first(len(out))
+    assert many.fraction_out_of_limit == thinned_share(out, stages)
+    words = " ".join(Page(both.html()).text.split())
+    assert "if no kind of failure was missed, one of up to 1800 ppm" in words
+    assert "the first 2048 trials bound such a region at 1800 ppm" in words
+
+
+def test_a_rare_one_is_whole_and_resumed(rare, tmp_path):
+    assert tolstat.verify(rare.path, model=Three()).whole
+    path, enough = tmp_path / "part.h5", Enough(rare.thinned.covering + 100)
+    study = {**STUDY, "limits": rare.study.table["limits"]}
+    with Workers(2, enough, block=100) as crew:
+        part = execute(load(study, model=Three()), path, crew, progress=enough.tell)
+    assert not part.complete and tolstat.report(part).html()
+    assert same(tolstat.resume(path, model=Three()), rare)
+
+
+def test_far_trials_stay_where_ranks_tell_little():
+    trials, rng = 4096, np.random.default_rng(1)
+    x, noise = rng.standard_normal((trials, 3)), rng.standard_normal(trials)
+    limit = Limit(-np.inf, 4.0, 1 - RARE)
+    one = np.ones(trials)
+    plain = Thinned(one, trials * one, one)
+    for part, sure in ((0.2, True), (0.9, False)):
+        y = np.hypot(1, -part) ** -1 * (x[:, 0] + part * noise)
+        ranking = Ranking.fitted(x, y, limit)
+        near = near_chances(ranking, margins(y, limit.permitted), plain, RARE)
+        assert (near is not None) == sure
+        if near:
+            kept = near.of_trials(x) == 1
+            assert kept[np.argsort(y)[-20:]].mean() >= 0.9 and kept.mean() < 0.12
+
+
 def test_a_stopped_one_ends_as_if_it_had_not_been(decided, tmp_path):
     path, enough = tmp_path / "part.h5", Enough(2500)
     with Workers(2, enough, block=100) as crew:
@@ -122,7 +213,7 @@ def test_a_stopped_one_ends_as_if_it_had_not_been(decided, tmp_path):
 def test_a_run_is_continued_and_ends_with_its_budget(tmp_path):
     path = tmp_path / "run.h5"
     tolstat.run({**STUDY, "trials": 2000}, model=Three(), output=path)
-    run = tolstat.decide(path, at_most=3000, model=Three())
+    run = tolstat.decide(path, at_most=3000, slow=True, model=Three())
     assert run.thinned and not run.stopped.reached and 2500 < run.trials <= 3000
     longer = tolstat.decide(path, model=Three())
     assert longer.stopped.reached and longer.random_trials == run.random_trials
@@ -170,10 +261,12 @@ def test_an_extension_is_refused(decided):
 def test_an_undecided_one_is_decided_further_not_extended(tmp_path):
     path, ends = tmp_path / "run.h5", limits_of(1.25)
     limits = {name: ends[name] for name in ("sum", "jam")}
-    rule = {"until": "decide", "at_most": 2400}
+    rule = {**SLOW, "at_most": 2400}
     study = {**STUDY, "trials": rule, "limits": limits}
     run = tolstat.run(study, model=Three(), output=path)
     report = tolstat.report(run)
+    (first, *_) = report.findings.remedy.steps
+    assert first.before == report.all_limits.within  # one yield on a page
     jam = report.findings.limits["jam"]
     assert run.thinned and jam.verdict == "undecided"
     assert jam.trials_that_decide == 0  # not known: no evidence yet

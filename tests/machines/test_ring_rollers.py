@@ -16,8 +16,8 @@ from tests.machines.ring_reference import (
 )
 from tests.studies.benchmarks.sigmas import errors
 from tolstat.machines.ring import spectrum
-from tolstat.machines.ring.motion import HEAD, Tool, cutting_forces, reactions
-from tolstat.machines.ring.parameters import rows_of
+from tolstat.machines.ring.motion import cutting_forces, reactions
+from tolstat.machines.ring.parameters import parts_of
 from tolstat.study.study import load
 
 A = {**CASES["A"], "rtol": 1e-12}
@@ -36,7 +36,7 @@ def test_the_rollers_of_case_a_as_computed_elsewhere():
     assert dead == pytest.approx(47462.97, abs=5.1e-3)
     settings = settings_of(**A)
     _, rings = states_of(settings, [0.0])
-    tool = Tool(*rows_of(rings, settings)[0, :HEAD])
+    tool, *_ = parts_of(rings, settings.hoop)
     static = cutting_forces(np.array([row["static_depth"]]), rings)
     found = np.squeeze(reactions(0.0, 0.0, *static, tool))
     np.testing.assert_allclose(found, [-54.34946, 183.92116], atol=5.1e-6)

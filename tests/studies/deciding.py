@@ -4,9 +4,10 @@ Three limits at once on responses of known distributions, which share contributo
 a sum, a difference of two parts without its sign, and a cubic. Each is out of its limit
 in `ratio` times as many units as permitted. One line for each cell:
 
-python -m tests.studies.deciding [STUDIES] [RATIO ...] [--thinned]
+python -m tests.studies.deciding [STUDIES] [RATIO ...] [--thinned] [--rare]
 
-`--thinned`: as a slow model is decided, whose trials are thinned.
+`--thinned`: as a slow model is decided, whose trials are thinned. `--rare`: also with
+50 ppm permitted instead of 2700, so that trials far from limits are left out.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ import numpy as np
 from scipy.special import ndtri
 
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
-from tolstat.execution import until_decided
 from tolstat.execution.stages import SampledStages
 from tolstat.execution.until_decided import UntilDecided
 from tolstat.statistics.limits.limit import within
 from tolstat.statistics.limits.yields import MET, NOT_MET, verdict
 from tolstat.statistics.sample import Sample
+from tolstat.study.sampling import deciding
 from tolstat.study.study import load
 
-PERMITTED, AT_MOST = 0.0027, 1_000_000
+PERMITTED, RARE, AT_MOST = 0.0027, 50e-6, 1_000_000
 RATIOS = (0.5, 0.8, 1.25, 2.0)
 STUDIES = 400
 
@@ -60,23 +61,26 @@ class Three(Model):
         return Outcome(np.stack(columns, axis=1), np.ones(len(x), np.int64))
 
 
-def limits_of(ratio):
+def limits_of(ratio, permitted=PERMITTED):
     """Return the limits that so many times as many units as permitted miss."""
-    share = PERMITTED * ratio
+    share = permitted * ratio
     end = -ndtri(share)
     ends = {"sum": end, "jam": -ndtri(share / 2), "cubic": end + 0.2 * end**3}
-    return {name: f"<= {float(limit)!r}" for name, limit in ends.items()}
+    limits = {name: f"<= {float(limit)!r}" for name, limit in ends.items()}
+    if permitted == PERMITTED:
+        return limits
+    return {n: {"limit": x, "ppm": permitted * 1e6} for n, x in limits.items()}
 
 
-def decided(seed, ratio):
+def decided(seed, ratio, *, slow, permitted=PERMITTED):
     """Return the verdicts of a study, and its trials."""
     study = load(
         {
             "model": "three",
-            "trials": {"until": "decide", "at_most": AT_MOST},
+            "trials": deciding(AT_MOST, slow),
             "seed": seed,
             "deviations": {"part": "+-3 mm"},
-            "limits": limits_of(ratio),
+            "limits": limits_of(ratio, permitted),
         },
         model=Three(),
     )
@@ -91,23 +95,21 @@ def decided(seed, ratio):
         study = rule.lengthen(trials)
     (number,) = rule.stopped.stages
     trials = trials.first(number)
-    sample = Sample(trials.status, thinned=trials.thinned)
-    verdicts = [
-        verdict(
-            sample.share(within(trials.response(name), limit.permitted), sample.ran),
-            1 - PERMITTED,
-        )
-        for name, limit in study.limits.items()
-    ]
+    sample = Sample(trials.status, thinned=trials.thinned).telling(permitted)
+    verdicts = []
+    for name, limit in study.limits.items():
+        values = trials.response(name)[: len(sample.status)]
+        share = sample.share(within(values, limit.permitted), sample.ran)
+        verdicts.append(verdict(share, 1 - permitted))
     return verdicts, number
 
 
-def main(studies=STUDIES, ratios=RATIOS):
+def main(studies=STUDIES, ratios=RATIOS, **keys):
     """Print a row for each cell."""
     print("| ratio | wrong, % of verdicts | undecided | trials, median | 90 % |")
     print("|---|---|---|---|---|")
     for ratio in ratios:
-        found = [decided(seed, ratio) for seed in range(studies)]
+        found = [decided(seed, ratio, **keys) for seed in range(studies)]
         verdicts = [one for several, _ in found for one in several]
         right = MET if ratio < 1 else NOT_MET
         wrong = [one in (MET, NOT_MET) and one != right for one in verdicts]
@@ -121,8 +123,8 @@ def main(studies=STUDIES, ratios=RATIOS):
 
 
 if __name__ == "__main__":
-    if "--thinned" in sys.argv:
-        sys.argv.remove("--thinned")
-        until_decided.PATIENCE = 0.0
-    chosen = [float(x) for x in sys.argv[2:]] or RATIOS
-    main(int(sys.argv[1]) if sys.argv[1:] else STUDIES, chosen)
+    numbers = [x for x in sys.argv[1:] if not x.startswith("--")]
+    chosen = [float(x) for x in numbers[1:]] or RATIOS
+    keys = {"slow": {"--thinned", "--rare"} & {*sys.argv} != set()}
+    keys["permitted"] = RARE if "--rare" in sys.argv else PERMITTED
+    main(int(numbers[0]) if numbers else STUDIES, chosen, **keys)

@@ -39,8 +39,6 @@ def limit_row(
     limited: Limited,
     trials: int = 0,
     failed: int = 0,
-    *,
-    weighted: bool = False,
     stopped: Stopped | None = None,
 ) -> dict[str, Given]:
     """Return cells of a table: a limit with its demand, verdict and results.
@@ -53,7 +51,7 @@ def limit_row(
     fraction = ppm(yields.fraction_out_of_limit, trials)
     return {
         "limit": limit_cell(limited.limit),
-        "verdict": verdict_cell(yields, weighted=weighted, stopped=stopped),
+        "verdict": verdict_cell(yields, stopped),
         "out of limit, ppm": Cell((fraction,), good if failed else ()),
         "equivalent Ppk": Cell(
             (Number(ppk),), say("demanded {}", Number(limited.limit.ppk))
@@ -61,12 +59,10 @@ def limit_row(
     }
 
 
-def verdict_cell(
-    judged: Yield, *, weighted: bool = False, stopped: Stopped | None = None
-) -> Cell:
+def verdict_cell(judged: Yield, stopped: Stopped | None = None) -> Cell:
     """Return a verdict, above its reason or the trials that decided or would decide it.
 
-    How many weighted or thinned trials would may not be known: `weighted`.
+    How many would is not known above 1e9, nor of weighted trials.
     """
     word = Word(judged.verdict, judged.verdict)
     if judged.measured and judged.reason:
@@ -74,12 +70,12 @@ def verdict_cell(
 
         return Cell((word,), condition(judged))
     if judged.reason:
-        return Cell((word,), text(f"({judged.reason})"))
+        most = Number(judged.missed, PPM, "at_most")
+        up_to = say(", one of up to {}", most) if judged.missed else None
+        return Cell((word,), text(f"({judged.reason}", up_to, ")"))
     if judged.needed:
         return Cell((word,), text("about ", counted(judged.needed, "trial"), " decide"))
-    if judged.verdict == UNDECIDED and not weighted:
-        return Cell((word,), text("more than 1e9 trials may decide"))
-    if stopped and stopped.decides:
+    if stopped and stopped.decides and judged.verdict != UNDECIDED:
         trials = counted(stopped.stages[-1], "trial")
         return Cell((word,), text("decided after ", trials))
     return Cell((word,))

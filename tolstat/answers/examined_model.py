@@ -154,7 +154,7 @@ def _audit(
     sizes = np.abs(np.nan_to_num(levels[0])).max(axis=0)
     for column, response in enumerate(responses):
         limit = limits.get(response.name, FROM_ZERO)
-        if limits and limit is FROM_ZERO:
+        if response.residual or (limits and limit is FROM_ZERO):
             continue
         usual, precise, most = (answers[:, column] for answers in levels)
         audited = AuditedResponse(
@@ -164,7 +164,7 @@ def _audit(
         fails = audited.irregular.any()
         if limits:  # a verdict depends on more
             fails |= audited.unsettled.any() or audited.dominant or audited.jumped_over
-        else:  # a residual has no size of its own
+        else:  # a difference has no size of its own
             alike = sizes[[other.unit == response.unit for other in responses]]
             errors = np.nan_to_num(audited.errors)
             if model.integrates:

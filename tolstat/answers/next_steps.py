@@ -91,11 +91,20 @@ def to_extend(run: Run, trials: int) -> Typed | None:
     return command("extend", run.path, "--trials", trials, machine=run.machine)
 
 
-def to_decide(run: Run) -> Typed | None:
-    """Return the command that decides the limits of a run; None where none can."""
+def to_decide(run: Run, *, slow: bool = False) -> Typed | None:
+    """Return the command that decides the limits of a run; None where none can.
+
+    `slow`: evaluating few trials, where it would not do so by itself.
+    """
     if run.sampling != "random":
         return None
-    return command("decide", run.path, machine=run.machine)
+    option = ["--slow"] if slow else []
+    return command("decide", run.path, *option, machine=run.machine)
+
+
+def to_prove(run: Run) -> Typed:
+    """Return the command that proves the remedy of a run, with its custom model."""
+    return command("report", run.path, machine=run.machine)
 
 
 def to_change(run: Run, entries: Mapping[str, str]) -> tuple[Typed, ...]:

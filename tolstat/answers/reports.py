@@ -17,15 +17,20 @@ if TYPE_CHECKING:
     from tolstat.answers.rare.rare_answer import RareSummary
     from tolstat.answers.report.full_report import Report
     from tolstat.answers.sweep.extremes import Extremes
+    from tolstat.model.contract import Model
 
 
-def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
+def summary(
+    run: RunSource, *, model: Model | None = None
+) -> RunSummary | RareSummary | Extremes:
     """Return the summary of a run: verdicts, main causes, responses.
 
     Parameters
     ----------
     run : Run or path
         Complete or not.
+    model : Model, optional
+        As of `report`.
 
     Returns
     -------
@@ -46,15 +51,21 @@ def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
     run = open_run(run)
     if other := _not_sampled(run, rare=bool(run.ended)):
         return other
-    drawn = drawn_trials(run)
+    drawn = drawn_trials(run, model)
     assert drawn
     return summary_of(drawn, responses_in_focus(run))
 
 
 def report(
-    run: RunSource, responses: Sequence[str] = (), quantiles: Sequence[float] = ()
+    run: RunSource,
+    responses: Sequence[str] = (),
+    quantiles: Sequence[float] = (),
+    *,
+    model: Model | None = None,
 ) -> Report | RareSummary | Extremes:
-    """Return the statistical tolerance report of a run; nothing is simulated.
+    """Return the statistical tolerance report of a run.
+
+    Nothing is simulated but new trials that prove a remedy, if these are quick.
 
     Parameters
     ----------
@@ -65,6 +76,8 @@ def report(
     quantiles : sequence of float
         More quantiles of these, such as `(0.025, 0.975)`, and the shortest interval
         with the share between the outer two. Of sampled trials.
+    model : Model, optional
+        The custom model of the run: proves a remedy, if it is quick.
 
     Returns
     -------
@@ -92,7 +105,7 @@ def report(
         return other
     from tolstat.answers.report.full_report import report_of  # a summary needs none
 
-    return report_of(run, responses, quantiles)
+    return report_of(run, responses, quantiles, model)
 
 
 def _not_sampled(

@@ -12,11 +12,12 @@ from tolstat.answers.next_steps import SAVED, typed_setting
 from tolstat.errors import QuestionError, allowed_names
 from tolstat.model.description import StudyNumber
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.weights import RARE
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Chosen, Stopped
 from tolstat.store.stored_run import IN_MEMORY, Run
-from tolstat.units.scale import PER_CENT, Scale, figures
+from tolstat.units.scale import PER_CENT, PPM, Scale, figures
 
 UNITS = (("hours", 3600.0), ("minutes", 60.0))  # of predicted times
 MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
@@ -149,13 +150,19 @@ def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
     return list(dict.fromkeys(chosen)) or list(run.limits) or names[:MOST_IN_FOCUS]
 
 
+def predicted_seconds(run: Run, trials: int) -> float:
+    """Return the same, s."""
+    seconds: float = run.times["seconds"]
+    return seconds / max(run.ended, 1) * max(trials - run.ended, 0)
+
+
 def predicted_time(run: Run, trials: int) -> str:
     """Return about how long a run takes until it has so many trials, in words.
 
     At the rate of its trials so far. They took the compilation and the audit, too: so
     it may take less.
     """
-    seconds = run.times["seconds"] / max(run.ended, 1) * max(trials - run.ended, 0)
+    seconds = predicted_seconds(run, trials)
     for unit, length in UNITS:
         if seconds >= length:
             return f"about {max(seconds / length, 2):.0f} {unit}"
@@ -215,6 +222,13 @@ def _stopped(run: Run, stopped: Stopped) -> str:
                 "fractions out of limit rest on all of them, other numbers on the "
                 f"first {thinned.plain}"
             )
+            if thinned.skips:
+                text += (
+                    f". A limit that permits less than {RARE * 1e6:.0f} ppm is met if "
+                    "no out-of-limit region lies apart from those found: the first "
+                    f"{thinned.plain} trials bound such a region at "
+                    f"{PPM.at_most(thinned.unseen)} ppm"
+                )
     else:
         reached = "reached" if stopped.reached else "not reached"
         text = f"{rules}: {reached}, checked after {stages} trials"

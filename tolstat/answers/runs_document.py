@@ -67,7 +67,7 @@ def _changes(index: RunIndex) -> blocks.Table:
         if not entry.changes:
             continue
         against, started, revisions, changes = entry.changes
-        named = f"{revisions[0]} to {revisions[1]}" if any(revisions) else ""
+        named = f"{revisions[0]} to {revisions[1]}" if any(revisions) else None
         first: dict[str, blocks.Given] = {
             "study": blocks.Cell(
                 text(entry.study),
@@ -110,9 +110,10 @@ def progress_table(index: RunIndex) -> blocks.Table:
             "written": f"{time:%Y-%m-%d %H:%M}" if time else None,
             "size": size if entry.bytes else None,
             "title": entry.title,
-            "s": Number(entry.seconds),
+            "time, s": Number(entry.seconds) if entry.run else None,
         })  # fmt: skip
     return blocks.table_of(
-        rows, words=["limits", "title"], page_only=["out of limit, ppm", "title", "s"],
-        look="dense", spare=["size", "written", "model", "failed"],
+        rows, words=["limits", "title"],
+        page_only=["out of limit, ppm", "title", "time, s"], look="dense",
+        spare=["size", "written", "model", "failed"],
     )  # fmt: skip

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.samplers import AS_STUDY, DISTANCE, OWN, WEIGHT, Saltelli
 from tolstat.errors import Advice, QuestionError, Remedy
+from tolstat.model.contract import Model
 from tolstat.statistics.integration_error import AuditedResponse, response_ends
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import NO_LIMIT, within
@@ -37,6 +38,7 @@ class Drawn:
     # for Sobol' indices, or the weighted ones of a rare run
     trials: NDArray[np.int64]
     sample: Sample  # these trials
+    model: Model | None = None  # at hand, where a name does not find it
 
     def values(self, name: str, among: Truths | None = None) -> Array:
         """Return a response or contributor of these trials or some of them, SI."""
@@ -45,11 +47,11 @@ class Drawn:
             column = column[self.trials]
         return column if among is None or among.all() else column[among]
 
-    @cached_property
-    def judged(self) -> "Drawn":
-        """The trials that limits rest on: thinned ones, too, in whole stages.
+    def judged(self, permitted: float = 1.0) -> "Drawn":
+        """Return the trials that tell of a limit: thinned ones, too, in whole stages.
 
-        Weighted for other distributions only those that are random.
+        It permits such a share out of it: see `Sample.telling`. Weighted for other
+        distributions only those that are random.
         """
         run = self.run
         if run.thinned is None or run.trials < run.thinned.plain or self.sample.weights:
@@ -60,11 +62,13 @@ class Drawn:
         if not number:
             return self
         sample = Sample(run.status[:number], thinned=thinned.first(number))
-        return replace(self, trials=np.arange(number), sample=sample)
+        sample = sample.telling(permitted)
+        return replace(self, trials=np.arange(len(sample.status)), sample=sample)
 
     def yield_of(self, name: str) -> Yield:
         """Return the yield of a limit, with its verdict."""
-        judged, limit = self.judged, self.run.limits[name]
+        limit = self.run.limits[name]
+        judged = self.judged(1 - limit.demanded)
         return yield_of(
             judged.values(name), judged.sample_for(name), limit.permitted,
             limit.demanded, judged.ends(name), self.audited(name),
@@ -151,9 +155,9 @@ class Drawn:
     def ends(self, name: str) -> Array | None:
         """Return the responses that integration errors allow, as of `response_ends`.
 
-        None where nothing was evaluated again.
+        None where nothing was evaluated again, and of a residual.
         """
-        if (again := self.run.audited) is None:
+        if (again := self.run.audit_of(name)) is None:
             return None
         chosen = again.at_random | (again.chosen_by.get(name, 0) != 0)
         values, precise = self.run.column(name), again.responses[name]
@@ -194,23 +198,23 @@ class Drawn:
 
 
 def audited_of(run: Run, name: str) -> AuditedResponse | None:
-    """Return what the audit shows of a response; None if nothing was audited."""
-    if run.audited is None:
+    """Return what the audit shows of a response; None if not audited."""
+    if (audited := run.audit_of(name)) is None:
         return None
     limit = run.limits.get(name, NO_LIMIT)
-    return run.audited.response(name, run.column(name), limit.permitted)
+    return audited.response(name, run.column(name), limit.permitted)
 
 
 def changes_of(run: Run, name: str) -> Truths:
     """Return whether each trial evaluated again changes sides of its limit."""
-    if run.audited is None:
+    if (audited := run.audit_of(name)) is None:
         return np.zeros(0, dtype=np.bool_)
     permitted = run.limits[name].permitted
-    before = within(run.column(name)[run.audited.trials], permitted)
-    return np.asarray(before != within(run.audited.responses[name], permitted))
+    before = within(run.column(name)[audited.trials], permitted)
+    return np.asarray(before != within(audited.responses[name], permitted))
 
 
-def drawn_trials(run: Run) -> Drawn | None:
+def drawn_trials(run: Run, model: Model | None = None) -> Drawn | None:
     """Return the trials of a run; None if they are no sample: see `no_sample`."""
     if run.sampled is None:
         return None
@@ -226,7 +230,7 @@ def drawn_trials(run: Run) -> Drawn | None:
         trials = trials[trials % group < OWN]
     per_trial = run.random_trials / max(len(trials), 1)
     sample = Sample(run.status[trials], run.sampled.replicates, per_trial)
-    return Drawn(run, run.sampled, trials, sample)
+    return Drawn(run, run.sampled, trials, sample, model)
 
 
 def no_sample(run: Run) -> QuestionError:

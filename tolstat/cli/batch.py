@@ -42,6 +42,7 @@ from tolstat.store.stored_run import Run
 WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
 TITLE = "tolstat batch"
 CONTINUES = "stopped; the same command continues"
+SELDOM = 20  # times the time that writing the index takes: between two of it
 HEAD = 10_000  # bytes of a page or a table, in which its mark stands
 HEADS = ",".join(COLUMNS[:5])  # how the table of an index begins
 
@@ -78,6 +79,8 @@ def batch(
             for study in files:
                 if not stop.is_set():
                     queue.work_off(study, workers)
+                    queue.write_index()
+            queue.write_index(last=True)
         show_table(progress_table(queue.index))
         for entry in queue.entries.values():
             if entry.problem:
@@ -102,6 +105,8 @@ class Queue:
     memory: Memory  # of the page as it was
     console: Screen
     exit_codes: set[int] = field(default_factory=set)  # of studies that failed
+    written: float = 0.0  # when the index was, s
+    took: float = 0.0  # writing it, s
 
     @property
     def index(self) -> RunIndex:
@@ -145,11 +150,19 @@ class Queue:
             self._fail(study, worded(error), error.exit_code)
         except MemoryError:
             self._fail(study, "not enough memory", 1)
-        entries = self.entries.values()
+
+    def write_index(self, *, last: bool = False) -> None:
+        """Write the index; while studies run no oftener than it costs little."""
+        began, entries = time.monotonic(), self.entries.values()
+        if not last and began - self.written < SELDOM * self.took:
+            return
         if self.page.exists() or any(e.run or e.state == STOPPED for e in entries):
             self.page.parent.mkdir(exist_ok=True)
-            replace(self.page, page_with_memory(self.index).encode())
-            replace(self.page.with_suffix(".csv"), self.index.csv().encode())
+            index = self.index
+            replace(self.page, page_with_memory(index).encode())
+            replace(self.page.with_suffix(".csv"), index.csv().encode())
+        self.written = time.monotonic()
+        self.took = self.written - began
 
     def _set(self, study: Path, **changes: Any) -> None:
         self.entries[study] = self.entries[study].but(**changes)

@@ -80,6 +80,12 @@ def _run(
     help="Trials, or a time such as 60s, after which limits may stay undecided; "
     "default: 200000 trials, or more if these take less than a minute.",
 )
+@click.option(
+    "--slow/--not-slow",
+    default=None,
+    help="Whether to evaluate mainly uncertain trials, of which fewer decide; "
+    "default: by the kind of model, and of equations of motion by the trials needed.",
+)
 @options.computing
 @options.output_option("Run file of a study; default: its name ending in .h5.")
 @options.force("Replace an existing run file of a study.")
@@ -88,6 +94,7 @@ def _run(
 def decide(
     source: Path,
     at_most: str | None,
+    slow: bool | None,
     crew: options.Crew,
     output: Path | None,
     force: bool,
@@ -100,7 +107,8 @@ def decide(
     verdict is wrong in at most 2.5 % of runs, for any distribution. It needs random
     sampling.
     """
-    rule = deciding(int(at_most) if at_most and at_most.isdecimal() else at_most)
+    most = int(at_most) if at_most and at_most.isdecimal() else at_most
+    rule = deciding(most, slow)
     if source.suffix == STUDY_ENDING:
         path = output or source.with_suffix(".h5")
         _run(load(source, trials=rule), path, crew, force=force, check=check)

@@ -181,6 +181,7 @@ def decide(
     source: Source | Run,
     *,
     at_most: int | str | None = None,
+    slow: bool | None = None,
     workers: int | None = None,
     output: str | os.PathLike[str] | None = None,
     force: bool = False,
@@ -200,6 +201,9 @@ def decide(
     at_most : int or str, optional
         A number of trials, or a time such as "60 s", after which limits may stay
         undecided; by default 200 000 trials, or more if these take less than a minute.
+    slow : bool, optional
+        Whether to evaluate mainly uncertain trials, of which fewer decide. By default
+        by the kind of model, and of equations of motion by the trials that are needed.
     workers, output, force, model, progress, executor
         As in `tolstat.run`; a run is changed where it is.
     regardless
@@ -224,7 +228,7 @@ def decide(
     >>> run.stopped.reached, run.trials
     (True, 11776)
     """
-    rule = deciding(at_most)
+    rule = deciding(at_most, slow)
     with Workers(workers, executor=executor) as crew:
         if not isinstance(source, Mapping) and Path(source).suffix != STUDY_ENDING:
             return go_on(

@@ -16,10 +16,12 @@ from tolstat.statistics.deciding.chances import (
     Chances,
     Ranking,
     chances,
+    near_chances,
     out_of_limit,
 )
 from tolstat.statistics.deciding.looks import undecided
-from tolstat.statistics.intervals.weights import COLUMNS
+from tolstat.statistics.intervals.weights import COLUMNS, RARE
+from tolstat.statistics.limits.limit import margins
 from tolstat.statistics.sample import Sample
 from tolstat.status import ran_in_order
 from tolstat.study.study import Study
@@ -92,23 +94,24 @@ class ThinnedStages:
     def _proposed(self, trials: Trials) -> Stage:
         """Return the next stage: so many drawn trials as give enough to evaluate."""
         chosen, n = self._chances(trials.first(trials.sampled)), trials.sampled
-        least = max((c.chance.min() for c in chosen), default=1.0)
+        # trials far from all limits have no chance: the others have 1
+        least = max((c.chance.min() for c in chosen), default=1.0) or -1.0
         drawn = int(trials.drawn["thinned-drawn"][n - 1])
         wanted, first, sum_of_chances = max(LEAST, LARGER * n), drawn, 0.0
-        deviations, chance = list[Array](), list[Array]()
-        while sum_of_chances < wanted and drawn - first < MOST_DRAWN:
+        deviations, chance, number = list[Array](), list[Array](), 0
+        while sum_of_chances < wanted and (drawn - first < MOST_DRAWN or not number):
             rows = self._study.random_trials(drawn, drawn + AT_ONCE)
             chances_of_rows = np.ones(AT_ONCE)
             if chosen:
                 chances_of_rows = np.max([c.of_trials(rows) for c in chosen], axis=0)
             sums = sum_of_chances + np.cumsum(chances_of_rows)
-            number = min(int(np.searchsorted(sums, wanted)) + 1, AT_ONCE)
-            coins = uniform(self._study.seed or 0, "trials", number, "thinned", drawn)
-            evaluated = np.flatnonzero(coins < chances_of_rows[:number])
+            last = min(int(np.searchsorted(sums, wanted)) + 1, AT_ONCE)
+            coins = uniform(self._study.seed or 0, "trials", last, "thinned", drawn)
+            evaluated = np.flatnonzero(coins < chances_of_rows[:last])
             deviations.append(rows[evaluated])
             chance.append(chances_of_rows[evaluated])
-            drawn, sum_of_chances = drawn + number, float(sums[number - 1])
-        number = sum(map(len, chance))
+            drawn, sum_of_chances = drawn + last, float(sums[last - 1])
+            number += len(evaluated)
         columns = (
             np.concatenate(chance),
             np.full(number, float(drawn)),
@@ -123,14 +126,22 @@ class ThinnedStages:
         )
 
     def _chances(self, trials: Trials) -> list[Chances]:
-        """Return the chances for each undecided limit; none where no surface ranks."""
-        thinned, n = trials.thinned, len(trials.status)
+        """Return the chances for each undecided limit; none where no surface ranks.
+
+        Once only limits are undecided that permit few, trials far from all of these
+        have no chance: such a limit may be met while another one is undecided.
+        """
+        thinned, n, names = trials.thinned, len(trials.status), [*self.undecided]
         assert thinned
+        limits = self._study.limits
+        rare = [name for name, limit in limits.items() if 1 - limit.demanded < RARE]
+        if only_rare := {*names} <= {*rare}:
+            names, self._rankings = rare, {}
         if n >= REFITTED * self._fitted:
             self._rankings, self._fitted = {}, n
         chosen = []
-        for name in self.undecided:
-            limit, values = self._study.limits[name], trials.response(name)
+        for name in names:
+            limit, values = limits[name], trials.response(name)
             ranking = self._rankings.get(name)
             if ranking is None:
                 ranking = Ranking.fitted(trials.deviations, values, limit)
@@ -140,5 +151,10 @@ class ThinnedStages:
                 return []
             self._rankings[name] = ranking
             out = out_of_limit(values, self.sample.done, limit)
-            chosen.append(chances(ranking, out, thinned, 1 - limit.demanded))
+            permitted, near = 1 - limit.demanded, None
+            if only_rare:
+                distances = margins(values, limit.permitted)
+                distances[~self.sample.done] = -np.inf
+                near = near_chances(ranking, distances, thinned, permitted)
+            chosen.append(near or chances(ranking, out, thinned, permitted))
         return chosen

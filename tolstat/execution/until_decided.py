@@ -1,6 +1,5 @@
 """Stages of a run that ends when every limit is met or not met."""
 
-import math
 import time
 from dataclasses import replace
 
@@ -15,30 +14,26 @@ from tolstat.statistics.deciding.looks import (
     undecided,
 )
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.sample_size import FIRST_STAGE
+from tolstat.statistics.sample_size import FEWEST_RANDOM, FIRST_STAGE, is_thinned
 from tolstat.status import ran_in_order
 from tolstat.store.run_records import Stopped
-from tolstat.study.sampling import BUDGET
 from tolstat.study.study import Study
 
 GROWTH = 2  # times as many rows, once all of them have run
-PATIENCE = 60.0  # s: trials that decide sooner are not thinned
-FEWEST_RANDOM = 2 * FIRST_STAGE  # trials before thinned ones
 
 
 class UntilDecided(StoppingRule):
     """Stages of a tenth until every limit is decided, or the budget is used up.
 
-    If such stages seem to take more than a minute, thinned ones follow. Looks do not
-    depend on where a run was interrupted: it ends as it would have. A budget of time
-    ends a stage, too: of thinned ones the latest then does not count.
+    Of a slow model thinned ones follow. Neither they nor looks depend on the time
+    that trials take, or on where a run was interrupted: it ends as it would have. A
+    budget of time ends a stage, too: of thinned ones the latest then does not count.
     """
 
     def __init__(self, study: Study, thinned: ThinnedStages | None = None) -> None:
         super().__init__(study)
         assert self._until.budget  # else it asks for a precision
         self._budget, self._began = self._until.budget, 0.0
-        self._each, self._handed = math.inf, (0.0, 0)  # s a trial; when, how many
         self._sample, self._open = Sample(np.empty(0, np.uint8)), dict[str, Truths]()
         self._thinned = thinned
 
@@ -46,7 +41,6 @@ class UntilDecided(StoppingRule):
         """Return the trials up to the next look; None at the end, or without rows."""
         self.rows, rows, most = 0, len(trials.status), self._budget.most
         self._began = self._began or time.monotonic()
-        self._clock()
         late = self.is_late(trials)
         if self._thinned:
             if late:
@@ -63,7 +57,7 @@ class UntilDecided(StoppingRule):
             self._look(trials.first(ended))
             if self._is_spent(ended) or not self._open:
                 return None
-            if self._takes_long(ended):
+            if self._is_slow(ended):
                 trials.thin(ended)
                 self._thinned, self.rows = ThinnedStages(self._study, trials), rows
                 return None
@@ -76,7 +70,6 @@ class UntilDecided(StoppingRule):
             self._ask_for(look, rows)
             return None
         deviations, cases = trials.deviations[ended:look], self._study.cases
-        self._handed = time.monotonic(), look - ended
         return Stage(ended, deviations, cases, shortfall=shortfall)
 
     def _next_thinned(self, thinned: ThinnedStages, trials: Trials) -> Stage | None:
@@ -111,20 +104,19 @@ class UntilDecided(StoppingRule):
         seconds = time.monotonic() - self._began
         return ended >= self._budget.trials and seconds >= self._budget.seconds
 
-    def _takes_long(self, ended: int) -> bool:
-        """Return whether plain stages seem to take more than a minute from now on."""
-        if ended < FEWEST_RANDOM or self._each == math.inf:
+    def _is_slow(self, ended: int) -> bool:
+        """Return whether few of the further trials are to be evaluated."""
+        if ended < FEWEST_RANDOM:
             return False
+        if self._until.slow is not None:
+            return self._until.slow
         needed = trials_that_settle(self._open, self._sample, self._study.limits)
-        needed = min(needed, self._budget.trials or BUDGET.trials)
-        return (needed - ended) * self._each > PATIENCE
-
-    def _clock(self) -> None:
-        """Note the time of a trial in the fastest stage: others wait or compile."""
-        began, number = self._handed
-        if number:
-            self._each = min(self._each, (time.monotonic() - began) / number)
-        self._handed = 0.0, 0
+        needed, model = min(needed, self._budget.most), self._study.model
+        return is_thinned(
+            needed - ended,
+            isolated=model.isolation is not None,
+            integrates=model.integrates,
+        )
 
     def _look(self, trials: Trials) -> None:
         self._sample = Sample(trials.status)

@@ -52,6 +52,9 @@ class Response:
     # bounds, SI, by definition: a share lies between 0 and 1. An open end is
     # infinite. Intervals of its mean use them
     range: tuple[float, float] | None = None
+    # whether it is zero but for the integration error, as the rest of a balance of
+    # energy: then it says how large that is, and has none beside itself
+    residual: bool = False
 
 
 class StudyNumber(NamedTuple):

@@ -12,6 +12,8 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import TightLayoutEngine
+from matplotlib.legend import Legend
 from matplotlib.patches import Patch
 from matplotlib.ticker import AutoLocator, MaxNLocator, NullLocator
 from scipy.special import ndtri
@@ -65,6 +67,8 @@ LOOKS: dict[str, dict[str, Any]] = {
     "rings": {**LARGE, "fillstyle": "none"},
 }
 MOST_POINTS = 2000  # of a scatter, above which it is rasterised
+EDGE = 0.4  # of a letter: around all that is drawn
+TITLE_EDGE = 0.05  # inches above the title of a file: less than twice `EDGE`
 TICKS = 5  # along an axis of a small picture: each costs
 NAME = 28  # letters of a name in a line beside an axis
 MOST_WORDS = 32  # along an axis; of more some are written
@@ -92,13 +96,16 @@ def draw(picture: Plot | Table, title: str) -> Figure:
     """
     with mpl.rc_context(STYLE):
         figure = _table(picture) if isinstance(picture, Table) else _figure(picture)
-        figure.suptitle(visible(title), x=0.01, ha="left", fontsize=11)
+        top = 1 - TITLE_EDGE / figure.get_figheight()
+        figure.suptitle(visible(title), x=0.01, y=top, ha="left", fontsize=11)
     return figure
 
 
 def _figure(plot: Plot) -> Figure:
     """Return drawn panels, with one legend above them or one for each."""
-    figure = Figure(figsize=(plot.width, plot.height), layout="constrained")
+    figure = Figure(figsize=(plot.width, plot.height))
+    whole: Any = None  # as `rect`: any other measures each word twice
+    figure.set_layout_engine(TightLayoutEngine(pad=EDGE, rect=whole))
     n = len(plot.panels)
     if plot.side_by_side:
         grid = figure.subplots(1, max(n, SLOTS), sharey=True, squeeze=False)[0]
@@ -117,9 +124,7 @@ def _figure(plot: Plot) -> Figure:
         else:
             _thin_out(axes)
             if axes is grid[0] and handles:
-                ncols = _columns("", handles, figure)
-                figure.legend(handles=handles, loc="outside upper left", ncols=ncols,
-                              **CLOSE)  # fmt: skip
+                _draw_handles(axes, "", handles)
     return figure
 
 
@@ -184,10 +189,16 @@ def _draw_legend(axes: Axes, panel: PlotPanel, handles: list[Any]) -> None:
         right.set_ylabel(panel.right.y.label)
         handles += _draw_panel(right, panel.right)
     if handles:
-        ncols = _columns(panel.title, handles, axes.figure)
-        corner: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}
-        legend = axes.legend(handles=handles, ncols=ncols, **corner, **CLOSE)
-        legend.set_in_layout(len(handles) > ncols)  # further lines need room
+        legend, lines = _draw_handles(axes, panel.title, handles)
+        legend.set_in_layout(lines > 1)  # further lines need room
+
+
+def _draw_handles(axes: Axes, title: str, handles: list[Any]) -> tuple[Legend, int]:
+    """Draw a legend above a panel, beside its title; return how many lines it has."""
+    ncols = _columns(title, handles, axes.figure)
+    corner: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}
+    legend = axes.legend(handles=handles, ncols=ncols, **corner, **CLOSE)
+    return legend, -(-len(handles) // ncols)
 
 
 def _columns(title: str, handles: list[Any], figure: Any) -> int:

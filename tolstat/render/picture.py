@@ -33,6 +33,7 @@ STYLE: dict[Any, Any] = {
     "grid.linewidth": 0.6,
     "lines.linewidth": 1.2,
     "legend.frameon": False,
+    "axes.formatter.useoffset": False,  # 20.004, not 0.004 below +2e1
     "text.parse_math": False,  # titles and names are from users
     "legend.fontsize": 9,
     "svg.hashsalt": "tolstat",  # the same picture is the same file
@@ -54,7 +55,12 @@ PAGE_STYLE = {
         ("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize",
          "ytick.labelsize", "legend.fontsize"), SMALLEST,
     ),
-    "svg.fonttype": "path",
+    # where a grid shows the place, ticks tell nothing and take their time
+    **dict.fromkeys(("xtick.bottom", "ytick.left"), False),
+    **dict.fromkeys(("xtick.major.size", "ytick.major.size"), 0.0),
+    # words stay words: a page is a quarter smaller, and they are found by a search
+    "svg.fonttype": "none",
+    "font.sans-serif": ["DejaVu Sans", "Verdana", "sans-serif"],  # of one width
 }  # fmt: skip
 _numbers = count(1)
 
@@ -97,6 +103,7 @@ def inline(figure: Figure, alternative: str) -> Markup:
     # its style would apply to the whole page; page.css has the same rules
     svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg, flags=re.DOTALL)
     svg = svg.replace(INK, "currentColor").replace(GRID, "var(--grid)")
+    svg = svg.replace(LIMIT, "var(--not-met)")
     prefix = f"p{next(_numbers)}-"
     svg = re.sub(r'(\bid="|href="#|url\(#)', rf"\1{prefix}", svg)
     # lines to a hundredth of a point

@@ -35,7 +35,7 @@ from tolstat.statistics.intervals.weighted_estimates import (
     weighted_quantiles,
     weighted_share,
 )
-from tolstat.statistics.intervals.weights import Thinned, Weights
+from tolstat.statistics.intervals.weights import RARE, Thinned, Weights
 from tolstat.status import Status
 
 SQUARED = 1e-100, 1e100  # sizes between which squares are finite and not 0
@@ -111,6 +111,16 @@ class Sample(NamedTuple):
     def first(self, trials: int) -> Sample:
         """Return the first trials."""
         return self._replace(status=self.status[:trials])
+
+    def telling(self, permitted: float) -> Sample:
+        """Return the trials that tell of a limit with this permitted share.
+
+        Trials without a chance count as within a limit that permits few.
+        """
+        if self.thinned is None or permitted < RARE:
+            return self
+        number = self.thinned.covering
+        return self.first(number)._replace(thinned=self.thinned.first(number))
 
     @property
     def failures(self) -> Estimate:

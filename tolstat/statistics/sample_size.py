@@ -25,6 +25,8 @@ from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
 DECIDE = "decide"  # how a rule begins that asks for the verdict of every limit
 FIRST_STAGE = 1024  # trials of the first stage
+FEWEST_RANDOM = 2 * FIRST_STAGE  # trials before thinned ones
+MOST_PLAIN = 60_000  # trials of equations of motion: about a minute
 RESERVE = 1.1  # times the trials that the first stage suggests
 MOST_GROWTH = 8  # times as many trials are predicted, at most
 # in 5 % of studies a quantile in a gap has a narrow interval, always wrong: so that of
@@ -146,6 +148,15 @@ def next_stage(trials: int, needed: float) -> int:
     """
     most = min(needed, MOST_GROWTH * trials)
     return STAGE_MULTIPLE * math.ceil(most / STAGE_MULTIPLE)
+
+
+def is_thinned(further: float, *, isolated: bool, integrates: bool) -> bool:
+    """Return whether so many further trials are thinned where a study does not say.
+
+    Only the kind of its model counts, not how fast a machine is: so a study has the
+    same trials on all machines. One evaluated in other processes is slow.
+    """
+    return isolated or (integrates and further > MOST_PLAIN)
 
 
 def trials_needed(good: Truths, sample: Sample, demanded: float) -> int:

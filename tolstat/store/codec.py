@@ -4,7 +4,7 @@ Texts, numbers and tuples of these are attributes, arrays are datasets. A mappin
 group of these, and so is a tuple of records, by their names. A mapping of mappings is a
 group of arrays over their keys. A record of attributes alone is stored among the
 attributes of its owner, with the name of the field in front (`limit_words`). Any other
-record is a group. None and empty values are not written.
+record is a group. None, False and empty values are not written.
 """
 
 import dataclasses
@@ -32,7 +32,8 @@ def write_record(owner: h5py.HLObject, record: Any, prefix: str = "") -> None:
     for field in fields_of(kind):
         value, stored = getattr(record, field.name), field.stored
         name = prefix + stored.name
-        if value is None or (isinstance(value, str | Sequence | Mapping) and not value):
+        empty = isinstance(value, bool | str | Sequence | Mapping) and not value
+        if value is None or empty:
             continue
         if stored.columns is not None:
             columns = _by_key(value)
@@ -91,8 +92,8 @@ def _read(owner: h5py.HLObject, name: str, field: Field) -> Any:
         return _take(owner, name, kind)
     if field.optional:
         return None
-    if kind is str:
-        return ""
+    if kind in (bool, str):
+        return kind()
     if _is_group(kind) or get_origin(kind) is tuple:
         return _collected(kind, (), ())
     raise KeyError(f"{owner.name} has no {name}")

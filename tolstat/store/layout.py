@@ -164,7 +164,12 @@ class Extent(NamedTuple):
 
 def columns_of(file: h5py.File) -> list[str]:
     """Return the names of the columns that make up a row, status last."""
-    names = [name for name, item in file.items() if isinstance(item, h5py.Dataset)]
+    items = file.items()
+    return in_order(name for name, item in items if isinstance(item, h5py.Dataset))
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Return which of the datasets of a file make up a row, status last."""
     return [*(name for name in names if name not in (TRIAL, STATUS)), STATUS]
 
 

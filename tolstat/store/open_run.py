@@ -122,7 +122,7 @@ def _damage_of(
     """Compare the checksums of a run with its columns, the status read first."""
     ran = columns[STATUS] != Status.NOT_RUN
     stored = file[layout.CHECKSUM][...]
-    differs = fingerprints([columns[n] for n in layout.columns_of(file)]) != stored
+    differs = fingerprints([columns[n] for n in layout.in_order(columns)]) != stored
     damaged = ~ran | differs if complete else ran & differs
     # a writer stores the status last
     stored_alone = complete or file[layout.NOMINAL][STATUS][()] != Status.NOT_RUN

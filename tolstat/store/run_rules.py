@@ -189,7 +189,8 @@ def _thinned(run: Run) -> bool:
         and 0 < rows.plain <= run.trials
         and np.abs(rows.drawn).max() <= MOST_DRAWN
         and not np.any(np.diff(rows.drawn) < 0)
-        and bool(np.all((rows.least > 0) & (rows.least <= rows.chance)))
+        and bool(np.all((rows.least != 0) & (np.abs(rows.least) <= rows.chance)))
+        and rows.least[0] > 0
         and bool(np.all(rows.chance <= 1))
     )
 

@@ -92,7 +92,8 @@ def read_attribute(owner: h5py.HLObject, name: str, missing: Any = NEEDED) -> An
     text = kind.get_class() == h5py.h5t.STRING and kind.is_variable_str()
     if not (plain or text) or space.get_simple_extent_ndims() > 1:
         raise ValueError(f"its attribute {name} is of another type")
-    values = np.empty(attribute.shape, attribute.dtype)
+    # of what is open already: an attribute opens both again
+    values = np.empty(space.get_simple_extent_dims(), kind.dtype)
     attribute.read(values)
     if values.dtype != object:
         return values.tolist()

@@ -237,8 +237,8 @@ class Run(Plan):
         """
         values, limit = self.columns[response], self.limits[response]
         precise = np.full(len(values), np.nan)
-        if self.audited:
-            precise[self.audited.trials] = self.audited.responses[response]
+        if audited := self.audit_of(response):
+            precise[audited.trials] = audited.responses[response]
         trials = worst_trials(values, self.status, limit, count)
         values = np.where(np.isnan(precise), values, precise)[trials]
         order = np.argsort(margins(values, limit.permitted), kind="stable")
@@ -264,6 +264,14 @@ class Run(Plan):
                     number.value, {}, 0, case.failed
                 )
         return cases
+
+    def audit_of(self, response: str) -> records.Audited | None:
+        """Return the audit of a response; None without one, and of a residual.
+
+        A residual is itself the error of an integration, so it has none.
+        """
+        (described,) = (x for x in self.responses if x.name == response)
+        return None if described.residual else self.audited
 
     @property
     def deciding(self) -> bool:

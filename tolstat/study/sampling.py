@@ -31,6 +31,7 @@ KINDS = ("mean", "sigma", "median", "beyond")  # of a stopping rule
 EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
 Rule = str | Mapping[str, Any]  # a stopping rule: the key `trials` of a study
 AT_MOST = ", at most "  # before the budget of a rule
+SLOW = {True: ", slow", False: ", not slow", None: ""}  # after it
 FIRST_ROWS, MOST_ROWS = 8192, 4_000_000  # trials of such a run: first, at most
 
 
@@ -202,6 +203,7 @@ class Until(NamedTuple):
     # of a run that ends when every limit is decided; it has no precisions, and its
     # first trials are `at_most`
     budget: Budget | None = None
+    slow: bool | None = None  # whether it evaluates few trials; None: see `is_thinned`
 
 
 def decides(trials: object) -> bool:
@@ -209,25 +211,38 @@ def decides(trials: object) -> bool:
     return (trials.get("until") if isinstance(trials, dict) else trials) == DECIDE
 
 
-def deciding(at_most: int | str | None = None) -> Rule:
+def deciding(at_most: int | str | None = None, slow: bool | None = None) -> Rule:
     """Return the key `trials` that asks for every verdict within a budget."""
-    return DECIDE if at_most is None else {"until": DECIDE, "at_most": at_most}
+    keys = {"at_most": at_most, "slow": slow}
+    keys = {name: value for name, value in keys.items() if value is not None}
+    return {"until": DECIDE, **keys} if keys else DECIDE
+
+
+def with_slow(rule: object, written: object) -> object:
+    """Return the key `trials` in place of one as written, whose `slow` it keeps."""
+    if not (decides(rule) and decides(written) and isinstance(written, dict)):
+        return rule
+    keys = {"slow": written["slow"]} if "slow" in written else {}
+    return keys | rule if isinstance(rule, dict) else {"until": DECIDE, **keys}
 
 
 def rule_stored(rules: Sequence[str]) -> Rule | None:
     """Return the key `trials` of a run by its rules; None if it has others."""
     if not rules or not (rule := rules[0]).startswith(DECIDE):
         return None
-    at_most = rule.removeprefix(DECIDE).removeprefix(AT_MOST)
+    words = rule.removeprefix(DECIDE)
+    slow = next(key for key, word in SLOW.items() if words.endswith(word))
+    at_most = words.removesuffix(SLOW[slow]).removeprefix(AT_MOST)
     trials = at_most.removesuffix(" trials")
-    return deciding(int(trials) if trials != at_most else at_most or None)
+    return deciding(int(trials) if trials != at_most else at_most or None, slow)
 
 
 def _read_deciding(keys: Rule, limited: Collection[str]) -> Until:
     """Return the rule that ends a run when every limit is decided."""
-    at_most = None
+    at_most = slow = None
     if isinstance(keys, Mapping):
-        at_most = read_entry(DecideEntry, keys, "there is").at_most
+        entry = read_entry(DecideEntry, keys, "there is")
+        at_most, slow = entry.at_most, entry.slow
     if not limited:
         raise StudyError(f"no limit to decide; add one to [limits], {EXAMPLE}")
     budget, words = BUDGET, ""
@@ -239,7 +254,8 @@ def _read_deciding(keys: Rule, limited: Collection[str]) -> Until:
         if at_most < 1:
             raise StudyError(f"at_most = {at_most}: a whole number from 1 is expected")
         budget, words = Budget(at_most, 0.0), f"{AT_MOST}{at_most} trials"
-    return Until((), min(FIRST_ROWS, budget.most), (DECIDE + words,), {}, budget)
+    words = f"{DECIDE}{words}{SLOW[slow]}"
+    return Until((), min(FIRST_ROWS, budget.most), (words,), {}, budget, slow)
 
 
 def read_until(

@@ -53,6 +53,7 @@ from tolstat.study.sampling import (
     read_sampling,
     read_until,
     warnings_of,
+    with_slow,
 )
 from tolstat.study.settings_section import (
     NOMINAL,
@@ -276,7 +277,7 @@ def load(
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
     text, table = read_toml(path or cast(Mapping[str, Any], source))
-    typed = {"trials": trials, "seed": seed}
+    typed = {"trials": with_slow(trials, table.get("trials")), "seed": seed}
     table |= {key: value for key, value in typed.items() if value is not None}
     document = checked(table, problems, partial(_section_of, model=model))
     document = with_link_tables(document, problems)

@@ -134,6 +134,10 @@ class DecideEntry(Entry):
     at_most: int | str | None = key(
         'a number of trials, or a time such as "60 s"', None
     )
+    slow: bool | None = key(
+        "whether few trials are evaluated: true or false; else by the kind of model",
+        None,
+    )
 
 
 class RareEntry(Entry):

@@ -1,8 +1,8 @@
 /* Read scenarios of a page's data: node scenarios.js DATA.json CHANGES.json, to JSON. */
 const {readFileSync} = require('fs');
-const {Explorer} = require('../../../tolstat/answers/explore/model.js');
+const {Explorer, parsed} = require('../../../tolstat/answers/explore/model.js');
 
-const [data, changes] = process.argv.slice(2).map(path => JSON.parse(readFileSync(path)));
+const [data, changes] = process.argv.slice(2).map(path => parsed(readFileSync(path, 'utf8')));
 const explorer = new Explorer(data);
 
 function scenarioOf({entries = {}, limits = {}}) {
@@ -10,8 +10,8 @@ function scenarioOf({entries = {}, limits = {}}) {
   for (const [name, {half, grade, ...state}] of Object.entries(entries)) {
     const i = explorer.entries.findIndex(entry => entry.name === name);
     Object.assign(scenario.entries[i], state);
-    if (half) scenario.entries[i] = explorer.resized(i, scenario.entries[i], half);
-    if (grade) scenario.entries[i] = explorer.graded(i, scenario.entries[i], grade);
+    if (half) scenario = explorer.with(scenario, i, 'half', half);
+    if (grade) scenario = explorer.with(scenario, i, 'grade', grade);
   }
   for (const [name, limit] of Object.entries(limits)) {
     const r = explorer.responses.findIndex(response => response.name === name);

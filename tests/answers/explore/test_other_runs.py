@@ -44,7 +44,7 @@ def test_batches_correlations_and_formulas(entries, deviations, sampling, tmp_pa
         chain(correlation={"H": {"d": 0.5}}, sampling=sampling, trials=trials)
     )
     (reading,) = readings(tolstat.explore(run), tmp_path, [{"entries": entries}])
-    answer = tolstat.what_if(run, deviations).responses["gap"].scenario
+    answer = tolstat.what_if(run, deviations, evaluate=True).responses["gap"].scenario
     gap = reading["responses"]["gap"]
     share = answer.limited.yields.fraction_out_of_limit.value
     assert 0 < share < 1
@@ -163,7 +163,7 @@ def test_cases_are_evaluated_and_a_limit_of_all_moves_as_one(tmp_path):
     drawing, reading = readings(explored, tmp_path, [{}, change])
     answer = tolstat.what_if(
         run, {"H": {"tolerance": "+-0.1 mm", "nominal_shift": "0.02 mm"}},
-        limits={"gap": "1.6..2.2 mm"},
+        limits={"gap": "1.6..2.2 mm"}, evaluate=True,
     )  # fmt: skip
     for name, gap in reading["responses"].items():
         scenario = answer.responses[name].scenario

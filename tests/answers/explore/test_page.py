@@ -48,10 +48,16 @@ def test_typing_changes_card_command_and_study(explored, page, tmp_path):
     assert toml == reading["toml"]
 
 
-def test_a_card_names_the_limit_that_is_not_met(tmp_path):
-    path = tmp_path / "gaps.h5"
+@pytest.fixture(scope="module")
+def gaps(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("gaps")
+    path = folder / "gaps.h5"
     run = tolstat.run(ROOT / "runs" / "gaps.toml", trials=10_000, output=path)
-    page = tolstat.explore(run).save(tmp_path / "gaps.html")
+    return run, tolstat.explore(run).save(folder / "gaps.html")
+
+
+def test_a_card_names_the_limit_that_is_not_met(gaps, tmp_path):
+    run, page = gaps
     entries = [
         entry.written.name for entry in tolstat.explore(run).data.entries.entries
     ]
@@ -74,6 +80,25 @@ def test_a_card_names_the_limit_that_is_not_met(tmp_path):
     shown = dict(asked(page, tmp_path, 1200, normal))
     assert not shown["play"]
     assert shown["ring_play"]
+
+
+def test_each_limit_has_its_ppk_in_each_scenario(gaps, tmp_path):
+    rows = (
+        "[...document.querySelectorAll('[data-limits]')].map(row =>"
+        " [...row.cells].map(cell => cell.textContent.trim()))"
+    )
+    table = {row[0]: row[1:] for row in asked(gaps[1], tmp_path, 1200, rows)}
+    limits = tolstat.report(gaps[0]).limits
+    assert {*table} == {*limits}
+    for name, limited in limits.items():
+        ppk = limited.equivalent_ppk
+        drawing = table[name][0]
+        assert drawing.startswith(limited.yields.verdict)
+        assert f"({_plain(ppk.lower)} to {_plain(ppk.upper)})" in drawing
+
+
+def _plain(x):
+    return "infinite" if x == float("inf") else f"{x:#.3g}"
 
 
 def test_a_slider_and_a_curve_move_as_typing_does(page, tmp_path):

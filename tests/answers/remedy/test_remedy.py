@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -261,9 +262,35 @@ def test_conditions_and_measured_parts_are_fixed_by_default(tmp_path):
     study = {"model": "heated", "trials": 500, "seed": 1, "deviations": entries,
              "limits": {"gap": "-0.5..0.5 mm"}}  # fmt: skip
     run = tolstat.run(study, model=Heated(), output=tmp_path / "heated.h5")
+    run = replace(run, times={**run.times, "seconds": 0.01})  # on any machine
     assert fixed_contributors(run) == {"heat", "turn"}
     remedy = remedy_of(run)  # the model is the caller's: no fresh trials
     assert remedy.evidence is Evidence.PREDICTED and [*remedy.entries] == ["length"]
+    assert str(remedy.proving).startswith(f"tolstat report {run.path} --machine")
+    (said, *_) = steps_of(tolstat.summary(run))
+    assert f"Prove it: {remedy.proving}" in said
+
+    proved = tolstat.summary(run, model=Heated()).findings.remedy
+    assert proved.evidence is Evidence.PROVED and not proved.proving
+    assert [*proved.entries] == ["length"]
+
+    class Other(Heated):
+        failures = {"stuck": "the length sticks"}
+
+    other = tolstat.summary(run, model=Other()).findings.remedy
+    assert other.evidence is Evidence.PREDICTED and "differ" in other.note
+
+
+def test_a_size_keeps_its_sign(tmp_path):
+    links = {
+        "stop": {"nominal": "1 deg", "tolerance": "+-0.2 deg"},
+        "arm": {"nominal": "30 deg", "tolerance": "+-0.2 deg", "fixed": True},
+    }
+    study = stack() | {"links": links, "settings": {"gap": "arm - stop"}}
+    study["limits"] = {"gap": "32..40 deg"}  # a stop at -4 deg would do
+    remedy = remedy_of(ran(study, tmp_path))
+    moved = [change.shift for change in remedy.changes]
+    assert all(shift >= -math.radians(1) for shift in moved) and not remedy.met
 
 
 def test_fresh_trials_that_all_fail_prove_nothing(tmp_path, monkeypatch):
@@ -312,8 +339,6 @@ def test_limits_that_are_met_need_no_remedy(tmp_path, limit):
 
 
 def test_a_part_of_a_run_has_no_remedy(tmp_path):
-    from dataclasses import replace
-
     run = ran(bought(), tmp_path)
     assert remedy_of(replace(run, complete=False)) is None
 

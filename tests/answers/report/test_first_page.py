@@ -246,6 +246,8 @@ def test_a_chain_is_drawn_and_fits_one_sheet(stack, tmp_path):
     assert [words.split(" of ")[0] for words in descriptions] == [
         "Histogram", "Chain", "Waterfall", "Contributions, the largest first",
     ]  # fmt: skip
+    behind = [each.alt.split(":")[0] for each in figures_in(*document.blocks[1:])]
+    assert "Contributions, the largest first" not in behind and len(behind) == 3
     tiles = tiles_of(document)
     assert words_of(tiles["yield, this limit, %"]).split()[0] == "99.50"
     bars = found.plot("Waterfall").axes[0].containers[-1]

@@ -207,6 +207,34 @@ def test_an_error_that_is_visible_beside_sigma_is_said_without_a_limit():
     assert not tolstat.summary(tolstat.run(study, model=Rough())).warnings
 
 
+@pytest.mark.parametrize(
+    ("declared", "word"), [(True, "not met"), (False, "undecided (integration error)")]
+)
+def test_a_residual_has_no_integration_error(declared, word):
+    """It is one, all of it; a limit of it judges this run."""
+
+    class Balance(Rough):
+        def describe(self, settings):
+            rest = Response("rest", "N", residual=declared)
+            return Description((Contributor("part", "m"),), (rest,))
+
+        def evaluate(self, deviations, settings):
+            return Outcome(settings.rtol * np.sin(3e3 * deviations))
+
+    study = {
+        "model": "rough", "trials": 4000, "seed": 3, "settings": {"rtol": 0.1},
+        "deviations": {"part": "+-3 mm"},
+    }  # fmt: skip
+    run = tolstat.run(study, model=Balance(), progress=None)
+    kinds = [warning.kind for warning in tolstat.summary(run).warnings]
+    assert ("numbers" in kinds or "errors" in kinds) is not declared
+    errors = tolstat.report(run).responses["rest"].integration_errors
+    assert (errors is None) is declared
+    study["limits"] = {"rest": "-0.05..0.05 N"}
+    found = tolstat.summary(tolstat.run(study, model=Balance(), progress=None))
+    assert found.limits["rest"].yields.words == word
+
+
 def test_a_limit_missed_with_visible_errors_has_no_remedy():
     study = {
         "model": "rough", "trials": 4000, "seed": 3, "settings": {"rtol": 0.075},

@@ -116,15 +116,12 @@ def _verdicts(comparison: Comparison) -> Section:
     rows: list[Row] = [
         {
             "response": text(Name(name), f" {design.label}"),
-            **limit_row(
-                limited, design.done + design.failed, design.failed,
-                weighted=response.weighted,
-            ),
+            **limit_row(limited, design.done + design.failed, design.failed),
         }
         for name in comparison.responses
         for design in comparison.designs
         if (response := design.responses.get(name)) and (limited := response.limited)
-    ]  # fmt: skip
+    ]
     caption = _trials_of_all(comparison)
     table = table_of(rows, "Verdicts", caption=caption, look="verdicts")
     return blocks.section("", table, page_only=True)

@@ -77,8 +77,8 @@ def distribution_table(kind: Kind) -> dict[str, Any]:
         "keys": kind.keys,
         "mean": (spread.mean - zone.middle) / zone.half,
         "sigma": spread.sigma / zone.half,
-        "deviations": packed(deviations[::EVERY], "<f8"),
-        "log_slope": None if slope is None else packed(np.log(slope)[::EVERY], "<f8"),
+        "deviations": packed(deviations[::EVERY], "f8"),
+        "log_slope": None if slope is None else packed(np.log(slope)[::EVERY], "f8"),
     }
 
 
@@ -109,7 +109,7 @@ def keys_in_zone(keys: dict[str, Any], distribution: Distribution) -> dict[str, 
             across = [(spot - zone.middle) / zone.half for spot in places]
             moving[key] = {"across": across}
         elif key in WIDTHS and typed is not None:
-            moving[key] = {"times": typed / zone.half}
+            moving[key] = {"times": [typed / zone.half]}
         else:
             moving[key] = value
     return moving

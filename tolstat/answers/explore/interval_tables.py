@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from scipy.special import gammaincinv, ndtr
+from scipy.special import gammaincinv, log_ndtr, ndtr
 
 from tolstat.answers.explore.packed import packed
 from tolstat.deviations.density_ratio import (
@@ -27,13 +27,15 @@ LAST_DECADE, PER_DECADE = 7, 40  # of the shapes of a gamma distribution
 def interval_tables(trials: int) -> dict[str, Any]:
     """Return the tables for a run of so many trials.
 
-    Intervals of counts, factors of the interval of weighted counts, areas below normal
-    scores, and from where on weighted trials are not trusted.
+    Intervals of counts, factors of the interval of weighted counts, areas below and
+    around normal scores, and from where on weighted trials are not trusted.
     """
     first = np.arange(min(trials, COUNTED) + 1)
     larger = np.geomspace(max(len(first) - 1, 1), trials, COUNTED)
     counts = np.unique(np.concatenate([first, larger.round()])).astype(int)
     shares = [anytime_valid(int(count), trials) for count in counts]
+    scores = SCORES[::EVERY]
+    areas = np.pad(ndtr(scores), 1, "edge")
     shapes = np.logspace(0, LAST_DECADE, LAST_DECADE * PER_DECADE + 1)
     miss = (1 - CONFIDENCE) / 2
     return {
@@ -47,7 +49,8 @@ def interval_tables(trials: int) -> dict[str, Any]:
             "upper": (gammaincinv(shapes, 1 - miss) / shapes).tolist(),
             "last": LAST_DECADE,
         },
-        "areas": packed(ndtr(SCORES[::EVERY]), "<f8"),
+        "log_areas": packed(log_ndtr(scores), "f8"),
+        "masses": packed(0.5 * (areas[2:] - areas[:-2]), "f8"),
         "farthest": FARTHEST,
         "least_effective": LEAST_EFFECTIVE,
         "most_uncovered": MOST_UNCOVERED,

@@ -7,21 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from tolstat.answers.explore.formula_trees import ChainFormulas
 from tolstat.answers.explore.interval_tables import interval_tables
 from tolstat.answers.explore.packed import packed
-from tolstat.answers.explore.page_entries import PageEntries
+from tolstat.answers.explore.page_entries import PageEntries, track
 from tolstat.answers.explore.page_trials import (
     density_scores,
     page_trials,
     sampled_scores,
 )
+from tolstat.answers.explore.scripted_formulas import ChainFormulas
 from tolstat.answers.next_steps import as_typed
 from tolstat.answers.report.summaries import summaries_of
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Integers
-from tolstat.deviations.dependence import correlations, equal_parts
+from tolstat.deviations.dependence import correlations
 from tolstat.deviations.names import expand
 from tolstat.deviations.spread import spread_of
 from tolstat.statistics.limits.limit import DEMANDED
@@ -30,6 +30,8 @@ from tolstat.store.files_beside import free_name
 from tolstat.store.stored_run import Run
 from tolstat.study.study import Study
 from tolstat.toml import toml_key, toml_keys
+
+REACH = 8.0  # sigmas: how far from the mean the slider of a limit goes
 
 
 class PageData:
@@ -40,8 +42,8 @@ class PageData:
         self.summaries = summaries_of(sampled)
         deviating = study.deviating.distributions
         formulas = ChainFormulas(study.model, study.settings)
-        self.trees = {} if run.swept else formulas.trees(deviating)
-        self.evaluated = bool(self.trees)
+        self.formulas = {} if run.swept else formulas.scripts(deviating)
+        self.evaluated = bool(self.formulas)
         spreads = {name: spread_of(x) for name, x in deviating.items()}
         self.turning = formulas.turning(spreads) if self.evaluated else {}
         self.entries = PageEntries(
@@ -74,15 +76,9 @@ class PageData:
         entries, kinds = self.entries.data(places)
         study = run.study_file or run.path.with_suffix(".toml")
         return {
-            "title": run.title,
-            "model": run.model,
-            "file": run.path.name,
             "path": str(as_typed(run.path)),
             "fresh": str(as_typed(free_name(study, "explore"))),
             "machine": run.machine,
-            "version": run.made.get("version_tolstat", ""),
-            "started": run.made.get("started_at", "")[:10],
-            "sampling": run.sampling,
             "random": not sampled.sample.replicates,
             "evaluated": self.evaluated,
             "correlated": not run.independent,
@@ -117,13 +113,10 @@ class PageData:
             "entry": moving.get(name, -1),
             "nominal": sizes[name] or 0.0,
         }
-        equal = equal_parts(name, self.study.deviating.dependence)
-        if name != equal[0] and not self.evaluated:
-            part["repeats"] = True
         if self.evaluated and name not in moving:  # it stays as it was sampled
             spread = spread_of(self.study.deviating.distributions[name])
             part |= {
-                "fixed": packed(self.sampled.values(name)[places], "<f4"),
+                "fixed": packed(self.sampled.values(name)[places], "f4"),
                 "lower": spread.lower,
                 "upper": spread.upper,
                 "mean": spread.mean,
@@ -145,15 +138,15 @@ class PageData:
         ]
 
     def _response(self, name: str, places: Integers) -> dict[str, Any]:
-        run, limited = self.run, self.summaries[name].limited
+        run, summary = self.run, self.summaries[name]
+        limited, mean = summary.limited, summary.mean.value
+        reach = REACH * summary.sigma.value
         written, demand = self._limit_entry(name)
         limit, scale = run.limits.get(name), run.scales[name]
-        sentences = {response.name: response.sentence for response in run.responses}
         data: dict[str, Any] = {
             "name": name,
             "limit_entry": written,
             "key": toml_key(written),
-            "sentence": sentences[name],
             "unit": scale.mark,
             "factor": scale.factor,
             "nominal": run.nominal_values[name],
@@ -161,6 +154,7 @@ class PageData:
             "upper": limit.upper if limit else None,
             "demanded": limit.demanded if limit else DEMANDED,
             "demand": demand,
+            "track": track(mean - reach, mean + reach, scale.factor),
             "run": None,
             "normal": self._is_normal(name),
         }
@@ -168,13 +162,12 @@ class PageData:
             data["run"] = {
                 "out": [*limited.yields.fraction_out_of_limit[:3]],
                 "verdict": limited.yields.verdict,
-                "words": limited.yields.words,
             }
         if self.evaluated:
-            data["formula"] = self.trees[name]
+            data["formula"] = self.formulas[name]
             data["turning"] = self.turning[name]
         else:
-            data["values"] = packed(self.sampled.values(name)[places], "<f4")
+            data["values"] = packed(self.sampled.values(name)[places], "f4")
         return data
 
     def _is_normal(self, name: str) -> bool:

@@ -1,5 +1,6 @@
 """Entries of a study as a page moves them, and the parts that they are of."""
 
+import math
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from typing import Any, NamedTuple
@@ -31,6 +32,9 @@ GRADES = [
     *(f"IT{number}" for number in range(5, 14)),
     *(f"{letter}{number}" for letter in ("h", "js", "H") for number in range(5, 13)),
 ]
+# of sliders, in half widths of the drawing: of the half width, of the shift; less far
+# where trials are weighted
+RANGES = {True: ((0.1, 2.0), 1.0), False: ((0.2, 1.2), 0.5)}
 EQUAL = 1e-6  # of half a zone: read again it is the same
 ONE_ENTRY = "its batch has several entries"
 A_MEAN = "its mean lies anywhere within a range"
@@ -144,10 +148,11 @@ class PageEntries:
         scale, part = self.run.scales[first], self.contributors[first]
         data: dict[str, Any] = {
             "name": written.name,
-            "members": [parts[name] for name in entry.members if name in parts],
+            "members": [
+                parts[n] for n in filter(self._counts, entry.members) if n in parts
+            ],
             "parts": len(entry.members),
             "section": written.section,
-            "sentence": part.sentence,
             "unit": scale.mark,
             "factor": scale.factor,
             "key": toml_key(written.name),
@@ -186,7 +191,14 @@ class PageEntries:
         rest = {k: x for k, x in keys.items() if k not in KEYS and k != "nominal"}
         sized = first in self.study.deviating.sized
         grades, tolerance = grades_of(part, keys), str(keys.get("tolerance", ""))
+        size, half, factor = part.size or 0.0, zone.half, self.run.scales[first].factor
+        (small, large), shift = RANGES[self.evaluated]
         return {
+            "tracks": {
+                "nominal": track(size - 2 * half, size + 2 * half, factor),
+                "half": track(small * half, large * half, factor),
+                "shift": track(-shift * half, shift * half, factor),
+            },
             "lower": zone.lower,
             "upper": zone.upper,
             "centre": fixed_point(distribution, sized=sized),
@@ -200,10 +212,28 @@ class PageEntries:
             "grades": grades,
         }
 
+    def _counts(self, name: str) -> bool:
+        """Tell whether a part has a weight: of equal ones the first."""
+        equal = equal_parts(name, self.study.deviating.dependence)
+        return self.evaluated or name == equal[0]
+
     def groups(self, parts: Mapping[str, int]) -> list[list[str]]:
         """List the dependent groups of the parts of a page."""
         dependence = self.study.deviating.dependence
         return [g for g in dependent_groups(parts, dependence) if len(g) > 1]
+
+
+def track(low: float, high: float, factor: float) -> list[float]:
+    """Return ends and step of a slider, in the unit shown: round numbers.
+
+    Without two ends, as where no trial is done, it does not move.
+    """
+    width = factor * (high - low)
+    if not width > 0:
+        return [0.0, 0.0, 1.0]
+    step = 10.0 ** math.floor(math.log10(width / 100))
+    ends = (round(factor * end / step) * step for end in (low, high))
+    return [float(f"{x:.7g}") for x in (*ends, step)]
 
 
 def zone_text(zone: Tolerance, scale: Scale) -> str:

@@ -33,20 +33,19 @@ class PageTrials:
 
     def data(self, scores: Sequence[Array]) -> dict[str, Any]:
         """Return them as data, with float64[trial] scores of each part."""
-        table = np.array(scores).reshape(len(scores), -1)
         small = self.bits == 16
-        kind = "<i2" if small else "<f4"
+        kind, unit = ("i2", FARTHEST / WHOLE) if small else ("f4", 1.0)
         times = self.times
         return {
             "trials": self.number,
             "rows": len(self.places),
-            "times": None if times is None else packed(times, "<f4"),
+            "times": None if times is None else packed(times, "f4"),
             "times_differ": times is not None,
             "times_ends": [1.0]
             if times is None
             else [float(times.min()), float(times.max())],
-            "score_bits": self.bits,
-            "scores": packed(table * WHOLE / FARTHEST if small else table, kind),
+            "score_unit": unit,
+            "scores": [packed(score / unit, kind) for score in scores],
         }
 
 

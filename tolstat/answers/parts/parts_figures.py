@@ -39,10 +39,11 @@ def _histogram(name: str, part: JudgedParts) -> blocks.Figure:
     if not math.isnan(part.nominal):
         layers.append(line_at(times * part.nominal, "nominal", "ink", "-."))
     layers.append(line_at(times * mean, "mean", "third", ":"))
+    red = " Red: outside the tolerance." if part.tolerance.finite else ""
     return figure_of(
         f"Histogram of {name}: {len(values)} parts, mean {part.scale.words(mean)}",
         plot.PlotAxis(part.scale.label(name)), plot.PlotAxis("parts per bin"), *layers,
-        caption=f"{name}: {len(values)} parts. Red: outside the tolerance.",
+        caption=f"{name}: {len(values)} parts.{red}",
     )  # fmt: skip
 
 

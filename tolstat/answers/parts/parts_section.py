@@ -8,15 +8,18 @@ from tolstat.answers.parts.judged_parts import JudgedParts
 from tolstat.answers.parts.parts_figures import figures_of
 from tolstat.answers.parts.parts_words import finding_words
 from tolstat.document import blocks
-from tolstat.document.blocks import Block, Given, Section
-from tolstat.document.inline import Name, Number, Word
-from tolstat.units.scale import AS_IS, PER_CENT
+from tolstat.document.blocks import Block, Cell, Given, Section
+from tolstat.document.inline import Name, Number, Word, text
+from tolstat.statistics.estimate import Estimate
+from tolstat.units.scale import AS_IS, PER_CENT, Scale
 
+INTERVALS = (
+    "Intervals (95 %) are those of normal parts: Student's, chi-square, noncentral t. "
+    "Where lots differ, intervals rest on the number of lots."
+)
 ALL_PARTS = (
     "Pp and Ppk are from the sigma of all parts, Cp and Cpk from that within lots. "
-    "Intervals (95 %) are those of normal parts: Student's, chi-square, noncentral t. "
-    "That of the share outside holds for any distribution. Where lots differ, "
-    "intervals rest on the number of lots."
+    f"{INTERVALS} That of the share outside holds for any distribution."
 )
 
 
@@ -32,8 +35,8 @@ def parts_table(characteristics: Iterable[tuple[str, JudgedParts]]) -> blocks.Ta
             if (words := tolerance_words(part.tolerance, scale)) else None,
             "parts": Number(numbers.parts),
             "unit": scale.mark,
-            "mean": Number(numbers.mean, scale),
-            "sigma": Number(numbers.sigma, scale),
+            "mean": _moment(numbers.mean, scale),
+            "sigma": _moment(numbers.sigma, scale),
             "Pp": _index(Number(numbers.pp, AS_IS)),
             "Ppk": _index(Number(numbers.ppk, AS_IS)),
             "Cp": _index(Number(numbers.cp, AS_IS)),
@@ -41,6 +44,13 @@ def parts_table(characteristics: Iterable[tuple[str, JudgedParts]]) -> blocks.Ta
             "outside, %": outside if part.tolerance.finite else None,
         })  # fmt: skip
     return blocks.table_of(rows, look="dense", spare=["Pp", "Cp"])
+
+
+def _moment(estimate: Estimate, scale: Scale) -> Given:
+    """Return a mean or sigma; without an interval as exactly as those of lots."""
+    if estimate.sure or math.isnan(estimate.value):
+        return Number(estimate, scale)
+    return Cell((Number(estimate.value, scale),), text(str(estimate.reason)))
 
 
 def _index(number: Number) -> Number | None:

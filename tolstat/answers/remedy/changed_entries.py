@@ -51,7 +51,7 @@ def changeable_entries(run: Run) -> ChangeableEntries:
     entries = np.repeat(np.arange(len(names)), [len(x) for x in groups.values()])
     columns = [name for members in groups.values() for name in members]
     halves = np.array([_half(run, members) for members in groups.values()])
-    sizes = np.array([written.least_length(members) for members in groups.values()])
+    sizes = np.array([written.least_size(members) for members in groups.values()])
     design = Design(
         np.array([run.assumed[name].centre for name in columns]), entries, halves,
         np.array(steps), np.array([stays.isdisjoint(x) for x in groups.values()]),
@@ -110,17 +110,13 @@ class _Written:
         """Return the keys of the entry of a contributor."""
         return self._entries[name].keys
 
-    def least_length(self, members: list[str]) -> float:
-        """Return the least nominal value, SI, of links that are lengths above 0.
+    def least_size(self, members: list[str]) -> float:
+        """Return the least nominal value, SI, of those above 0; infinite without any.
 
-        Infinite of others: these may change their sign.
+        A size below 0, or none, may change its sign.
         """
-        lengths = [
-            quantity(str(self.links[name][NOMINAL]), "m")
-            for name in members
-            if name in self.links and self.run.units[name] == "m"
-        ]
-        return min((length for length in lengths if length > 0), default=math.inf)
+        sizes = (self.parts[name].size for name in members)
+        return min((size for size in sizes if size and size > 0), default=math.inf)
 
     @property
     def fixed(self) -> frozenset[str]:

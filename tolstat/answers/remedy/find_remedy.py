@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial, reduce
+from functools import cached_property, partial, reduce
 from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.answers.next_steps import to_change
+from tolstat.answers.next_steps import to_change, to_prove
 from tolstat.answers.remedy.changed_entries import (
     ChangeableEntries,
     changeable_entries,
@@ -25,6 +25,8 @@ from tolstat.answers.remedy.remedy_finding import (
 from tolstat.answers.remedy.tightened_causes import Causes, tightened_causes
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array
+from tolstat.catalogue import custom_names
+from tolstat.document.inline import Typed
 from tolstat.errors import TolstatError
 from tolstat.execution.compatibility import study_of
 from tolstat.execution.run_loop import evaluate_stages
@@ -122,10 +124,24 @@ class _Search:
         self.run, self.entries, self.trials = drawn.run, entries, trials
         self.seed = drawn.sampled.seed
         self.note = ""  # why nothing is proved
+        self.proving: Typed | None = None  # the command that would prove it
+
+    @cached_property
+    def study(self) -> Study | None:
+        """The study with the model of the run; None without its data, or the model.
+
+        A custom model of a name may be another one by now.
+        """
+        try:
+            study = study_of(self.run, model=self.drawn.model)
+        except TolstatError:
+            return None
+        is_same = study.model.source_digest == self.run.source_digest
+        return study if is_same or not self.run.machine else None
 
     def finding(self) -> RemedyFinding:
         """Return the remedy, or why there is none."""
-        before = predicted(self.trials, self.trials.design.none)
+        before = self._before()
         tried = self._tried(before) or self._by_weights(before)
         if tried is None:
             return RemedyFinding(reason=NOTHING_HELPS, note=self.note)
@@ -138,7 +154,18 @@ class _Search:
             trials=tried.proved,
             met=tried.met, limits=dict(zip(self.run.limits, pairs, strict=True)),
             entries=entries, commands=to_change(self.run, entries), note=self.note,
+            proving=self.proving,
         )  # fmt: skip
+
+    def _before(self) -> Shares:
+        """Return shares out of limit before a change, as the report has them."""
+        judged = self.drawn.judged()
+        if not judged.sample.thinned:
+            return predicted(self.trials, self.trials.design.none)
+        limits = self.run.limits
+        out = np.any([self.run.beyond(n)[judged.trials] for n in limits], axis=0)
+        shares = (self.drawn.yield_of(n).fraction_out_of_limit for n in limits)
+        return Shares(judged.sample.share(out, judged.sample.ran), tuple(shares))
 
     def wider_limits(self) -> tuple[dict[str, tuple[float, float]], int]:
         """Return limits that the design as it is meets, and the trials that prove it.
@@ -173,9 +200,9 @@ class _Search:
         if (fresh := self._fresh_trials()) is not None:
             try:
                 proof = proved(self.trials, fresh)
-                if proof is None or not proof.improves:
+                if proof is None or not proof.steps:
                     return None
-                return _Tried(proof.change, proof.steps, proof.met, fresh.number)
+                return self._judged(proof.change, proof.steps, before, fresh.number)
             except (_ProofError, TolstatError) as error:
                 self.note = str(error)
         trials = self.trials
@@ -206,10 +233,8 @@ class _Search:
 
     def _by_weights(self, before: Shares) -> _Tried | None:
         """Return tighter causes that help, by weights; proved where that is quick."""
-        try:
-            study = study_of(self.run)
-        except TolstatError:
-            return None  # a custom model, or data that are gone
+        if (study := self.study) is None:
+            return None
         best = None
         for step in tightened_causes(self.drawn, study, self.entries, self.causes):
             tried = self._judged(step.change, [step], before)
@@ -239,15 +264,15 @@ class _Search:
         run = self.run
         if run.listed:
             return None  # nothing is evaluated here
-        if run.machine:
-            return None  # the model of a caller may be another one by now
-        try:
-            study = study_of(run)
-        except TolstatError:
-            return None  # its data are gone
         seconds = float(run.times.get("seconds", np.inf)) / max(run.ended, 1)
-        most = QUICK_INTEGRATED if study.model.integrates else QUICK
+        most = QUICK if run.steps is None else QUICK_INTEGRATED
         if seconds * FRESH_TRIALS > most:
+            return None
+        if (study := self.study) is None:
+            if self.drawn.model or run.model in custom_names():
+                self.note = "the model, or its data, differ from those of the run"
+            elif run.machine:
+                self.proving = to_prove(run)
             return None
         telling = TELLING / self.trials.permitted_out.min()
         number = min(telling, most / max(seconds, 1e-9), MOST_FRESH)

@@ -59,6 +59,7 @@ class RemedyFinding(NamedTuple):
     reason: str = ""  # why no step is known
     note: str = ""  # why a change is not proved
     commands: tuple[Typed, ...] = ()  # that write and run the changed study
+    proving: Typed | None = None  # proves a change, where that is quick
 
     @property
     def changes(self) -> tuple[EntryChange, ...]:

@@ -33,6 +33,7 @@ def remedy_words(run: Run, remedy: RemedyFinding) -> tuple[Parts, ...]:
     evidence = "predicted from these trials"
     if remedy.evidence is Evidence.PROVED:
         evidence = f"proved by {remedy.trials} new trials"
+    proof = say(" Prove it: {}", remedy.proving) if remedy.proving else None
     study = None
     if remedy.commands:  # none where nothing is evaluated here
         study = say(" Write its study: {} Run it: {}", *remedy.commands)
@@ -42,6 +43,7 @@ def remedy_words(run: Run, remedy: RemedyFinding) -> tuple[Parts, ...]:
             f"; {met}, {evidence}.",
             *_worse(remedy),
             note,
+            proof,
             study,
         )
     )

@@ -28,17 +28,22 @@ from tolstat.answers.report.report_warnings import (
     decided_by_errors,
 )
 from tolstat.answers.report.response_summary import ResponseSummary, by_what_decides
+from tolstat.answers.run_answer import predicted_seconds
 from tolstat.answers.sampled_trials import Drawn, audited_of
+from tolstat.document.inline import Typed
 from tolstat.statistics.limits.yields import (
     MET,
     NOT_MET,
     UNDECIDED,
     Caveat,
 )
+from tolstat.statistics.sample_size import FEWEST_RANDOM, grown, is_thinned
 from tolstat.statistics.sensitivity.named_causes import LEAST
 from tolstat.statistics.summary import Limited
 from tolstat.store.stored_run import Run
 
+# s: a run whose trials tell how long one takes; more of them than one waits for
+LONG, MINUTE = 10.0, 60.0
 MOST_RTOL = 1e-6  # the audit of a far too rough run is too rough as well
 
 Responses = Mapping[str, ResponseSummary]
@@ -49,7 +54,6 @@ def findings_of(
     drawn: Drawn, responses: Responses, warnings: Sequence[ReportWarning]
 ) -> Findings:
     """Return what is decided about the limits of a run of sampled trials."""
-    run = drawn.run
     limited = by_what_decides(responses)
     limits = {name: _limit_finding(responses[name], x) for name, x in limited.items()}
     rough = decided_by_errors(limited, warnings)
@@ -57,7 +61,7 @@ def findings_of(
     remedy = None
     if not rough and limits.keys().isdisjoint(jump.response for jump in jumps):
         remedy = _remedy(drawn, limits)
-    steps = _steps(run, responses, limits, remedy, rough=rough, jumps=jumps)
+    steps = _steps(drawn, responses, limits, remedy, rough=rough, jumps=jumps)
     return Findings(limits, remedy, tuple(steps))
 
 
@@ -108,7 +112,7 @@ def _limit_finding(response: ResponseSummary, limited: Limited) -> LimitFinding:
 
 
 def _steps(
-    run: Run,
+    drawn: Drawn,
     responses: Responses,
     limits: Limits,
     remedy: RemedyFinding | None,
@@ -117,6 +121,7 @@ def _steps(
     jumps: Sequence[JumpWarning],
 ) -> Iterator[Step]:
     """Yield the next steps, the first one first."""
+    run = drawn.run
     if not run.complete:
         kind = StepKind.FINISH if run.ended == run.trials else StepKind.RESUME
         yield Step(kind, commands=(to_resume(run.path, run.machine),))
@@ -137,7 +142,7 @@ def _steps(
     for step in (
         _measured(limits),
         _changed(limits, remedy),
-        _more_trials(run, responses, limits, remedy),
+        _more_trials(drawn, responses, limits, remedy),
         _allocated(run, limits),
     ):
         if step:
@@ -198,7 +203,7 @@ def _changed(limits: Limits, remedy: RemedyFinding | None) -> Step | None:
 
 
 def _more_trials(
-    run: Run, responses: Responses, limits: Limits, remedy: RemedyFinding | None
+    drawn: Drawn, responses: Responses, limits: Limits, remedy: RemedyFinding | None
 ) -> Step | None:
     """Return the step that adds trials; None where no more would tell.
 
@@ -206,6 +211,7 @@ def _more_trials(
     miss than it permits. A limit that seems missed is no longer decided where a proved
     remedy meets it. How many thinned trials decide may not be known: 0.
     """
+    run = drawn.run
     mended = remedy is not None and remedy.met and remedy.evidence is Evidence.PROVED
     deciding = {
         name: limit.trials_that_decide
@@ -229,14 +235,46 @@ def _more_trials(
     if not undecided and not told:
         return None
     needed = telling[told] if told else needed
-    command = (None if told else to_decide(run)) or to_extend(run, needed)
+    command, evaluated = (None, 0) if told else _deciding(drawn, undecided, needed)
+    command = command or to_extend(run, needed)
     return Step(
         StepKind.ADD_TRIALS,
         tuple(undecided),
         (told,) if told else (),
         trials=needed,
+        evaluated=evaluated,
         commands=(command,) if command else (),
     )
+
+
+def _deciding(
+    drawn: Drawn, names: Sequence[str], trials: int
+) -> tuple[Typed | None, int]:
+    """Return the command that decides limits, and how many trials it evaluates if few.
+
+    All are if these are quick, or no surface tells which few would do.
+    """
+    run, first = drawn.run, max(drawn.run.ended, FEWEST_RANDOM)
+    few = is_thinned(
+        trials - first,
+        isolated=run.isolation is not None,
+        integrates=run.steps is not None,
+    )
+    command = to_decide(run)
+    is_slow = run.times["seconds"] > LONG and predicted_seconds(run, trials) > MINUTE
+    if not command or run.thinned or trials <= first or not (few or is_slow):
+        return command, 0
+    from tolstat.statistics.deciding.chances import evaluated_part  # seldom
+
+    deviations = np.stack([drawn.values(x.name) for x in run.contributors], axis=1)
+    done = drawn.sample.done
+    part = max(
+        evaluated_part(deviations, drawn.values(name), done, run.limits[name])
+        for name in names
+    )
+    if part == 1:
+        return command, 0
+    return to_decide(run, slow=not few), grown(first + part * (trials - first))
 
 
 def _is_open(limit: LimitFinding) -> bool:

@@ -164,7 +164,6 @@ def limits_table(
     """
     rows = list[dict[str, blocks.Given]]()
     limits = list(summary.limits.items())
-    weighted = bool(summary.stored_run.aim or summary.stored_run.thinned)
     trials = summary.trials.done + summary.trials.failed
     cases = summary.stored_run.study.table.get(CASES, {}) if links else {}
     changes = changes_of(cases) if cases else {}
@@ -174,10 +173,7 @@ def limits_table(
         condition = condition_words(changes.get(name.rpartition(IN_CASE)[2], {}))
         if condition:  # in sight on paper and on a phone, where sentences are hidden
             sentence = sentence.removesuffix(condition).removesuffix(", ")
-        cells = limit_row(
-            limited, trials, summary.trials.failed, weighted=weighted,
-            stopped=summary.stopped,
-        )  # fmt: skip
+        cells = limit_row(limited, trials, summary.trials.failed, summary.stopped)
         limit = blocks.cell_of(cells["limit"])
         rows.append({
             "response": Cell(

@@ -22,6 +22,7 @@ from tolstat.answers.report.summaries import reportable
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.document.inline import Row
 from tolstat.errors import QuestionError
+from tolstat.model.contract import Model
 from tolstat.statistics.intervals.shortest import shortest_interval
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sample import quantiles_at
@@ -54,10 +55,13 @@ class Report(RunSummary):
 
 
 def report_of(
-    run: Run, chosen: Sequence[str] = (), quantiles: Sequence[float] = ()
+    run: Run,
+    chosen: Sequence[str] = (),
+    quantiles: Sequence[float] = (),
+    model: Model | None = None,
 ) -> Report:
     """Return the report of a run whose trials were sampled; see `report`."""
-    drawn, focus = reportable(run, chosen)
+    drawn, focus = reportable(run, chosen, model)
     summary = summary_of(drawn, focus)
     if not chosen:
         focus = [name for name in summary.limits if name in focus] or focus

@@ -47,10 +47,10 @@ def integration_of(
 ) -> IntegrationErrors | None:
     """Return the integration errors of a response, and their effect on its numbers.
 
-    None where nothing was evaluated again.
+    None where nothing was evaluated again, and of a residual.
     """
-    run, audited = drawn.run, drawn.run.audited
-    if audited is None:
+    run = drawn.run
+    if (audited := run.audit_of(name)) is None:
         return None
     random, reasons = audited.at_random, _reasons(audited, name)
     error = _errors(run, audited, name)
@@ -83,11 +83,12 @@ def integration_warnings(
 ) -> Iterator[ReportWarning]:
     """Yield what steps jumped over, verdicts left undecided, and spoiled numbers.
 
-    Then the other responses whose errors are visible. None of weighted trials, whose
-    errors are not weighted.
+    Then the other responses whose errors are visible. None of residuals, and none of
+    weighted trials, whose errors are not weighted.
     """
     if drawn.run.audited is None or drawn.sample.weights:
         return
+    summaries = {n: x for n, x in summaries.items() if drawn.run.audit_of(n)}
     residual = drawn.run.audited.residual
     if residual and residual.kinked:
         yield StepsWarning(residual)

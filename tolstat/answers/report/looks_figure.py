@@ -50,7 +50,7 @@ def _share(run: Run, name: str, limit: Limit) -> Estimate:
     """Return the fraction out of limit of the trials of a run."""
     sampled = drawn_trials(run)
     assert sampled
-    drawn = sampled.judged
+    drawn = sampled.judged(1 - limit.demanded)
     sample = drawn.sample_for(name)
     good = within(drawn.values(name), limit.permitted) & sample.done
     return sample.share(~good, sample.ran)

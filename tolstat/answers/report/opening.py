@@ -58,10 +58,7 @@ def _tiles(report: Report, name: str) -> Tiles:
         return Tiles(())
     ran = trials.done + trials.failed
     alone = together.limits == 1
-    thinned = bool(report.stored_run.thinned)
-    row = limit_row(
-        limited, ran, trials.failed, weighted=thinned, stopped=report.stopped
-    )
+    row = limit_row(limited, ran, trials.failed, report.stopped)
     cells = {head: blocks.cell_of(cell) for head, cell in row.items()}
     out = cells["out of limit, ppm"]
     permitted = f"permitted {PPM.number(1 - limited.limit.demanded)}"

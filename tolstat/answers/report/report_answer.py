@@ -85,6 +85,7 @@ class Step(NamedTuple):
     entries: Mapping[str, str] = {}  # of [deviations], as what-if takes them
     settings: Mapping[str, str] = {}  # as a study has them
     trials: int = 0  # in all; 0 as they are
+    evaluated: int = 0  # of these where the others are thinned out; 0: all of them
     commands: tuple[Typed, ...] = ()  # to type, one after the other
 
 

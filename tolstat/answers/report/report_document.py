@@ -62,6 +62,9 @@ def report_document(report: Report) -> blocks.Document:
         report, report.focus, opening(report),
         sketches if len(sketches) > 1 else {}, drawing,
     )  # fmt: skip
+    page_1 = {
+        (figure.alt, figure.picture.height) for figure in blocks.figures_in(*first)
+    }
     return sheet(
         "Statistical tolerance report",
         report,
@@ -72,7 +75,10 @@ def report_document(report: Report) -> blocks.Document:
         cases_section(report),
         _summary(report),
         _numbers(report),
-        *(response_section(report, name) for name in report.focus),
+        *(
+            response_section(report, name, page_1 if name == deciding(report) else ())
+            for name in report.focus
+        ),
     )
 
 

@@ -1,7 +1,7 @@
 """The section of a report on one response in focus."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from tolstat.answers.cells import ppk_cell, ppm
@@ -96,15 +96,23 @@ RARER = "They hold for trials like those seen. A rarer kind would change them."
 OVERLAP = " Deviations are correlated: shares overlap and need not add up to 100 %."
 
 
-def response_section(report: Report, name: str) -> Section:
-    """Return figures, performance, main causes, contributions, errors, worst trials."""
-    return _ResponseSection(report, name).section()
+def response_section(
+    report: Report, name: str, page_1: Collection[tuple[str, float]] = ()
+) -> Section:
+    """Return figures, performance, main causes, contributions, errors, worst trials.
+
+    Figures of `page_1`, by description and height, stand there alone.
+    """
+    return _ResponseSection(report, name, page_1).section()
 
 
 class _ResponseSection:
     """The parts of the section on a response."""
 
-    def __init__(self, report: Report, name: str) -> None:
+    def __init__(
+        self, report: Report, name: str, page_1: Collection[tuple[str, float]]
+    ) -> None:
+        self.page_1 = page_1
         self.report, self.name, self.run = report, name, report.stored_run
         self.response = report.responses[name]
         self.scale, shares = self.response.scale, self.response.contributions
@@ -121,7 +129,10 @@ class _ResponseSection:
             ends = self._number(response.least), self._number(response.largest)
             values = blocks.paragraph(say(STILL, *ends))
         elif report.trials.done and self.name in report.illustrated:
-            values = blocks.Gallery(figures_of(report, self.name))
+            figures = figures_of(report, self.name)
+            values = blocks.Gallery(tuple(
+                f for f in figures if (f.alt, f.picture.height) not in self.page_1
+            ))  # fmt: skip
         elif report.trials.done:
             draw = to_draw(self.run, self.name)
             values = blocks.paragraph(

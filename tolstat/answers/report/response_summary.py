@@ -240,7 +240,7 @@ class ReportedResponse(ResponseSummary):
 
     symbol: str
     source: str
-    integration_errors: IntegrationErrors | None  # None: nothing was evaluated again
+    integration_errors: IntegrationErrors | None  # None: not audited
     slopes: Mapping[str, float]  # at the nominal trial, by contributor that deviates
     root_sum_square: Linear | None  # root sum square; None without slopes
     departures: tuple[Departure, ...]  # how far that is off

@@ -12,6 +12,7 @@ from tolstat.answers.report.response_summary import DescribedResponse
 from tolstat.answers.run_answer import TrialCounts
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.errors import QuestionError
+from tolstat.model.contract import Model
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
@@ -20,7 +21,9 @@ from tolstat.statistics.summary import Summary, summarize
 from tolstat.store.stored_run import Run
 
 
-def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
+def reportable(
+    run: Run, chosen: Sequence[str] = (), model: Model | None = None
+) -> tuple[Drawn, list[str]]:
     """Return the sampled trials of a report, and its responses in focus.
 
     Raises
@@ -28,7 +31,7 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
     QuestionError
         If the trials were not sampled, none has run, or a response is unknown.
     """
-    if (drawn := drawn_trials(run)) is None:
+    if (drawn := drawn_trials(run, model)) is None:
         raise no_sample(run)
     if not np.any(drawn.sample.ran):
         raise QuestionError(f"{run.path}: no trial has run; there is nothing to report")
@@ -94,8 +97,9 @@ def all_limits(drawn: Drawn) -> AllLimits | None:
     limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
     if not limits or not drawn.sample.ran.any():
         return None
-    values = {name: drawn.judged.values(name) for name in limits}
-    sample, uncertainty = drawn.judged.sample_for(*limits), drawn.uncertainty(JOINT)
+    judged, uncertainty = drawn.judged(), drawn.uncertainty(JOINT)
+    values = {name: judged.values(name) for name in limits}
+    sample = judged.sample_for(*limits)
     within = joint_yield(values, sample, limits, uncertainty)
     n = len(limits)
     return AllLimits(n, within, min(n * (1 - CONFIDENCE) / 2, 1.0))

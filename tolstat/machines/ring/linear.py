@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
-from tolstat.machines.ring.harmonics import harmonics, inverse, total
-from tolstat.machines.ring.motion import cutting_forces
-from tolstat.machines.ring.parameters import Rings, terms_of
+from tolstat.machines.ring.harmonics import total
+from tolstat.machines.ring.motion import cutting_forces, depth_of_cut, derivative
+from tolstat.machines.ring.parameters import Rings, parts_of
 
 DOUBLED = 10  # times the set depth is doubled, if forces pull the tool in
 HALVED = 60  # times the bracket of the static depth is halved: to its last digit
@@ -21,12 +21,12 @@ def compliances(rings: Rings, hoop: bool) -> tuple[Array, Array]:
     They are the displacements of the ring at the tool by P_R and P_T, float64[trial]. K
     has blocks [[M_j, g_j], [-g_j, M_j]].
     """
-    x, tool = terms_of(rings, rings.Omega, hoop), rings.tool_place
-    det = (x.M * x.M + x.g * x.g) * rings.pi_chi[:, None]
-    c_R = total(x.M * (tool.u_a * tool.u_a + tool.u_b * tool.u_b) / det)
-    along = x.M * (tool.u_a * tool.v_a + tool.u_b * tool.v_b)
-    across = x.g * (tool.u_b * tool.v_a - tool.u_a * tool.v_b)
-    return c_R, total((along + across) / det)
+    _, x, _ = parts_of(rings, hoop)
+    det = (x.M * x.M + x.g * x.g) * rings.pi_chi
+    c_R = x.M * (x.u_a * x.u_a + x.u_b * x.u_b) / det
+    along = x.M * (x.u_a * x.v_a + x.u_b * x.v_b)
+    across = x.g * (x.u_b * x.v_a - x.u_a * x.v_b)
+    return total(c_R.T), total(((along + across) / det).T)
 
 
 def static_depth(rings: Rings, hoop: bool) -> Array:
@@ -59,54 +59,35 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
     return np.where(rests, depth, np.nan)
 
 
-def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
-    """Return A, y' = A y with y = (a, b, a', b'), of the ring alone at Omega, rad/s.
+def matrix(rings: Rings, hoop: bool, k_R: Array | float, k_T: Array | float) -> Array:
+    """Return A, y' = A y with y = (a, b, a', b', X, X'), of ring and tool.
 
-    float64[trial, 4 harmonics, 4 harmonics]: harmonics 2 to N.
+    float64[trial, state, state]. Forces are k_R and k_T, N/m, times the change of the
+    depth of cut. Equations are linear then: their slopes are those of single states.
     """
-    x = terms_of(rings, Omega, hoop)
-    C = harmonics(rings.on.s.shape[1] + 1).C
-    n = len(C)
-    a, b, a_, b_ = (slice(i * n, (i + 1) * n) for i in range(4))
-    per_a, per_b = inverse(rings.on.s, C), inverse(rings.on.t, C)
-    A = np.zeros((len(rings.nu), 4 * n, 4 * n))
-    rows = np.arange(2 * n)
-    A[:, rows, 2 * n + rows] = 1.0
-    d, gyro, M, g = (term[:, None, :] for term in x)
-    A[:, a_, a], A[:, a_, b] = -per_a * M, -per_a * g
-    A[:, b_, a], A[:, b_, b] = per_b * g, -per_b * M
-    A[:, a_, a_], A[:, a_, b_] = -per_a * d, -per_a * gyro
-    A[:, b_, a_], A[:, b_, b_] = per_b * gyro, -per_b * d
-    return A
+    tool, ring, _ = parts_of(rings, hoop)
+    size = 4 * len(ring.s) + 2
+    y = np.eye(size)[:, :, None]
+    t_R = depth_of_cut(np.zeros(1), y, (), tool._replace(t_R0=0.0), ring)
+    out = np.empty((size, size, len(rings.nu)))
+    derivative(y, k_R * t_R, k_T * t_R, tool, ring, out)
+    return out.transpose(2, 0, 1)
+
+
+def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
+    """Return A, y' = A y with y = (a, b, a', b'), of the ring alone at Omega, rad/s."""
+    return matrix(rings._replace(Omega=Omega), hoop, 0.0, 0.0)[:, :-2, :-2]
 
 
 def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
-    """Return A of ring and tool about a depth of cut, y = (a, b, a', b', X, X').
+    """Return A of ring and tool about a depth of cut.
 
     At a depth below zero, m, they are not coupled.
     """
-    C, tool = harmonics(rings.on.s.shape[1] + 1).C, rings.tool_place
-    n = len(C)
-    A = np.zeros((len(rings.nu), 4 * n + 2, 4 * n + 2))
-    A[:, : 4 * n, : 4 * n] = ring_matrix(rings, rings.Omega, hoop)
     # dP/dt = x P/t
-    t = np.where(depth > 0.0, depth, 1.0)
-    P_R, P_T = cutting_forces(t, rings)
-    k_R = np.where(depth > 0.0, rings.x_R * P_R / t, 0.0)
-    k_T = np.where(depth > 0.0, rings.x_T * P_T / t, 0.0)
-    R, T = (k_R / rings.pi_chi)[:, None], (k_T / rings.pi_chi)[:, None]
-    f_a, f_b = R * tool.u_a + T * tool.v_a, R * tool.u_b + T * tool.v_b
-    a__ = (inverse(rings.on.s, C) @ f_a[:, :, None])[:, :, 0]
-    b__ = (inverse(rings.on.t, C) @ f_b[:, :, None])[:, :, 0]
-    push = np.concatenate([a__, b__], axis=1)
-    sees = np.concatenate([tool.u_a, tool.u_b, np.ones((len(t), 1))], axis=1)
-    deepens = [*range(2 * n), 4 * n]  # a, b, X
-    A[:, 2 * n : 4 * n, deepens] -= push[:, :, None] * sees[:, None, :]
-    A[:, 4 * n, 4 * n + 1] = 1.0
-    A[:, 4 * n + 1, deepens] -= (k_R / rings.m_c)[:, None] * sees
-    A[:, 4 * n + 1, 4 * n] -= rings.K_C / rings.m_c
-    A[:, 4 * n + 1, 4 * n + 1] = -rings.c_c / rings.m_c
-    return A
+    t = np.where(depth > 0.0, depth, np.inf)
+    P_R, P_T = cutting_forces(np.where(depth > 0.0, depth, 1.0), rings)
+    return matrix(rings, hoop, rings.x_R * P_R / t, rings.x_T * P_T / t)
 
 
 def growth_rate(rings: Rings, depth: Array, hoop: bool) -> Array:

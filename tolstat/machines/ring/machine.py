@@ -115,7 +115,8 @@ def simulated(rings: Rings, settings: Asked, samples: Array | None = None) -> So
     # only a simulation needs the compiler
     from tolstat.machines.ring.compiled import rates
 
-    machines, scale = parameters.rows_of(rings, settings), parameters.scale_of(settings)
+    machines = parameters.rows_of(rings, settings.hoop)
+    scale = parameters.scale_of(settings)
     system = System(rates, scale, n_extremes=4, n_above=1, crossings=(OUT,))
     start = np.zeros((len(machines), len(scale)))
     marks = np.tile([0.0, settings.duration], (len(machines), 1))

@@ -37,12 +37,12 @@ Ring = namedtuple("Ring", "per_C d gyro M g s t u_a u_b v_a v_b")
 HEAD, RING = len(Tool._fields), len(Ring._fields)
 
 
-def depth_of_cut(t: Array, y: Array, e: Array, tool: Tool, ring: Ring) -> Array:
+def depth_of_cut(t: Array, y: Array, e: Any, tool: Tool, ring: Ring) -> Array:
     """Return t_R = t_R0 + U(theta_R) + X and the out-of-roundness of the blank, m.
 
     At t[lanes], s; y[state, lanes] are a, b, a', b' of harmonics 2 to N, m, m/s, then
-    X, X'; e[3 lobes, lanes] are, of each harmonic k of out-of-roundness, k,
-    e_k cos(k theta_R + psi_k) and e_k sin(k theta_R + psi_k), m.
+    X, X'; e[3 lobes, lanes], or its rows, are, of each harmonic k of out-of-roundness,
+    k, e_k cos(k theta_R + psi_k) and e_k sin(k theta_R + psi_k), m.
     """
     n = len(ring.s)
     t_R: Array = tool.t_R0 + y[4 * n]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.ring import declarations
+from tolstat.machines.ring import declarations, motion
 from tolstat.machines.ring.declarations import Asked
 from tolstat.machines.ring.harmonics import (
     Place,
@@ -15,9 +15,8 @@ from tolstat.machines.ring.harmonics import (
     nu_of,
     shared,
     supported,
-    total,
 )
-from tolstat.machines.ring.motion import cutting_forces
+from tolstat.machines.ring.motion import Ring, Tool, cutting_forces
 
 POSITIVE = (
     "thickness", "width", "youngs_modulus", "density", "support_angle", "tool_mass",
@@ -115,70 +114,46 @@ def nominal(settings: Asked, n: int = 1) -> Rings:
     return build(np.zeros((n, n_contributors)), settings)
 
 
-def out_of_roundness(rings: Rings, t: Array | float) -> Array:
-    """Return the out-of-roundness of the blank at the tool, m, at a time, s.
+def parts_of(rings: Rings, hoop: bool) -> tuple[Tool, Ring, list[Array]]:
+    """Return tool, ring and out-of-roundness as the equations of motion take them.
 
-    float64[trial]; of a single trial at several times, float64[time].
+    Rows are float64[trial], those of the ring float64[harmonic, trial]. Of a lobe of
+    any trial its number and its two parts are there. With `hoop` the tension of the
+    spinning ring is included: to second order its energy cancels -l_j^2 Omega^2 of M_j.
     """
-    depth = 0.0 * rings.Omega
-    for i, k in enumerate(rings.lobes):
-        turn = k * rings.Omega * t
-        depth = depth + rings.e_cos[:, i] * np.cos(turn)
-        depth = depth + rings.e_sin[:, i] * np.sin(turn)
-    return depth
-
-
-class Terms(NamedTuple):
-    """Coefficients of the equations of motion, each float64[trial, harmonic].
-
-    `tolstat.machines.ring.motion` explains each.
-    """
-
-    d: Array
-    gyro: Array
-    M: Array
-    g: Array
-
-
-def terms_of(rings: Rings, Omega: Array, hoop: bool) -> Terms:
-    """Return the coefficients at speeds Omega, rad/s, float64[trial].
-
-    With `hoop` the tension of the spinning ring is included: to second order its energy
-    cancels -l_j^2 Omega^2 of M_j.
-    """
-    k = harmonics(rings.on.s.shape[1] + 1)
-    nu, K_T, speed = rings.nu[:, None], rings.K_T[:, None], Omega[:, None]
+    k, on = harmonics(rings.on.s.shape[1] + 1), rings.on
+    nu, K_T, speed = rings.nu[:, None], rings.K_T[:, None], rings.Omega[:, None]
     d = nu * K_T * (k.n * k.n)
     spun = 0.0 if hoop else k.l * k.l * (speed * speed)
-    return Terms(d, 2.0 * speed * k.l, nu * (k.n * k.n) - spun, k.j * speed * d)
-
-
-def rows_of(rings: Rings, settings: Asked) -> Array:
-    """Return float64[trial, parameter], as the equations of motion read them.
-
-    First the fields of `motion.Tool`, then those of `motion.Ring`. For each lobe of any
-    trial its number and its two parts follow.
-    """
-    k, on, tool_place = harmonics(settings.harmonics), rings.on, rings.tool_place
-    x = terms_of(rings, rings.Omega, settings.hoop)
-    ones = np.ones_like(rings.Omega)
-    tool = (
+    tool = Tool(
         1.0 / rings.m_c, rings.c_c, rings.K_C, rings.t_R0,
         rings.c_R, rings.x_R, rings.c_T, rings.x_T, rings.Omega, 1.0 / rings.pi_chi,
         shared(on.s, k.C), shared(on.t, k.C),
         rings.pi_chi, np.cos(rings.theta_R), np.sin(rings.theta_R),
         1.0 / np.cos(rings.alpha), 1.0 / np.sin(rings.alpha),
     )  # fmt: skip
-    per_C = np.broadcast_to(1.0 / k.C, on.s.shape)
-    blank = [
-        part
+    ring = (
+        np.broadcast_to(1.0 / k.C, d.shape), d, 2.0 * speed * k.l,
+        nu * (k.n * k.n) - spun, k.j * speed * d, *on, *rings.tool_place,
+    )  # fmt: skip
+    lobes = [
+        row
         for i, lobe in enumerate(rings.lobes)
         # a round trial adds zeros, bit for bit: no answer depends on them
         if (rings.e_cos[:, i] != 0.0).any() or (rings.e_sin[:, i] != 0.0).any()
-        for part in (lobe * ones, rings.e_cos[:, i], rings.e_sin[:, i])
+        for row in (
+            np.full_like(speed[:, 0], lobe),
+            rings.e_cos[:, i],
+            rings.e_sin[:, i],
+        )
     ]
-    ring = (per_C, x.d, x.gyro, x.M, x.g, on.s, on.t, *tool_place)
-    return np.hstack([np.stack([*tool], axis=1), *ring, *(e[:, None] for e in blank)])
+    return tool, Ring(*(rows.T for rows in ring)), lobes
+
+
+def rows_of(rings: Rings, hoop: bool) -> Array:
+    """Return float64[trial, parameter]: the fields of `parts_of`, one after another."""
+    tool, ring, lobes = parts_of(rings, hoop)
+    return np.vstack([*tool, *ring, *lobes]).T.copy()
 
 
 def scale_of(settings: Asked) -> Array:
@@ -202,7 +177,5 @@ def scale_of(settings: Asked) -> Array:
 
 def depth_of_cut(rings: Rings, states: Array, time: Array | float) -> Array:
     """Return t_R, m, of states[trial, state] at a time, s; one trial's at several."""
-    n = rings.on.s.shape[1]
-    tool = rings.tool_place
-    moved = tool.u_a * states[:, :n] + tool.u_b * states[:, n : 2 * n]
-    return rings.t_R0 + states[:, 4 * n] + total(moved) + out_of_roundness(rings, time)
+    tool, ring, lobes = parts_of(rings, hoop=False)
+    return motion.depth_of_cut(np.asarray(time), states.T, lobes, tool, ring)

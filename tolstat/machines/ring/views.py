@@ -29,13 +29,13 @@ def chart_of(time: Array, rings: Rings, states: Array, settings: Asked) -> Chart
     """Return the first trial: depth of cut, displacements at the tool, forces."""
     static = float(static_depth(rings, settings.hoop)[0])
     n = rings.on.s.shape[1]
-    X, blank = states[:, 4 * n], parameters.out_of_roundness(rings, time)
-    t_R = parameters.depth_of_cut(rings, states, time)
+    X, t_R = states[:, 4 * n], parameters.depth_of_cut(rings, states, time)
+    tool_, ring_, lobes = parameters.parts_of(rings, settings.hoop)
+    blank = motion.depth_of_cut(
+        time, 0.0 * states.T, lobes, tool_._replace(t_R0=0.0), ring_
+    )
     U = t_R - rings.t_R0 - X - blank
     P_R, P_T = motion.cutting_forces(t_R, rings)
-    machine = parameters.rows_of(rings, settings)[0, : motion.HEAD + motion.RING * n]
-    tool_ = motion.Tool(*machine[: motion.HEAD])
-    ring_ = motion.Ring(*machine[motion.HEAD :].reshape(-1, n))
     firsts = motion.derivative(states.T, P_R, P_T, tool_, ring_, states.T.copy())
     pulls = motion.reactions(*firsts, P_R, P_T, tool_)
     words = "of the ring at the tool, outwards"

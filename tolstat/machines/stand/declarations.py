@@ -116,7 +116,7 @@ RESPONSES = (
     _R("spin_energy", "J", "W_spin", "energy lost to friction against yawing", "(9)"),
     _R("damping_energy", "J", "W_D", "energy lost in rods, meshes and shafts", "D in (2)"),
     _R("contact_energy", "J", "W_guide", "work of the guides against yawing", "(6)"),
-    _R("energy_residual", "1", "eps", "share of the drive energy unaccounted for", "balance of (2)"),
+    _R("energy_residual", "1", "eps", "share of the drive energy unaccounted for", "balance of (2)", residual=True),
     *(_R(f"rod_force_{i}", "N", f"|k d_{i}|", f"peak force in rod {i}", f"({i + 3}), rod {i + 2}") for i in (1, 2)),
     *(_R(f"rod_tension_{i}", "N", f"+k d_{i}", f"peak tension in rod {i}", f"({i + 3}), rod {i + 2}") for i in (1, 2)),
     *(_R(f"rod_compression_{i}", "N", f"-k d_{i}", f"peak compression in rod {i}", f"({i + 3}), rod {i + 2}") for i in (1, 2)),

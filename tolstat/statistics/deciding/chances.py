@@ -28,6 +28,9 @@ TIMES = 2.0  # the root of the rate out of limit, as a chance
 LEAST_CHANCE = 0.005, 0.01  # of a limit that seems missed; met
 COVERED = 0.5  # part of the distance to the permitted share, as a chance
 LEAST_DISTANCE = 0.25, 0.02  # of the distance, without its error; of what is permitted
+# trials far from a limit get no chance: the worst ones so far, how much farther than
+# these ranks count, how much farther than the permitted part; the largest part by then
+WORST, SAFETY, TIMES_PERMITTED, FARTHEST = 20, 2.0, 4.0, 0.12
 
 
 class Ranking(NamedTuple):
@@ -128,6 +131,34 @@ def chances(
     return Chances(ranking, edges, np.clip(TIMES * np.sqrt(rate), least, 1.0))
 
 
+def near_chances(
+    ranking: Ranking, margins: Array, thinned: Thinned, permitted: float
+) -> Chances | None:
+    """Return chances that leave out trials far from a limit; None if ranks are unsure.
+
+    All drawn trials are evaluated that rank as near as the worst trials so far do, or
+    as a part of them that is some times the permitted one. So each stage draws more,
+    and leaves out more, as in subset simulation.
+
+    Parameters
+    ----------
+    margins : float64[trial]
+        How far the trials so far are within the limit, below 0 out of it.
+    """
+    scores, units = ranking.by_other, 1 / thinned.chance
+    worst = max(WORST, np.count_nonzero(margins < 0))
+    reach = scores[np.argsort(margins)[:worst]].min()
+    drawn = thinned.drawn[-1]
+    part = float(units[scores >= reach].sum() / drawn)
+    part = max(SAFETY * part, TIMES_PERMITTED * permitted)
+    if part > FARTHEST:
+        return None
+    nearest = np.argsort(-scores)
+    last = np.searchsorted(np.cumsum(units[nearest]), part * drawn)
+    edges = scores[nearest[[min(int(last), len(scores) - 1)]]]
+    return Chances(ranking, edges, np.array([0.0, 1.0]))
+
+
 def _least_chance(out: Truths, thinned: Thinned, permitted: float) -> float:
     """Return the chance of trials whose side is clear.
 
@@ -146,6 +177,27 @@ def _least_chance(out: Truths, thinned: Thinned, permitted: float) -> float:
     distance = max(distance - error, part * distance, least * permitted)
     chance = COVERED * distance / max(share, 0.1 * permitted)
     return float(np.clip(chance, met, 1.0))
+
+
+def evaluated_part(
+    deviations: Array, values: Array, done: Truths, limit: Limit
+) -> float:
+    """Return how many evaluated trials decide a limit, over as many plain ones.
+
+    By the chances of the first thinned stage; 1 where no surface ranks trials.
+    Arguments as of `Ranking.fitted` and `out_of_limit`.
+    """
+    ranking = Ranking.fitted(deviations, values, limit)
+    if ranking is None:
+        return 1.0
+    out, one = out_of_limit(values, done, limit), np.ones(len(values))
+    chosen = chances(
+        ranking, out, Thinned(one, len(one) * one, one), 1 - limit.demanded
+    )
+    chance = chosen.chance[np.searchsorted(chosen.edges, ranking.by_other)]
+    # units out of limit count one over their chance: so the variance of a share grows
+    variance = np.mean(1 / chance[out]) if out.any() else 1.0
+    return min(float(chance.mean() * variance), 1.0)
 
 
 def out_of_limit(values: Array, done: Truths, limit: Limit) -> Truths:

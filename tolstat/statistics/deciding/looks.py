@@ -36,23 +36,21 @@ def undecided(
     responses: Mapping[str, Array], sample: Sample, limits: Mapping[str, Limit]
 ) -> dict[str, Truths]:
     """Return the undecided limits, and which trials are within each of them."""
-    units = {
-        name: within(responses[name], limit.permitted) & sample.done
-        for name, limit in limits.items()
-    }
-    if thinned := sample.thinned:
-        from tolstat.statistics.deciding.thinned_share import is_settled  # seldom
+    units = dict[str, Truths]()
+    for name, limit in limits.items():
+        part = sample.telling(1 - limit.demanded)
+        values = responses[name][: len(part.status)]
+        good = within(values, limit.permitted) & part.done
+        if part.thinned:
+            from tolstat.statistics.deciding.thinned_share import is_settled  # seldom
 
-        return {
-            name: good
-            for name, good in units.items()
-            if not is_settled(~good, thinned, 1 - limits[name].demanded)
-        }
-    return {
-        name: good
-        for name, good in units.items()
-        if verdict(sample.share(good, sample.ran), limits[name].demanded) == UNDECIDED
-    }
+            settled = is_settled(~good, part.thinned, 1 - limit.demanded)
+        else:
+            share = part.share(good, part.ran)
+            settled = verdict(share, limit.demanded) != UNDECIDED
+        if not settled:
+            units[name] = good
+    return units
 
 
 def trials_that_settle(
@@ -62,8 +60,9 @@ def trials_that_settle(
 
     `units` are those of `undecided`: 0 without any.
     """
+    demands = {name: limits[name].demanded for name in units}
     needed = [
-        trials_needed(good, sample, limits[name].demanded) or math.inf
+        trials_needed(good, sample.telling(1 - demands[name]), demands[name])
         for name, good in units.items()
     ]
-    return max(needed, default=0.0)
+    return max((trials or math.inf for trials in needed), default=0.0)

@@ -2,7 +2,8 @@
 
 Trials are drawn as always, and evaluated with a chance that past trials choose. An
 evaluated trial stands for one over its chance. So each drawn trial is expected to count
-as the share, whatever the model and the distributions are.
+as the share, whatever the model and the distributions are. Of a rare property drawn
+trials without a chance count as if they had it not.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ ON_LESS = np.log([0.02, 0.03, 0.05, 0.1, 0.15, 0.2, 0.2, 0.25])
 BETS = np.array([0.015, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0])
 ON_MORE = np.log([0.05, 0.1, 0.15, 0.2, 0.2, 0.15, 0.1, 0.05])
 HALVINGS = 40  # of an interval between two shares
+BELOW_ONE = 1 - 2.0**-53
 NEVER = -1e9  # log evidence of a bet that lost everything
 
 
@@ -67,7 +69,8 @@ class Stages(NamedTuple):
         if side < 0:
             first = evidence_against(count, plain, share)
         else:
-            first = evidence_against(plain - count, plain, 1 - share)
+            others = min(1 - share, BELOW_ONE)
+            first = evidence_against(plain - count, plain, others)
         later = self.stage > 0
         if side < 0:
             bets, parts = STAKES / (self.most[1:, None] - share), ON_LESS
@@ -90,7 +93,8 @@ def counted_stages(units: Truths, thinned: Thinned) -> Stages:
     last = thinned.ends - 1
     stage = np.searchsorted(last, np.flatnonzero(units))
     drawn = np.diff(thinned.drawn[last], prepend=0.0)
-    return Stages(drawn, 1 / thinned.least[last], stage, 1 / thinned.chance[units])
+    most = 1 / np.abs(thinned.least[last])
+    return Stages(drawn, most, stage, 1 / thinned.chance[units])
 
 
 def thinned_share(

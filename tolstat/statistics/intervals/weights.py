@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.statistics.estimate import Lack, NoInterval
+from tolstat.statistics.estimate import CONFIDENCE, Lack, NoInterval
 
 LEAST_EFFECTIVE = 150  # with fewer, one heavy trial dominates
 
@@ -91,8 +91,10 @@ class Weights:
 COLUMNS = {
     "thinned-chance": "chance that the trial was evaluated",
     "thinned-drawn": "trials drawn until the end of its stage",
-    "thinned-least": "least chance of its stage",
+    "thinned-least": "least chance of its stage; below 0: trials far from limits had "
+    "none",
 }
+RARE = 200e-6  # a limit that permits less is judged without trials far from it
 
 
 class Thinned(NamedTuple):
@@ -106,7 +108,8 @@ class Thinned(NamedTuple):
         Trials drawn until the end of the stage of a trial. The first stage has as many
         trials as it drew.
     least : float64[trial]
-        Least chance of the stage, chosen before it.
+        Least chance of the stage, chosen before it; negative if trials that are far
+        from all limits had no chance.
     """
 
     chance: Array
@@ -122,6 +125,25 @@ class Thinned(NamedTuple):
     def ends(self) -> Integers:
         """Numbers of evaluated trials at the end of each stage, int64[stage]."""
         return np.append(np.flatnonzero(np.diff(self.drawn)) + 1, len(self.drawn))
+
+    @property
+    def covering(self) -> int:
+        """Number of the first trials, in whose stages each trial had a chance."""
+        skipping = np.flatnonzero(self.least < 0)
+        return int(skipping[0]) if len(skipping) else len(self.least)
+
+    @property
+    def skips(self) -> bool:
+        """Whether later stages leave out trials far from all limits."""
+        return self.covering < len(self.least)
+
+    @property
+    def unseen(self) -> float:
+        """The largest share of units of a kind that no trial of the first stage is of.
+
+        A larger one is missed with a chance of at most 2.5 %.
+        """
+        return -math.expm1(math.log((1 - CONFIDENCE) / 2) / self.plain)
 
     def in_whole_stages(self, trials: int) -> int:
         """Return how many of the first trials are those of whole stages."""

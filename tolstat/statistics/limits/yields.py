@@ -149,6 +149,9 @@ class Yield(NamedTuple):
     reason: Caveat = Caveat.NONE  # why it is undecided although trials would tell
     # how far the measured parts leave it in uncertainty; None without any
     measured: PartsUncertainty | None = None
+    # largest share of a kind of failure that trials may have missed, where a verdict
+    # rests on its condition
+    missed: float = 0.0
 
     @property
     def reason_words(self) -> str:
@@ -204,14 +207,27 @@ def yield_of(
         of_trials, out_of_limit = out_of_limit, measured.widened(out_of_limit)
         if not reason:
             reason = _caveat_of(measured, judged, (of_trials, out_of_limit), demanded)
-    if (weights := sample.weights) and weights.searched and judged == MET:
-        missed = unmet(weights.values) + weights.cut
-        if out_of_limit.upper + missed > 1 - demanded:
-            reason = Caveat.MISSED_KIND
+    missed = _missed(sample) if judged == MET else 0.0
+    if missed and out_of_limit.upper + missed > 1 - demanded:
+        reason = Caveat.MISSED_KIND
     undecided = judged == UNDECIDED and not reason
     needed = trials_needed(good, sample, demanded) if undecided else 0
     most = share(good | ~sample.done)
-    return Yield(out_of_limit, share(good), most, judged, needed, reason, measured)
+    return Yield(
+        out_of_limit, share(good), most, judged, needed, reason, measured,
+        missed if reason is Caveat.MISSED_KIND else 0.0,
+    )  # fmt: skip
+
+
+def _missed(sample: Sample) -> float:
+    """Return the largest share of a kind of failure that trials may have missed.
+
+    0 where any kind has its chance.
+    """
+    if (weights := sample.weights) and weights.searched:
+        return unmet(weights.values) + weights.cut
+    thinned = sample.thinned
+    return thinned.unseen if thinned and thinned.skips else 0.0
 
 
 def _caveat_of(

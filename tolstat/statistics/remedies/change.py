@@ -71,7 +71,7 @@ class Design(NamedTuple):
     movable : bool[entry]
         False if no remedy may shift it.
     lowest : float64[entry]
-        The least shift in half tolerances: a length stays above 0.
+        The least shift in half tolerances: a size above 0 stays so.
     farthest : float
         Half tolerances that a centre may move.
     """

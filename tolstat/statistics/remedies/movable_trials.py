@@ -29,7 +29,7 @@ class NoRemedy(Enum):
     FREE = "all contributors are fixed"
     WEIGHTED = "trials of a rare run are weighted"
     TRIALS = f"needs {LEAST_TRIALS} trials that are done"
-    FAILED = "more trials fail than a limit permits out of limit"
+    FAILED = "none is sought while more trials fail than a limit permits out of it"
 
 
 @dataclass(frozen=True)

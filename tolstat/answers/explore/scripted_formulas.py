@@ -1,46 +1,55 @@
-"""Formulas of a chain as data: trees of steps, which a page evaluates."""
+"""Formulas of a chain as expressions that a page's script evaluates."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from tolstat.deviations.spread import Spread
+from tolstat.machines.dimension_chain.algebras import CHOICE, COMPARISONS
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
 from tolstat.model.contract import Model
 from tolstat.model.in_cases import ModelInCases
 
-Tree = float | list[Any]  # a number, ["link", part], or a step and its arguments
 SAME = "{}"  # name of a response without cases
+# what JavaScript calls otherwise, and what the script defines; else as of its `Math`
+SCRIPTED = {"power": "Math.pow", "mod": "mod", "round": "even"}
 
 
 @dataclass(frozen=True)
-class Trees:
-    """An algebra of trees: a step is its name and its arguments."""
+class Script:
+    """An algebra of JavaScript: values are expressions of trial k of columns x."""
 
     nominal: Mapping[str, float]  # SI, of every link
     parts: Sequence[str]  # links that deviate, by their place
     unchanged: Mapping[str, float]  # nominal values without the changes of a case
 
-    def constant(self, value: float) -> Tree:
+    def constant(self, value: float) -> str:
         """Return a number."""
-        return float(value)
+        return repr(float(value))
 
-    def link(self, name: str) -> Tree:
+    def link(self, name: str) -> str:
         """Return a part, or the size of a link that does not deviate."""
         if name not in self.parts:
-            return float(self.nominal[name])
-        part = ["link", self.parts.index(name)]
+            return self.constant(self.nominal[name])
+        part = f"x[{self.parts.index(name)}][k]"
         change = float(self.nominal[name] - self.unchanged[name])
-        return ["+", part, change] if change else part
+        return f"({part}+({change!r}))" if change else part
 
-    def operation(self, sign: str, first: Tree, second: Any) -> Tree:
+    def operation(self, sign: str, first: str, second: Any) -> str:
         """Return a step of two arguments."""
-        return [sign, first, second]
+        if sign == "**":
+            return f"Math.pow({first},{second!r})"
+        # a long sum is flat: a script cannot have many brackets in each other
+        return f"{first if sign in '+-' else f'({first})'}{sign}({second})"
 
-    def function(self, name: str, arguments: Sequence[Tree]) -> Tree:
+    def function(self, name: str, arguments: Sequence[str]) -> str:
         """Return a step of a function."""
-        return [name, *arguments]
+        if name == CHOICE:
+            return "(({})?({}):({}))".format(*arguments)
+        if name in COMPARISONS:
+            return name.join(f"({argument})" for argument in arguments)
+        return f"{SCRIPTED.get(name, f'Math.{name}')}({','.join(arguments)})"
 
 
 class ChainFormulas:
@@ -57,14 +66,14 @@ class ChainFormulas:
         self.settings = settings
         self.cases = dict(_cases(model, settings))  # by the pattern of a response
 
-    def trees(self, parts: Collection[str]) -> dict[str, Tree]:
-        """Return the formula of each response as a tree of these parts."""
-        trees = dict[str, Tree]()
+    def scripts(self, parts: Collection[str]) -> dict[str, str]:
+        """Return the formula of each response as an expression of these parts."""
+        scripts = dict[str, str]()
         for pattern, case in self.cases.items():
-            algebra: Any = Trees(case.nominal, [*parts], self.settings.nominal)
+            algebra: Any = Script(case.nominal, [*parts], self.settings.nominal)
             for name, formula in case.formulas.items():
-                trees[pattern.format(name)] = formula.worked_out(algebra)
-        return trees
+                scripts[pattern.format(name)] = formula.worked_out(algebra)
+        return scripts
 
     def turning(self, spreads: Mapping[str, Spread]) -> dict[str, str]:
         """Return the links by which each response both rises and falls, in words.
