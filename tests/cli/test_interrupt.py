@@ -15,6 +15,8 @@ import tolstat
 from tests.cli.command_line import TOLSTAT, chain, wait_for_trials
 from tests.execution.rare_chain import CHAIN as RARE
 
+SOON = 6.0  # s: two where no other process runs; what is stopped would take far longer
+
 
 def start(file, *options, command="run"):
     return subprocess.Popen(
@@ -33,7 +35,7 @@ def test_signals_stop_in_two_seconds_and_keep_done_trials(small_study, number):
     process.send_signal(number)
     began = time.monotonic()
     _, shown = process.communicate(timeout=30)
-    assert time.monotonic() - began < 2.0
+    assert time.monotonic() - began < SOON
     assert process.returncode == 130
     run = tolstat.open(path)
     assert f"{run.counts['done']} of 20000 trials are stored" in " ".join(shown.split())
@@ -91,14 +93,14 @@ def test_ctrl_c_in_python_does_not_wait_for_the_nominal_trial(small_study):
 
 def test_ctrl_c_during_one_endless_trial(small_study):
     """Even a single trial that would take minutes ends at once."""
-    text = small_study.read_text().replace("cycles = 2", "cycles = 2000")
+    text = small_study.read_text().replace("cycles = 2", "cycles = 20000")
     small_study.write_text(text)
     process = start(small_study)
     time.sleep(4.0)
     process.send_signal(signal.SIGINT)
     began = time.monotonic()
     process.communicate(timeout=30)
-    assert time.monotonic() - began < 2.0
+    assert time.monotonic() - began < SOON
     assert process.returncode == 130
 
 
@@ -142,7 +144,7 @@ def test_ctrl_c_during_a_report_leaves_no_file(small_run):
     process.send_signal(signal.SIGINT)
     began = time.monotonic()
     _, shown = process.communicate(timeout=30)
-    assert time.monotonic() - began < 2.0
+    assert time.monotonic() - began < SOON
     assert process.returncode == 130 and "nothing is written" in shown
     assert not small_run.with_suffix(".html").exists()
 
@@ -173,7 +175,7 @@ def interrupted_while_fitting(*arguments):
     process.send_signal(signal.SIGINT)
     began = time.monotonic()
     _, shown = process.communicate(timeout=60)
-    assert time.monotonic() - began < 2.0, shown
+    assert time.monotonic() - began < SOON, shown
     assert "Traceback" not in shown
     return " ".join(shown.split()), process.returncode
 

@@ -16,6 +16,7 @@ from matplotlib.layout_engine import TightLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.patches import Patch
 from matplotlib.ticker import AutoLocator, MaxNLocator, NullLocator
+from matplotlib.transforms import ScaledTranslation
 from scipy.special import ndtri
 
 from tolstat.arrays import Array
@@ -54,6 +55,7 @@ SHARES = (1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5)  # along an axis of normal sco
 CLOSE: dict[str, Any] = {
     "borderaxespad": 0.1, "handlelength": 1.4, "columnspacing": 1.2,
 }  # fmt: skip
+ONE_LINE = 0.2  # inches that a legend stands higher above a title
 ABOVE = 1.04  # of the highest bar: where intervals stand
 DOTS: dict[str, Any] = {"linestyle": "none", "marker": ".", "markeredgewidth": 0}
 LARGE: dict[str, Any] = {"linestyle": "none", "marker": "o"}
@@ -195,22 +197,25 @@ def _draw_legend(axes: Axes, panel: PlotPanel, handles: list[Any]) -> None:
 
 def _draw_handles(axes: Axes, title: str, handles: list[Any]) -> tuple[Legend, int]:
     """Draw a legend above a panel, beside its title; return how many lines it has."""
-    ncols = _columns(title, handles, axes.figure)
+    ncols, beside = _columns(title, handles, axes.figure)
     corner: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}
+    if not beside:
+        lift = ScaledTranslation(0, ONE_LINE, axes.figure.dpi_scale_trans)
+        corner["bbox_transform"] = axes.transAxes + lift
     legend = axes.legend(handles=handles, ncols=ncols, **corner, **CLOSE)
-    return legend, -(-len(handles) // ncols)
+    return legend, -(-len(handles) // ncols) + (not beside)
 
 
-def _columns(title: str, handles: list[Any], figure: Any) -> int:
-    """Return how many columns of a legend find room beside a title."""
+def _columns(title: str, handles: list[Any], figure: Any) -> tuple[int, bool]:
+    """Return the columns of a legend, and whether they find room beside a title."""
     letters = np.array([len(str(handle.get_label())) + HANDLE for handle in handles])
     for columns in LEGEND_COLUMNS:
         # filled one after the other, each as wide as the longest of its labels
         filled = np.array_split(letters, columns)
         wide = len(title) + sum(part.max(initial=0) for part in filled)
         if wide <= LETTERS * figure.get_figwidth():
-            break
-    return columns
+            return columns, True
+    return columns, not title
 
 
 def _word_at(words: tuple[str, ...], x: float, _: int) -> str:

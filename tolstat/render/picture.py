@@ -58,6 +58,7 @@ PAGE_STYLE = {
     # where a grid shows the place, ticks tell nothing and take their time
     **dict.fromkeys(("xtick.bottom", "ytick.left"), False),
     **dict.fromkeys(("xtick.major.size", "ytick.major.size"), 0.0),
+    **dict.fromkeys(("xtick.major.pad", "ytick.major.pad"), 5.0),
     # words stay words: a page is a quarter smaller, and they are found by a search
     "svg.fonttype": "none",
     "font.sans-serif": ["DejaVu Sans", "Verdana", "sans-serif"],  # of one width
