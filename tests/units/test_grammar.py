@@ -9,7 +9,7 @@ import pytest
 
 from tolstat.errors import UnitError
 from tolstat.units.conversion import MEANINGS, dimension, from_si, si_unit, to_si
-from tolstat.units.grammar import limit, measure, quantity, tolerance
+from tolstat.units.grammar import limit, measure, plain, quantity, tolerance
 
 RIGHT = [
     (quantity, "7.5 rad/s", "rad/s", 7.5),
@@ -142,3 +142,18 @@ def test_printed_quantities_are_read_back():
         assert from_si(quantity(f"3.7 {shown}", unit), unit, shown) == pytest.approx(
             3.7
         )
+
+
+@pytest.mark.parametrize("text", [".0065...0135 in", ".0065..0135 in", ".2...6 mm"])
+def test_dots_that_may_hold_a_decimal_point_are_refused(text):
+    with pytest.raises(UnitError, match=r"may end at \d+ or at \.\d+; write '"):
+        plain(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "read"),
+    [("0.2...0.6 mm", "0.2..0.6 mm"), ("10...20 mm", "10..20 mm"),
+     (".2..6 mm", ".2..6 mm"), (".5...7.5 mm", ".5..7.5 mm"), ("0..10", "0..10")],
+)  # fmt: skip
+def test_three_dots_are_two(text, read):
+    assert plain(text) == read

@@ -17,10 +17,10 @@ def ends(share: PartsUncertainty) -> Parts:
     """Write the intervals of a fraction out of limit, each with what it assumes."""
     whatever = _interval(share.for_any.lower, share.for_any.upper)
     if not share.assumed:
-        return text(whatever, " ppm whatever they are")
+        return text(whatever, " ppm by the parts alone")
     fitted = _interval(share.if_fitted.lower, share.if_fitted.upper)
     return say(
-        f"{{}} ppm if they are {share.assumed} ({{}} whatever they are)",
+        f"{{}} ppm if they are {share.assumed} ({{}} by the parts alone)",
         fitted, whatever,
     )  # fmt: skip
 
@@ -37,7 +37,7 @@ def condition(judged: Yield) -> Parts:
     share = judged.measured
     if share and judged.reason and judged.reason in Caveat.of_parts():
         whatever = _interval(share.for_any.lower, share.for_any.upper)
-        return say(f"({judged.reason}; {{}} ppm whatever they are)", whatever)
+        return say(f"({judged.reason}; {{}} ppm by the parts alone)", whatever)
     return text(f"({judged.reason_words})")
 
 

@@ -73,6 +73,9 @@ EDGE = 0.4  # of a letter: around all that is drawn
 TITLE_EDGE = 0.05  # inches above the title of a file: less than twice `EDGE`
 TICKS = 5  # along an axis of a small picture: each costs
 NAME = 28  # letters of a name in a line beside an axis
+BETWEEN_WORDS = 3  # parts of an axis with words on both sides: little room is left
+LONGEST = 18  # letters of a name beside bars: its ends tell it from others
+HIGH_LETTERS = 9  # of the words along an upright axis, in an inch
 MOST_WORDS = 32  # along an axis; of more some are written
 LEGEND_COLUMNS = 4, 3, 2, 1  # as many as find room
 LETTERS, HANDLE = 12, 5  # of a legend in an inch; what stands before a word of it
@@ -118,7 +121,10 @@ def _figure(plot: Plot) -> Figure:
     for axes, panel in zip(grid, plot.panels, strict=False):
         handles = _draw_panel(axes, panel)
         if axes is grid[0] or not plot.side_by_side:
-            axes.set_ylabel(panel.y.label)
+            letters = round(
+                HIGH_LETTERS * plot.height / (1 if plot.side_by_side else n)
+            )
+            axes.set_ylabel("\n".join(wrap(panel.y.label, letters)))
         if axes is grid[n - 1] or plot.side_by_side:
             axes.set_xlabel(panel.x.label)
         if plot.legends:
@@ -227,6 +233,13 @@ def _wrapped(name: str) -> str:
     return "\n".join(wrap(visible(name), NAME))
 
 
+def _shortened(name: str) -> str:
+    """Return a name, of a long one both ends: the page has all of it."""
+    name = visible(name)
+    end = LONGEST // 2
+    return name if len(name) <= LONGEST else f"{name[:end]}…{name[1 - end :]}"
+
+
 def _draw(axes: Axes, layer: Layer, panel: PlotPanel) -> list[Any]:
     """Draw a layer; return what a legend shows of it."""
     if isinstance(layer, Mark):  # its words stand above the panel: see `_draw_marks`
@@ -304,10 +317,12 @@ def _draw_bars(axes: Axes, bars: Bars, panel: PlotPanel, named: dict[str, Any]) 
     )  # fmt: skip
     if bars.look != "bars":
         _draw_steps(axes, bars, along * starts, along * bars.values)
+    if bars.words:
+        axes.xaxis.set_major_locator(MaxNLocator(BETWEEN_WORDS))
     for place, words in enumerate(bars.words):
         axes.text(1.02, place, words, va="center", transform=axes.get_yaxis_transform())
     if row == 0:
-        axes.set_yticks(places, [*map(_wrapped, bars.names)])
+        axes.set_yticks(places, [*map(_shortened, bars.names)])
         axes.grid(visible=False, axis="y")
         axes.invert_yaxis()
     return handle

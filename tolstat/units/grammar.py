@@ -38,6 +38,7 @@ _DEGREES = re.compile(  # minutes and seconds of arc behind them
     rf"({UNSIGNED})\s*(?:°|deg)\s*({UNSIGNED})\s*'\s*(?:({UNSIGNED})\s*(?:\"|''))?"
 )
 _GAPPED = re.compile(r"(?<![\w.])([0-9]{1,3})[ ']([0-9]{3})(?![0-9])")  # thousands
+_DOTTED = re.compile(r"(?<![\w.])(\d*\.?\d+) ?(\.{2,3})(\d+)(?![\d.])")
 _POINTED = re.compile(r"(?<![\d,])(?<!\d\.)[1-9]\d{0,2}\.\d{3}(?![\d,eE]|\.\d)")
 _COMMA = re.compile(r"(?<![\d,])(?<!\d\.)(\d*),(\d+)(?!\d|,|\.\d)")
 
@@ -180,7 +181,7 @@ def plain(text: str) -> str:
     A comma is a decimal sign, unless it may also separate thousands: a UnitError. The
     angle 45°30' is 45.5°.
     """
-    text = _TO_THE_POWER.sub(r"\1e\2", typed_quantity(text).replace("...", ".."))
+    text = _TO_THE_POWER.sub(r"\1e\2", typed_quantity(text))
     for first, last in _COMMA.findall(text):
         if len(last) == 3 and first.strip("0"):
             raise UnitError(
@@ -188,6 +189,13 @@ def plain(text: str) -> str:
                 "of these"
             )
     refuse_two_signs(text)
+    for first, dots, last in _DOTTED.findall(text):
+        bare = first.startswith(".") and dots == "..."
+        if bare or len(last) > len(last.lstrip("0")) > 0:
+            raise UnitError(
+                f"'{first}{dots}{last}' may end at {last} or at .{last}; write "
+                f"'{first} .. {last}' or '{first} .. .{last}'"
+            )
     if gapped := _GAPPED.search(text):
         raise UnitError(
             f"thousands are not separated; write {gapped[1]}{gapped[2]}, or a sign "
@@ -195,6 +203,7 @@ def plain(text: str) -> str:
         )
     # of a template, CPython 3.11 keeps a string of each call in its cache of attributes
     text = _COMMA.sub(lambda number: ".".join(number.groups()), text)
+    text = text.replace("...", "..")
     return _without_primes(text) if "'" in text or '"' in text else text
 
 

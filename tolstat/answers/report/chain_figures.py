@@ -64,7 +64,8 @@ def chain_of(report: Report, name: str) -> Chain | None:
     if linear:
         reach = NORMAL_SCORE * linear.sigma
         ranges.append(("RSS, 3 sigma", linear.mean - reach, linear.mean + reach))
-    ranges.append(("Monte Carlo", quantiles[LOW].value, quantiles[HIGH].value))
+    if quantiles[LOW].sure and quantiles[HIGH].sure:
+        ranges.append(("Monte Carlo", quantiles[LOW].value, quantiles[HIGH].value))
     complete = (
         (words, lower, upper)
         for words, lower, upper in ranges

@@ -45,6 +45,7 @@ ALL_LIMITS = "All limits"
 CASES = "cases"  # of a study
 IN_TILES = ("limit", "verdict", "out of limit, ppm", "equivalent Ppk")
 LEAST_LEVEL = 1e-6  # smaller ones say no more
+ALL = 0.9995  # of a share, which has three figures
 INTERVAL = "Each number has its 95 % interval below it"
 CENTRAL = " of the central 99 %"  # of the trials: others are clipped
 READING = (
@@ -280,6 +281,8 @@ def is_clipped(response: ResponseSummary) -> bool:
 
 def at_least(share: Estimate) -> Parts:
     """Write the lower end of a share."""
+    if share.lower >= ALL:
+        return text("nearly all")
     return text("at least ", Number(max(share.lower, 0.0), PER_CENT, "at_least"))
 
 
