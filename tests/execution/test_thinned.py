@@ -167,6 +167,18 @@ def test_far_trials_are_left_out_for_a_limit_that_permits_few(rare, decided):
     assert "the first 2048 trials bound such a region at 1800 ppm" in words
 
 
+def test_far_trials_tell_nothing_of_other_limits(rare):
+    """Skipped as far from the run's limits, they may be out of another one."""
+    other = tolstat.limited(rare, {"sum": limits_of(20, RARE)["sum"]}, model=Three())
+    assert other.trials == rare.thinned.covering
+    limited = tolstat.report(other).limits["sum"]
+    share = limited.yields.fraction_out_of_limit
+    assert share.lower < 20 * RARE < share.upper and not limited.yields.missed
+    assert (
+        tolstat.limited(rare, {"sum": rare.limits["sum"].words}).trials == rare.trials
+    )
+
+
 def test_a_rare_one_is_whole_and_resumed(rare, tmp_path):
     assert tolstat.verify(rare.path, model=Three()).whole
     path, enough = tmp_path / "part.h5", Enough(rare.thinned.covering + 100)

@@ -42,7 +42,9 @@ def condition(judged: Yield) -> Parts:
 
 
 def to_measure(share: PartsUncertainty) -> Parts:
-    """Say how many parts to measure."""
+    """Say how many parts to measure, or how."""
+    if share.fewest >= LEAST_PARTS and not share.for_any.sure:
+        return text("measure parts to a finer step")
     few, least = few_entries(share), 50 if share.fewest < LEAST_PARTS else 0
     number = least or share.needed or MOST
     more = "" if least or share.needed else "more than "
@@ -81,6 +83,9 @@ def few_parts(response: str, share: PartsUncertainty) -> Parts:
             f"limits. {ALL_THERE_ARE}",
             _parts_of({name: share.entries[name] for name in few}),
         )
+    if not share.for_any.sure:
+        words = f"{{}}: {share.for_any.reason}. Measure to a finer step."
+        return say(words, Name(response))
     numbers = listed(
         [say("{} of {}", counted(*share.counts[name]), Name(name)) for name in few]
     )

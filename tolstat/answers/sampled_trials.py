@@ -131,7 +131,8 @@ class Drawn:
         )
 
         deviations = self.deviating(done)
-        if not any(n in deviations for part in run.measured for n in part.contributors):
+        moving = (n in deviations for part in run.measured for n in part.contributors)
+        if not any(moving) and not any(part.is_constant for part in run.measured):
             return {}
         names = [response.name for response in run.responses]
         if len(names) * len(deviations) ** 2 > MOST_TERMS:

@@ -38,6 +38,7 @@ class Lack(Enum):
     UNEQUAL_HALVES = "half of the units have the same value"
     UNEQUAL_OUTERMOST = "the outermost units have the same value"
     PARTS = "only {parts} measured parts: 10 are needed, 50 decide most limits"
+    EQUAL_PARTS = "all measured parts are equal: they tell no spread"
     ANY_OUT = "none out of limit in either"
 
 

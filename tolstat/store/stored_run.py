@@ -291,7 +291,18 @@ class Run(Plan):
     def limited(
         self, limits: dict[str, Limit], shown_units: dict[str, str], note: str
     ) -> Run:
-        """Return the run with these limits, units shown and one more note."""
+        """Return the run with these limits, units shown and one more note.
+
+        Trials that `decide` left out, as far from its limits, may be near others: then
+        the stages that left out none remain.
+        """
+        new = any(
+            name not in self.limits or limit.permitted != self.limits[name].permitted
+            for name, limit in limits.items()
+        )
+        if new and self.thinned and self.thinned.skips:
+            covering = self.first(self.thinned.covering)
+            return covering.limited(limits, shown_units, note)
         responses = tuple(
             replace(response, shown=typed_unit(response, shown_units))
             for response in self.responses

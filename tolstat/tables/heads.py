@@ -14,6 +14,11 @@ _WITH_UNIT = re.compile(
     r"(?P<name>.+?)(?:\s*\((?P<round>[^()]+)\)|(?:\s+in\s+|\s+/\s*)(?P<unit>\S+))",
     re.DOTALL,
 )
+# no units of a study: one that stands in brackets is refused, not part of a name
+OTHER_UNITS = frozenset({
+    "inch", "inches", "zoll", "thou", "mil", "mils", "micron", "microns", "feet", "ft",
+    "psi", "ksi", "kgf", "kp", "lb", "lbs", "lbf", "ozf", "grad", "degrees", "radians",
+})  # fmt: skip
 # what begins a row that is no part: of a summary or of the drawing, in some languages
 SUMMARY = frozenset({
     "mean", "average", "avg", "mittelwert", "mittel", "moyenne", "media", "std",
@@ -126,9 +131,17 @@ def split_head(cell: Cell) -> tuple[str, str]:
     if match := _BRACKETS.fullmatch(text):
         return match["name"], match["unit"].strip()
     match = _WITH_UNIT.fullmatch(text)
-    if match and is_unit(unit := (match["round"] or match["unit"]).strip()):
-        return match["name"], unit
+    if match:
+        unit = (match["round"] or match["unit"]).strip()
+        if is_unit(unit) or (match["round"] and _means_unit(unit)):
+            return match["name"], unit
     return text, ""
+
+
+def _means_unit(word: str) -> bool:
+    """Return whether a word in brackets means a unit that is written otherwise."""
+    word = word.rstrip(".").casefold()
+    return word in OTHER_UNITS or (len(word) > 1 and is_unit(word))
 
 
 def _numeric(rows: Sequence[Row]) -> list[int]:

@@ -20,10 +20,12 @@ from tolstat.answers.parts.judged_parts import (
     judged_parts_of,
 )
 from tolstat.answers.parts.parts_figures import figures_of
-from tolstat.answers.report.report_warnings import UnusualParts
+from tolstat.answers.report.report_warnings import PartsWarning, UnusualParts
 from tolstat.cli.main import main
 from tolstat.document.plot import Histogram
 from tolstat.errors import DataError, TolstatError
+from tolstat.statistics.estimate import Lack
+from tolstat.statistics.limits.yields import UNDECIDED
 
 HEAD = "Protokoll;;;\nTeil;Länge [mm];Breite [mm];Charge\n"
 
@@ -155,6 +157,10 @@ def test_units_that_differ_are_refused(tmp_path):
 
 def test_a_unit_in_other_letters_is_the_same_and_an_unknown_one_is_typed(tmp_path):
     path = tmp_path / "a.csv"
+    for head in ("d (inch)", "d (MM)", "d (ksi)"):
+        path.write_text(f"n;{head}\n1;0.02\n2;0.03\n")
+        with pytest.raises(DataError, match=r"its unit .* is unknown"):
+            tolstat.parts(path, tolerance="<= 0.03 mm")
     path.write_text("d [µm];w [Grad]\n20.01;1\n20.02;3\n")
     for name, unit in (("d", "um"), ("w", "deg")):
         assert tolstat.parts(path, [name], unit=unit).characteristics[name]
@@ -232,6 +238,22 @@ def test_the_data_of_a_report_have_the_measured_parts(run):
     assert table[f"A mean [{part.scale.shown}]"][0] == pytest.approx(mean)
     assert table["A parts"][0] == 90 and "A outside [%]" in table
     assert report.frame()["A_sigma"].iloc[0] == part.capability.sigma.value
+
+
+def test_equal_parts_decide_nothing(tmp_path):
+    """Read in coarse steps, five agree by chance."""
+    (tmp_path / "a.csv").write_text("d\n" + 5 * "20.0\n")
+    part = {"nominal": "20 mm", "data": str(tmp_path / "a.csv"), "column": "d"}
+    study = {
+        "model": "dimension_chain", "trials": 5000, "seed": 1,
+        "settings": {"gap": "A - B"}, "limits": {"gap": ">= 0.01 mm"},
+        "links": {"A": {"nominal": "20.1 mm", "tolerance": "+-0.045 mm"},
+                  "B": {**part, "unit": "mm"}},
+    }  # fmt: skip
+    summary = tolstat.summary(tolstat.run(study, output=tmp_path / "a.h5"))
+    assert summary.limits["gap"].yields.verdict == UNDECIDED
+    (warning,) = (x for x in summary.warnings if isinstance(x, PartsWarning))
+    assert warning.share.for_any.reason == Lack.EQUAL_PARTS.value
 
 
 def test_trials_take_the_parts_and_not_their_tolerance(run):

@@ -28,6 +28,10 @@ READINGS = (
 
 IN_PART = ". The verdicts are of a run in part: its other trials have not run."
 
+RANDOM_TRIALS = (
+    ". Only the random trials: a report has the verdicts of all that were decided"
+)
+
 
 @dataclass(frozen=True, repr=False)
 class Explore:
@@ -35,6 +39,7 @@ class Explore:
 
     run: Run
     data: PageData
+    thinned: bool  # these are its random trials; those that were thinned are left out
 
     def html(self) -> str:
         """Return the page: one file, which asks for no other."""
@@ -56,7 +61,8 @@ class Explore:
             responses=data["responses"],
             evaluated=self.data.evaluated,
             lead=f"{run.path.name}: {trials}, {how} at each move; {run.model}"
-            + (IN_PART if in_part else ""),
+            + (IN_PART if in_part else "")
+            + (RANDOM_TRIALS if self.thinned else ""),
             report=command("report", run.path, machine=run.machine).text,
             note=READINGS,
         )
@@ -122,6 +128,8 @@ def explore(run: RunSource, *, model: Model | None = None) -> Explore:
         If its trials are no sample, or are to be weighted and depend on each other.
     """
     run = open_run(run)
+    thinned = run.random_trials < run.trials
+    run = run.first(run.random_trials)
     sampled, _ = reportable(run)
     if run.aim:
         raise QuestionError(
@@ -137,4 +145,4 @@ def explore(run: RunSource, *, model: Model | None = None) -> Explore:
             "each other",
             Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
         )
-    return Explore(run, data)
+    return Explore(run, data, thinned)

@@ -66,6 +66,11 @@ class MeasuredSample:
         return len(self.values)
 
     @property
+    def is_constant(self) -> bool:
+        """Whether all parts are equal: they may be rounded, and tell no spread."""
+        return bool(np.ptp(self.values) == 0)
+
+    @property
     def fit_decides(self) -> bool:
         """Whether verdicts rest on the fit: there is one, and its test passes it."""
         return bool(self.fit) and not self.p_value < DOUBTFUL_FIT

@@ -87,11 +87,13 @@ def uncertainties_of(
     `shares` are those of quantiles, and `more` numbers of parts that may decide.
     """
     entries = {sample.name: sample.parts for sample in trials.samples}
-    few = min(entries.values()) < LEAST_PARTS
-    if few:
-        none = Estimate(
-            math.nan, reason=NoInterval(Lack.PARTS, parts=min(entries.values()))
-        )
+    reason = None
+    if any(sample.is_constant for sample in trials.samples):
+        reason = NoInterval(Lack.EQUAL_PARTS)
+    elif (parts := min(entries.values())) < LEAST_PARTS:
+        reason = NoInterval(Lack.PARTS, parts=parts)
+    if reason:
+        none = Estimate(math.nan, reason=reason)
         uncertainty = PartsUncertainty(entries, "", none, none, (0.0, 1.0))
         names = [*trials.responses, JOINT]
         limited = {*trials.limits, JOINT}
