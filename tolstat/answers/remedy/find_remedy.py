@@ -62,6 +62,7 @@ FARTHEST_UNPROVED = 1.0  # half tolerances that a centre moves
 STRAIGHT = 1e-6  # of sigma: what a linear surface leaves
 QUICK, QUICK_INTEGRATED = 10.0, 1.0  # s, that a proof may take; of equations of motion
 NOTHING_HELPS = "no change of the free tolerances and centres is known to help"
+OF_RANDOM = "; only the random trials of this thinned run were searched"
 TOLD = (NoRemedy.FREE, NoRemedy.FAILED)  # other refusals say nothing to a reader
 
 
@@ -144,7 +145,9 @@ class _Search:
         before = self._before()
         tried = self._tried(before) or self._by_weights(before)
         if tried is None:
-            return RemedyFinding(reason=NOTHING_HELPS, note=self.note)
+            thinned = self.run.random_trials < self.run.trials
+            reason = NOTHING_HELPS + (OF_RANDOM if thinned else "")
+            return RemedyFinding(reason=reason, note=self.note)
         pairs = zip(before.limits, tried.after.limits, strict=True)
         changed = changed_entries(self.run, self.entries, tried.change)
         entries = worded_entries(changed)
