@@ -177,6 +177,8 @@ def test_far_trials_tell_nothing_of_other_limits(rare):
     assert (
         tolstat.limited(rare, {"sum": rare.limits["sum"].words}).trials == rare.trials
     )
+    page = tolstat.explore(rare, model=Three()).html()
+    assert "Only the random trials" in page
 
 
 def test_a_rare_one_is_whole_and_resumed(rare, tmp_path):

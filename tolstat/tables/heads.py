@@ -16,8 +16,8 @@ _WITH_UNIT = re.compile(
 )
 # no units of a study: one that stands in brackets is refused, not part of a name
 OTHER_UNITS = frozenset({
-    "inch", "inches", "zoll", "thou", "mil", "mils", "micron", "microns", "feet", "ft",
-    "psi", "ksi", "kgf", "kp", "lb", "lbs", "lbf", "ozf", "grad", "degrees", "radians",
+    "inch", "inches", "zoll", "mils", "micron", "microns", "feet", "ksi", "kgf", "kp",
+    "lbs", "ozf", "grad", "degrees", "radians",
 })  # fmt: skip
 # what begins a row that is no part: of a summary or of the drawing, in some languages
 SUMMARY = frozenset({

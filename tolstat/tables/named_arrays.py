@@ -43,7 +43,7 @@ def read_parquet(path: Path, raw: bytes, digest: str) -> Grid:
             "the table as CSV"
         ) from error
     try:
-        facts = parquet.read_metadata(io.BytesIO(raw))
+        facts = parquet.read_metadata(pyarrow.BufferReader(raw))
         groups = map(facts.row_group, range(facts.num_row_groups))
         _check_room(
             8 * facts.num_rows * facts.num_columns,
@@ -52,7 +52,10 @@ def read_parquet(path: Path, raw: bytes, digest: str) -> Grid:
         described = map(facts.schema.column, range(facts.num_columns))
         texts = [field.path for field in described if field.physical_type == TEXT]
         # each different text is held once: a long one may stand in every row
-        table = parquet.read_table(io.BytesIO(raw), read_dictionary=texts)
+        table = parquet.read_table(
+            pyarrow.BufferReader(raw), read_dictionary=texts,
+            use_threads=False, pre_buffer=False,  # threads may abort a short process
+        )  # fmt: skip
         columns = {
             field.name: Column(
                 table[field.name].to_pandas().astype(object).to_numpy(na_value="")

@@ -18,6 +18,7 @@ import tempfile
 import threading
 import time
 import traceback
+from collections import Counter
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -165,3 +166,9 @@ def _run(
         with contextlib.suppress(OSError, ValueError):
             sys.stderr.flush()
         os._exit(code)
+
+
+def words_of(counts: Counter[str]) -> str:
+    """Return how many commands ended in each way, in words."""
+    kinds = ", ".join(f"{kind} {count}" for kind, count in counts.most_common())
+    return f"{counts.total()} commands: {kinds}"

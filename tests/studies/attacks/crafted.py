@@ -18,7 +18,7 @@ import tempfile
 from collections import Counter, defaultdict
 from pathlib import Path
 
-from tests.studies.attacks.commands import STUDY, ask, warm
+from tests.studies.attacks.commands import STUDY, ask, warm, words_of
 from tests.studies.attacks.crafted_files import CHANGES, SECRET, craft, secrets
 
 COMMANDS = [  # for each change
@@ -118,10 +118,7 @@ def main(words: list[str]) -> int:
     print("\nend | change | commands | last line")
     for (kind, change, line), commands in sorted(wrong.items()):
         print(f"{kind} | {change} | {len(commands)}: {', '.join(commands)} | {line}")
-    print(
-        f"\n{len(chosen)} changes, {sum(counts.values())} commands: "
-        + ", ".join(f"{kind} {count}" for kind, count in counts.most_common())
-    )
+    print(f"\n{len(chosen)} changes, {words_of(counts)}")
     return 1 if wrong else 0
 
 

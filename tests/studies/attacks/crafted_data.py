@@ -35,7 +35,7 @@ from pyarrow import parquet
 
 from tests.conftest import ROOT
 from tests.fmu.building import build
-from tests.studies.attacks.commands import ask, warm
+from tests.studies.attacks.commands import ask, warm, words_of
 
 BLOCK = 500_000_000  # bytes that a small archive unpacks to
 ROWS = [["d", "Charge"], *([20.0 + 0.001 * i, 30.0 + i % 4] for i in range(40))]
@@ -344,10 +344,7 @@ def main(words: list[str]) -> int:
                             f"{kind} | {file}: {change} | {command} | {ended.last_line}",
                             flush=True,
                         )
-    print(
-        f"\n{counts.total()} commands: "
-        + ", ".join(f"{k} {n}" for k, n in counts.most_common())
-    )
+    print(f"\n{words_of(counts)}")
     return 1 if wrong else 0
 
 

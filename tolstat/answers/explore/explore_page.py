@@ -113,7 +113,7 @@ def explore(run: RunSource, *, model: Model | None = None) -> Explore:
     Parameters
     ----------
     run : Run or path
-        Of sampled trials.
+        Of sampled trials; of thinned ones the random trials alone take part.
     model : Model, optional
         A custom model, if the run is of one.
 

@@ -235,7 +235,8 @@ def _more_trials(
     if not undecided and not told:
         return None
     needed = telling[told] if told else needed
-    command, evaluated = (None, 0) if told else _deciding(drawn, undecided, needed)
+    numbers = {name: deciding[name] for name in undecided}
+    command, evaluated = (None, 0) if told else _deciding(drawn, numbers)
     command = command or to_extend(run, needed)
     return Step(
         StepKind.ADD_TRIALS,
@@ -247,14 +248,14 @@ def _more_trials(
     )
 
 
-def _deciding(
-    drawn: Drawn, names: Sequence[str], trials: int
-) -> tuple[Typed | None, int]:
+def _deciding(drawn: Drawn, numbers: Mapping[str, int]) -> tuple[Typed | None, int]:
     """Return the command that decides limits, and how many trials it evaluates if few.
 
-    All are if these are quick, or no surface tells which few would do.
+    `numbers` are those of plain trials that decide each limit. All are evaluated if
+    these are quick, or no surface tells which few would do.
     """
     run, first = drawn.run, max(drawn.run.ended, FEWEST_RANDOM)
+    trials = max(numbers.values())
     few = is_thinned(
         trials - first,
         isolated=run.isolation is not None,
@@ -268,13 +269,14 @@ def _deciding(
 
     deviations = np.stack([drawn.values(x.name) for x in run.contributors], axis=1)
     done = drawn.sample.done
-    part = max(
-        evaluated_part(deviations, drawn.values(name), done, run.limits[name])
-        for name in names
-    )
-    if part == 1:
+    parts = {
+        name: evaluated_part(deviations, drawn.values(name), done, run.limits[name])
+        for name in numbers
+    }
+    if min(parts.values()) == 1:
         return command, 0
-    return to_decide(run, slow=not few), grown(first + part * (trials - first))
+    more = max(part * max(numbers[name] - first, 0) for name, part in parts.items())
+    return to_decide(run, slow=not few), grown(first + more)
 
 
 def _is_open(limit: LimitFinding) -> bool:

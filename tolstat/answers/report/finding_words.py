@@ -149,9 +149,13 @@ def _add_trials(run: Run, step: Step) -> Parts:
         typed = listed(step.commands)
         return say("Add trials to {}: {}.", listed(purposes), typed)
     trials = counted(step.trials, "trial")
-    few = f", of which {step.evaluated} are evaluated" if step.evaluated else ""
-    time = f" in all{few} ({predicted_time(run, step.evaluated or step.trials)}): "
-    in_all = [text(time, command) for command in step.commands]
+    few = ", of which {} are evaluated" if step.evaluated else ""
+    time = predicted_time(run, step.evaluated or step.trials)
+    numbers = [Number(step.evaluated)] if step.evaluated else []
+    in_all = [
+        say(f" in all{few} ({time}): {{}}", *numbers, command)
+        for command in step.commands
+    ]
     return say("Add trials to {}: about {}{}.", listed(purposes), trials,
                in_all or (MORE_ROWS if run.listed else NEW_RUN))  # fmt: skip
 
