@@ -2,8 +2,8 @@
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple, NoReturn
@@ -31,6 +31,7 @@ from tolstat.tables.numerals import (
     proof,
     settled_decimal,
 )
+from tolstat.tables.raw_file import Form
 from tolstat.units.conversion import same_unit
 
 
@@ -62,19 +63,13 @@ class Table:
     ----------
     grid : Grid
         Its head, and its rows from there on.
-    typed_decimal : str
-        The decimal sign that the study names; empty for none.
-    codes : sequence of str or None
-        Of cells without a value, which are empty here. None: the study names none, and
-        what looks like one is refused.
-    only : mapping of str to str
-        What its rows have, by column; others are not read.
+    form : Form
+        What the study says: cells with a code of `no_value` are empty here, and rows
+        that are not of `only` are not read.
     """
 
     grid: Grid
-    typed_decimal: str = ""
-    codes: Sequence[str] | None = None
-    only: Mapping[str, str] = field(default_factory=dict)
+    form: Form
 
     @property
     def head(self) -> Head:
@@ -124,7 +119,7 @@ class Table:
             )
         rows = self.grid.rows[self.head.body - self.head.position :]
         rows = [row for row in rows if not all(map(is_empty, row.cells))]
-        for name, word in self.only.items():
+        for name, word in self.form.only:
             index = self._index(name)
             words = [_text(row.cells[index]) for row in rows]
             rows = [row for row, text in zip(rows, words, strict=True) if text == word]
@@ -153,11 +148,15 @@ class Table:
         shares = self._shares_of_numbers
         return [name for name, share in shares.items() if share == 1.0]
 
-    @property
-    def mainly_numeric(self) -> list[str]:
-        """The columns in which as many cells are numbers as not, or more."""
-        shares = self._shares_of_numbers
-        return [name for name, share in shares.items() if share >= 0.5]
+    def names(self, lots: str = "") -> list[str]:
+        """Return the columns of measured parts: those of numbers.
+
+        Neither those that count 1, 2, 3 nor that of the lots. One with a word or
+        another unit in it is among them: reading it names that cell.
+        """
+        shares = self._shares_of_numbers.items()
+        names = [name for name, share in shares if share >= 0.5 and name != lots]
+        return [name for name in names if not self.counts_rows(name)]
 
     @cached_property
     def _shares_of_numbers(self) -> dict[str, float]:
@@ -195,8 +194,8 @@ class Table:
     @cached_property
     def decimal(self) -> str:
         """The decimal sign; empty where no number has one."""
-        if self.typed_decimal:
-            return self.typed_decimal
+        if self.form.decimal:
+            return self.form.decimal
         cells = (cell for name in self.numeric for cell in self._texts(name))
         between_commas = self.grid.separator == COMMA
         return settled_decimal(cells, between_commas=between_commas)
@@ -213,13 +212,13 @@ class Table:
         first, *rest = self.grid.words
         decimal = [NAMES[self.decimal]] if self.decimal else []
         empty = [f"{left_out} empty"] if left_out else []
-        only = [f"rows with {name} = {word}" for name, word in self.only.items()]
+        only = [f"rows with {name} = {word}" for name, word in self.form.only]
         return ", ".join((first, *decimal, *rest, *only, *empty))
 
     @property
     def plain(self) -> bool:
         """Whether it goes without saying how it was read."""
-        return self.grid.plain and not self.only and self.decimal in ("", POINT)
+        return self.grid.plain and not self.form.only and self.decimal in ("", POINT)
 
     def column(self, name: str, without: Collection[int] = ()) -> list[float]:
         """Return the numbers of a column, as written; refuse empty cells.
@@ -306,7 +305,7 @@ class Table:
             if isinstance(cell, Unusable):
                 wrong = f"{cell.text} is {cell.why}, and"
             raise DataError(f"{address}: {wrong} not a number")
-        if not self.typed_decimal and any(
+        if not self.form.decimal and any(
             self.decimal not in text and proof(text) is Proof.EITHER
             for text, _ in self._texts(name)
         ):  # thousands: another column may hold no numbers, such as 24.12 or 1.1
@@ -336,7 +335,7 @@ class Table:
 
     def _refuse_codes(self, numbers: Sequence[float | None], name: str) -> None:
         """Refuse a number that looks like a code for no value."""
-        if self.codes is not None:
+        if self.form.no_value is not None:
             return
         index = self._index(name)
         filled = [
@@ -364,7 +363,7 @@ class Table:
 
     @cached_property
     def _coded(self) -> set[float]:
-        return numbers_of_codes(self.codes or ())
+        return numbers_of_codes(self.form.no_value or ())
 
 
 def _text(cell: Cell) -> str:
