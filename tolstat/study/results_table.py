@@ -2,8 +2,6 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,18 +17,17 @@ from tolstat.errors import (
 )
 from tolstat.machines.results.machine import FAILED
 from tolstat.model.checked import complete
-from tolstat.model.contract import Model, Outcome
-from tolstat.model.description import Description
+from tolstat.model.contract import Outcome
 from tolstat.study.data_files import named_column, read_data, source_words
 from tolstat.study.evaluated_table import (
     not_read,
     part_of_head,
     table_entry,
 )
-from tolstat.study.given_points import Case, Points
+from tolstat.study.given_points import Case, Points, Setup
 from tolstat.study.nominal_size import DeviationReader, Holds
 from tolstat.study.repeated_rows import repeated_rows
-from tolstat.study.study_schema import Document, TableEntry
+from tolstat.study.study_schema import TableEntry
 from tolstat.tables.table import Table
 from tolstat.units.conversion import to_si
 
@@ -57,13 +54,7 @@ UNKNOWN = (
 )
 
 
-def read_results(
-    document: Document,
-    folder: Path | None,
-    model: Model,
-    settings: Any,
-    description: Description,
-) -> Points:
+def read_results(setup: Setup) -> Points:
     """Return the trials of a file with their answers.
 
     Each input and each response of the description is a column, by its name or by that
@@ -75,6 +66,7 @@ def read_results(
     DataError
         If a column is missing, or a cell cannot be used: the message has its address.
     """
+    document, folder, model, settings, description = setup
     entry, (contributors, responses) = table_entry(document), description
     if not document.responses:
         raise StudyError(
