@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from tolstat.arrays import Array
 from tolstat.errors import DataError, allowed_names
 from tolstat.study.files import beside, content
@@ -114,7 +112,7 @@ def si_values(table: Table, name: str, unit: str, written: str = "") -> Array:
         factor = to_si(1.0, "" if written == "1" else written, unit)
     except ValueError as error:
         raise DataError(f"{table.path}, column {name}: {error}") from None
-    return np.array(table.column(name)) * factor
+    return table.column(name) * factor
 
 
 def source_words(file: Table | MeasuredColumn) -> str:

@@ -58,7 +58,7 @@ def read_table(setup: Setup) -> Points:
                 unnamed += [] if table.counts_rows(head) else [head]
                 continue
             raise DataError(f"{path}, column {head}: {error}") from None
-        columns.append(np.array(table.column(head)))
+        columns.append(table.column(head))
         for member in members:
             if member in units:
                 raise DataError(f"{path}: {member} is given twice")

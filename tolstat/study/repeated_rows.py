@@ -90,7 +90,7 @@ def _named_parts(table: Table, rows: Sequence[int]) -> bool:
 
 def _by_numbers(table: Table) -> bool:
     """Return whether rounding does not explain that numbers repeat."""
-    columns = list[list[float]]()
+    columns = list[Array]()
     for name in table.numeric:
         with suppress(DataError):  # another column, which cannot be read
             columns.append(table.numbers(name))

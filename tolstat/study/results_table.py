@@ -100,9 +100,9 @@ def read_results(setup: Setup) -> Points:
     for number, part in enumerate(contributors):
         head, unit, holds = columns.of_input(part.name)
         unit, reader = unit or part.shown, DeviationReader(part)
-        written = table.column(head)
-        inputs.append(np.array(written))
+        inputs.append(table.column(head))
         try:
+            written = inputs[-1].tolist()
             deviations[:, number], _ = reader.column(written, unit, holds, table.places)
         except (UnitError, DistributionError) as error:
             raise DataError(f"{table.path}, column {head}: {error}") from None
@@ -116,7 +116,7 @@ def read_results(setup: Setup) -> Points:
             factor = to_si(1.0, "" if unit == "1" else unit, response.unit)
         except UnitError as error:
             raise DataError(f"{table.path}, column {head}: {error}") from None
-        outputs.append(np.array(table.column(head, without)))
+        outputs.append(table.column(head, without))
         answers[:, number] = factor * outputs[-1]
     unnamed = [n for n in table.columns if n not in {*columns.read, entry.failed}]
     if unnamed := [n for n in unnamed if not table.counts_rows(n)]:

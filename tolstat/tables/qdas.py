@@ -14,6 +14,8 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from tolstat.errors import DataError, UnitError, allowed_names
 from tolstat.tables.encodings import text_of_data
 from tolstat.tables.no_value import cells_with, refuse_codes
@@ -127,7 +129,9 @@ class QdasFile:
             for value, address in zip(counted, places, strict=True)
         ]
         if self.codes is None:
-            refuse_codes(numbers, places, [text.rpartition(" ")[2] for text in places])
+            refuse_codes(
+                np.array(numbers), places, [text.rpartition(" ")[2] for text in places]
+            )
         nominal = self._number(index, "K2101")
         lower, upper = (
             self._limit(index, nominal, keys)

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,6 +10,7 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
+from tolstat.arrays import Array
 from tolstat.errors import DataError, UnitError, allowed_names
 from tolstat.tables.cell_units import is_unit, split_cell
 from tolstat.tables.grid import Cell, Grid, Head, Row, Unusable
@@ -220,46 +221,39 @@ class Table:
         """Whether it goes without saying how it was read."""
         return self.grid.plain and not self.form.only and self.decimal in ("", POINT)
 
-    def column(self, name: str, without: Collection[int] = ()) -> list[float]:
+    def column(self, name: str, without: Collection[int] = ()) -> Array:
         """Return the numbers of a column, as written; refuse empty cells.
 
         Rows `without` one, by their index, are NaN.
         """
-        numbers = self._numbers(name, without)
+        numbers = self.numbers(name, without)
         self._refuse_codes(numbers, name)
-        for i, (row, value) in enumerate(zip(self.rows, numbers, strict=True)):
-            if value is None and i not in without:
-                cell = row.cells[self._index(name)]
-                address = self.grid.address(row.line, self._index(name), name)
-                raise DataError(f"{address}: '{cell}' is not a number")
-        return [math.nan if value is None else value for value in numbers]
-
-    def numbers(self, name: str) -> list[float]:
-        """Return the numbers of a column, as written; NaN for empty cells."""
-        numbers = self._numbers(name)
-        return [math.nan if value is None else value for value in numbers]
+        for i in np.flatnonzero(np.isnan(numbers)).tolist():
+            if i not in without:
+                cell = self.rows[i].cells[self._index(name)]
+                raise DataError(f"{self._address(i, name)}: '{cell}' is not a number")
+        return numbers
 
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
         """Return the measured values of a column; empty cells are left out."""
-        numbers = self._numbers(name)
+        numbers = self.numbers(name)
         self._refuse_codes(numbers, name)
-        filled = [i for i, value in enumerate(numbers) if value is not None]
-        if not filled:
+        empty = np.isnan(numbers)
+        if empty.all():
             raise DataError(f"{self.path}, column {name}: no number")
-        left_out = len(numbers) - len(filled)
-        if left_out and self.grid.doubtful:
-            row = next(i for i, value in enumerate(numbers) if value is None)
-            address = self.grid.address(self.rows[row].line, self._index(name), name)
+        if empty.any() and self.grid.doubtful:
             raise DataError(
-                f"{address} is empty, or an error that an XLS file hides; save the "
-                "file as XLSX"
+                f"{self._address(int(empty.argmax()), name)} is empty, or an error "
+                "that an XLS file hides; save the file as XLSX"
             )
         words = self.texts(lots) if lots else []
+        filled, left_out = np.flatnonzero(~empty).tolist(), int(empty.sum())
+        head = self.head.names[self._index(name)]
         return MeasuredColumn(
             self.path,
-            self.head.names[self._index(name)],
-            self.units[self.head.names[self._index(name)]],
-            tuple(x for x in numbers if x is not None),
+            head,
+            self.units[head],
+            tuple(numbers[filled].tolist()),
             tuple(self.places[i] for i in filled),
             self.words(left_out),
             plain=self.plain and not left_out,
@@ -277,7 +271,8 @@ class Table:
         """Return whether a column counts the rows: 1, 2, 3."""
         if name not in self.numeric:
             return False
-        numbers = [value for value in self._numbers(name) if value is not None]
+        numbers = self.numbers(name)
+        numbers = numbers[~np.isnan(numbers)]
         return len(numbers) > 1 and bool((np.diff(numbers) == 1).all())
 
     def texts(self, name: str) -> list[str]:
@@ -292,19 +287,26 @@ class Table:
         allowed = allowed_names(name, self.columns)
         raise DataError(f"{self.path} has no column '{name}'; {allowed}")
 
-    def _numbers(self, name: str, without: Collection[int] = ()) -> list[float | None]:
-        """Return the numbers of a column; None for empty cells, and rows `without`."""
+    def _address(self, row: int, name: str) -> str:
+        """Return file and address of a cell, by the index of its row."""
+        return self.grid.address(self.rows[row].line, self._index(name), name)
+
+    def numbers(self, name: str, without: Collection[int] = ()) -> Array:
+        """Return the numbers of a column, as written, float64[row].
+
+        NaN for empty cells, and for rows `without` one.
+        """
         index = self._index(name)
-        cells = [*zip(self.rows, self._cells(index), strict=True)]
-        for i, (row, cell) in enumerate(cells):
+        cells = self._cells(index)
+        for i, cell in enumerate(cells):
             if is_number(cell) or is_empty(cell) or i in without:
                 continue
-            address, wrong = self.grid.address(row.line, index, name), f"'{cell}' is"
+            wrong = f"'{cell}' is"
             if split_cell(cell)[1]:
                 self._refuse_units(index, name)
             if isinstance(cell, Unusable):
                 wrong = f"{cell.text} is {cell.why}, and"
-            raise DataError(f"{address}: {wrong} not a number")
+            raise DataError(f"{self._address(i, name)}: {wrong} not a number")
         if not self.form.decimal and any(
             self.decimal not in text and proof(text) is Proof.EITHER
             for text, _ in self._texts(name)
@@ -316,10 +318,11 @@ class Table:
                 f"{self.path}, column {name}: its cells are in {unit}, its head says "
                 f"{head}; correct one"
             )
-        return [
-            None if i in without else self._number(cell, row, index, name)
-            for i, (row, cell) in enumerate(cells)
+        numbers = [
+            math.nan if i in without else self._number(cell, i, name)
+            for i, cell in enumerate(cells)
         ]
+        return np.array(numbers, np.float64)
 
     def _refuse_units(self, index: int, name: str) -> NoReturn:
         """Refuse a column whose cells have several units: the first unusual cell."""
@@ -333,33 +336,25 @@ class Table:
             "cells, or in the head alone"
         )
 
-    def _refuse_codes(self, numbers: Sequence[float | None], name: str) -> None:
+    def _refuse_codes(self, numbers: Array, name: str) -> None:
         """Refuse a number that looks like a code for no value."""
-        if self.form.no_value is not None:
-            return
-        index = self._index(name)
-        filled = [
-            (value, row.line)
-            for value, row in zip(numbers, self.rows, strict=True)
-            if value is not None
-        ]
-        refuse_codes(
-            [value for value, _ in filled],
-            [self.grid.address(line, index, name) for _, line in filled],
-            [str(line) for _, line in filled],
-        )
+        if self.form.no_value is None:
+            filled = np.flatnonzero(~np.isnan(numbers))
+            addresses = [self._address(i, name) for i in filled.tolist()]
+            lines = [str(self.rows[i].line) for i in filled.tolist()]
+            refuse_codes(numbers[filled], addresses, lines)
 
-    def _number(self, cell: Cell, row: Row, index: int, name: str) -> float | None:
+    def _number(self, cell: Cell, row: int, name: str) -> float:
         if isinstance(cell, float):
             return cell
         if not isinstance(cell, str) or is_empty(cell):
-            return None
+            return math.nan
         try:
             value = number(cell, self.decimal)
         except UnitError as error:
-            address = self.grid.address(row.line, index, name)
+            address = self._address(row, name)
             raise DataError(f"{address}: '{cell}' is not a number ({error})") from None
-        return None if value in self._coded else value
+        return math.nan if value in self._coded else value
 
     @cached_property
     def _coded(self) -> set[float]:
