@@ -1,10 +1,10 @@
 """Files of data that a study names: measured parts, trials, published points."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
-from tolstat.arrays import Array
-from tolstat.errors import DataError, allowed_names
+from tolstat.errors import DataError, DistributionError, UnitError, allowed_names
 from tolstat.study.files import beside, content
 from tolstat.study.study_schema import FileEntry, PartsEntry
 from tolstat.tables import qdas
@@ -105,14 +105,19 @@ def named_column(table: Table, name: str, typed: str) -> tuple[str, str]:
     return head, written or unit
 
 
-def si_values(table: Table, name: str, unit: str, written: str = "") -> Array:
-    """Return the numbers of a column, SI; `written`: its unit if the file has none."""
-    written = table.units[name] or written
+def si_factor(table: Table, name: str, written: str, unit: str) -> float:
+    """Return what makes numbers of a column, in the written unit, SI."""
+    with naming_column(table, name):
+        return to_si(1.0, "" if written == "1" else written, unit)
+
+
+@contextmanager
+def naming_column(table: Table, name: str) -> Iterator[None]:
+    """Name the column in what is wrong with it."""
     try:
-        factor = to_si(1.0, "" if written == "1" else written, unit)
-    except ValueError as error:
+        yield
+    except (UnitError, DistributionError) as error:
         raise DataError(f"{table.path}, column {name}: {error}") from None
-    return table.column(name) * factor
 
 
 def source_words(file: Table | MeasuredColumn) -> str:

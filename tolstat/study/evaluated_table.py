@@ -8,12 +8,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.deviations.names import expand
 from tolstat.deviations.rows import ROWS
-from tolstat.errors import (
-    DataError,
-    DistributionError,
-    ModelError,
-    UnitError,
-)
+from tolstat.errors import DataError, ModelError
 from tolstat.study import study_schema as schema
 from tolstat.study.given_points import Case, Points, Setup
 from tolstat.study.nominal_size import HOLDS, DeviationReader, Holds
@@ -30,6 +25,7 @@ def read_table(setup: Setup) -> Points:
     """
     from tolstat.study.data_files import (  # few studies do
         named_column,
+        naming_column,
         read_data,
         source_words,
     )
@@ -63,12 +59,10 @@ def read_table(setup: Setup) -> Points:
             if member in units:
                 raise DataError(f"{path}: {member} is given twice")
             reader = DeviationReader(parts[member])
-            try:
+            with naming_column(table, head):
                 column, sizes = reader.column(
                     columns[-1].tolist(), written, holds, table.places
                 )
-            except (UnitError, DistributionError) as error:
-                raise DataError(f"{path}, column {head}: {error}") from None
             warnings |= dict.fromkeys(reader.warnings)
             units[member] = reader.shown_unit(written)
             deviations[:, names.index(member)] = column

@@ -264,7 +264,7 @@ def read_reference(
     several axes. Each head has its unit; `columns` renames heads, and others are not
     read then.
     """
-    from tolstat.study.data_files import named_column, read_data, si_values
+    from tolstat.study.data_files import named_column, read_data, si_factor
 
     keys = setup.document.reference
     entry = schema.read_entry(schema.ReferenceEntry, keys, "there is")
@@ -283,6 +283,6 @@ def read_reference(
         allowed = allowed_names(wrong[0], units)
         raise DataError(f"{table.path}, column {wrong[0]}: {allowed}")
     return entry.label, {
-        name: si_values(table, head, units[name], written)
+        name: si_factor(table, head, written, units[name]) * table.column(head)
         for name, (head, written) in columns.items()
     }

@@ -99,12 +99,10 @@ def _tolerance(
         return reader.zone(entry.tolerance)
     unit = reader.contributor.unit
     lower, upper = (
-        None if end is None else to_si(end - (column.nominal or 0.0), written, unit)
-        for end in (column.lower, column.upper)
+        none if end is None else to_si(end - (column.nominal or 0.0), written, unit)
+        for end, none in ((column.lower, -math.inf), (column.upper, math.inf))
     )
-    return Tolerance(
-        -math.inf if lower is None else lower, math.inf if upper is None else upper
-    )
+    return Tolerance(lower, upper)
 
 
 def _fitted_in_words(fitted: Fitted, scale: Scale) -> str:
