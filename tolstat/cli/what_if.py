@@ -4,6 +4,7 @@ import os
 import re
 import tomllib
 from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -118,13 +119,9 @@ def fresh_run_advice(
 def scenarios_in(texts: Sequence[str]) -> list[dict[str, Any]]:
     """Return scenarios: separated by "or", or one for each change of a name."""
     if SEPARATOR in texts:
-        groups: list[list[str]] = [[]]
-        for text in texts:
-            if text == SEPARATOR:
-                groups.append([])
-            else:
-                groups[-1].append(text)
-        if not all(groups):
+        parted = groupby(texts, SEPARATOR.__eq__)
+        groups = [[*changes] for is_separator, changes in parted if not is_separator]
+        if len(groups) <= texts.count(SEPARATOR):
             raise StudyError(f'"{SEPARATOR}" stands between two scenarios')
         return [deviations_in(group) for group in groups]
     names = [named[1] for text in texts if (named := NAMED.fullmatch(text))]
