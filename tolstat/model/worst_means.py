@@ -105,7 +105,7 @@ class AtWorstMeans(ModelInCases):
 def _moved(spreads: Spreads, shifts: Mapping[str, tuple[float, ...]]) -> Spreads:
     """Return spreads whose two ends and mean are shifted, by contributor."""
     return {
-        name: Spread(*np.add(spread[:3], shifts[name]).tolist(), spread.sigma)
+        name: Spread(*np.add(spread[:3], shifts[name]).tolist(), sigma=spread.sigma)
         for name, spread in spreads.items()
     }
 
