@@ -43,7 +43,7 @@ class AtWorstMeans(ModelInCases):
         for condition, shifts in zip(self.conditions, self.shifts, strict=True):
             for response, shift in zip(responses, shifts, strict=True):
                 ends = zip(contributors, shift.tolist(), strict=True)
-                moved = _moved(spreads, {part.name: (x, x, x) for part, x in ends})
+                moved = _moved(spreads, {part.name: (x, x, x, 0.0) for part, x in ends})
                 numbers += [
                     number._replace(
                         name=condition.of(number.name), of=condition.of(number.of)
@@ -61,7 +61,9 @@ class AtWorstMeans(ModelInCases):
         shifts = np.concatenate(self.shifts)
         lower, upper = shifts.min(axis=0).tolist(), shifts.max(axis=0).tolist()
         ends = zip(contributors, lower, upper, strict=True)
-        wide = _moved(spreads, {part.name: (low, up, 0.0) for part, low, up in ends})
+        wide = _moved(
+            spreads, {part.name: (low, up, 0.0, 0.0) for part, low, up in ends}
+        )
         return self.base.warnings(settings, wide)
 
     def history(self, deviations: Array, settings: Any, step: float) -> History:
@@ -103,9 +105,9 @@ class AtWorstMeans(ModelInCases):
 
 
 def _moved(spreads: Spreads, shifts: Mapping[str, tuple[float, ...]]) -> Spreads:
-    """Return spreads whose two ends and mean are shifted, by contributor."""
+    """Return spreads to which shifts of their numbers are added, by contributor."""
     return {
-        name: Spread(*np.add(spread[:3], shifts[name]).tolist(), sigma=spread.sigma)
+        name: Spread._make(np.add(spread, shifts[name]).tolist())
         for name, spread in spreads.items()
     }
 
