@@ -144,10 +144,7 @@ def resume(
 @click.command()
 @options.run_file
 @click.option(
-    "--trials",
-    type=options.COUNT,
-    required=True,
-    help="Number of trials in all.",
+    "--trials", type=options.COUNT, required=True, help="Number of trials in all."
 )
 @options.computing
 @options.regardless

@@ -16,12 +16,7 @@ from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.output_file import check_ending, replace
 from tolstat.answers.reports import summary
-from tolstat.answers.run_entries import (
-    RunIndex,
-    entry_of,
-    stored_runs,
-    with_reports,
-)
+from tolstat.answers.run_entries import RunIndex, entry_of, stored_runs, with_reports
 from tolstat.answers.runs_document import progress_table
 from tolstat.answers.sweep.curves import save_sweeps
 from tolstat.answers.sweep.extremes_document import comparisons

@@ -14,11 +14,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array
 from tolstat.deviations.names import expand
 from tolstat.deviations.samplers import Sampler
-from tolstat.errors import (
-    DataError,
-    ModelError,
-    allowed_names,
-)
+from tolstat.errors import DataError, ModelError, allowed_names
 from tolstat.model.checked import described
 from tolstat.model.contract import Answers, Model
 from tolstat.model.description import Description

@@ -19,11 +19,7 @@ from tolstat.study.data_files import (
     si_factor,
     source_words,
 )
-from tolstat.study.evaluated_table import (
-    not_read,
-    part_of_head,
-    table_entry,
-)
+from tolstat.study.evaluated_table import not_read, part_of_head, table_entry
 from tolstat.study.given_points import Case, Points, Setup
 from tolstat.study.nominal_size import DeviationReader, Holds
 from tolstat.study.repeated_rows import repeated_rows

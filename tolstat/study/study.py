@@ -35,13 +35,7 @@ from tolstat.statistics.limits.limit import Limit
 from tolstat.study.deviations_section import Deviations, read_deviations
 from tolstat.study.editor import StudyEditor
 from tolstat.study.files import read_toml
-from tolstat.study.given_points import (
-    Case,
-    Points,
-    Setup,
-    read_grid,
-    read_reference,
-)
+from tolstat.study.given_points import Case, Points, Setup, read_grid, read_reference
 from tolstat.study.limits_section import read_limits
 from tolstat.study.memory_needed import large, too_large
 from tolstat.study.nominal_size import SHARES
