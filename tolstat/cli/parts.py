@@ -43,9 +43,7 @@ from tolstat.cli import options
     metavar="TEXT",
     help='What cells without a value have, such as -999; "" for none.',
 )
-@options.also_written
-@options.form
-@options.figure
+@options.delivered()
 def parts(
     file: Path,
     columns: tuple[str, ...],
@@ -54,9 +52,7 @@ def parts(
     lots: str,
     rows: tuple[str, ...],
     no_value: tuple[str, ...],
-    output: Path | None,
-    form: str | None,
-    figure: str,
+    delivery: options.Delivery,
     **keys: str | None,
 ) -> None:
     """Judge measured parts of a file by the tolerance of their drawing.
@@ -66,7 +62,7 @@ def parts(
     """
     from tolstat.answers.parts.parts_answer import parts as judged
 
-    options.check_delivery(output, form, figure)
+    delivery.check()
     typed: dict[str, Any] = {k: value for k, value in keys.items() if value is not None}
     if wrong := [text for text in rows if "=" not in text]:
         raise click.BadParameter(f"'{wrong[0]}': COLUMN=WORD is expected")
@@ -76,4 +72,4 @@ def parts(
     answer = judged(
         file, columns, tolerance=tolerance, nominal=nominal, lots=lots, **typed
     )
-    options.deliver(answer, output, form, figure)
+    delivery.deliver(answer)

@@ -26,9 +26,7 @@ NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 @click.command("what-if")
 @options.run_file
 @click.argument("deviations", metavar="NAME=TOLERANCE...", nargs=-1)
-@options.also_written
-@options.form
-@options.figure
+@options.delivered()
 @options.limits
 @options.isolate
 @click.option(
@@ -44,9 +42,7 @@ NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 def what_if(
     source: Path,
     deviations: tuple[str, ...],
-    output: Path | None,
-    form: str | None,
-    figure: str,
+    delivery: options.Delivery,
     limits: tuple[str, ...],
     reweight: bool,
     write: Path | None,
@@ -67,13 +63,13 @@ def what_if(
     """
     scenarios, limited = scenarios_in(deviations), limits_in(limits)
     if write:
-        if output or form or figure:
+        if any(delivery):
             raise click.UsageError("--write takes no -o, --json or --csv")
         if len(scenarios) > 1:
             raise click.UsageError("--write takes one scenario")
         _write(write, source, scenarios[0], limited)
         return
-    options.check_delivery(output, form, figure)
+    delivery.check()
     asked: Any = scenarios if len(scenarios) > 1 else scenarios[0]
     try:
         answer = estimate(
@@ -83,7 +79,7 @@ def what_if(
         one = len(scenarios) == 1
         advice = fresh_run_advice(source, deviations, limits) if one else ""
         raise type(error)(f"{error}{advice}", *error.advice) from None
-    options.deliver(answer, output, form, figure)
+    delivery.deliver(answer)
 
 
 def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:
