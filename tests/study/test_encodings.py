@@ -85,7 +85,7 @@ def test_data_whose_encoding_no_rule_tells_are_refused(tmp_path, content, words)
 def test_data_of_windows_are_read_without_a_mark(tmp_path):
     (tmp_path / "rods.csv").write_bytes(CSV.encode("cp1252"))
     table = read_data(tmp_path, FileEntry(data="rods.csv"))
-    assert table.units["length"] == "µm" and "Windows-1252" in table.words()
+    assert table.units["length"] == "µm" and "Windows-1252" in table.words
 
 
 @pytest.mark.parametrize(

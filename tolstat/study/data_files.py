@@ -122,9 +122,8 @@ def naming_column(table: Table, name: str) -> Iterator[None]:
 
 def source_words(file: Table | MeasuredColumn) -> str:
     """Return what identifies the content of a file, and how it was read."""
-    words = file.words() if isinstance(file, Table) else file.words
     digest = f"SHA-256 {file.digest[:12]}"
-    return digest if file.plain else f"{digest}; {words}"
+    return digest if file.plain else f"{digest}; {file.words}"
 
 
 def torn_by_commas(file: Table | qdas.QdasFile, name: str) -> str:

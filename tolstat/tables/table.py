@@ -208,13 +208,13 @@ class Table:
             if isinstance(cell, str) and not is_empty(cell):
                 yield cell, self.grid.address(row.line, index, name)
 
-    def words(self, left_out: int = 0) -> str:
-        """Return how it was read: "semicolons, decimal comma, 3 lines skipped"."""
+    @property
+    def words(self) -> str:
+        """How it was read: "semicolons, decimal comma, 3 lines skipped"."""
         first, *rest = self.grid.words
         decimal = [NAMES[self.decimal]] if self.decimal else []
-        empty = [f"{left_out} empty"] if left_out else []
         only = [f"rows with {name} = {word}" for name, word in self.form.only]
-        return ", ".join((first, *decimal, *rest, *only, *empty))
+        return ", ".join((first, *decimal, *rest, *only))
 
     @property
     def plain(self) -> bool:
@@ -255,7 +255,7 @@ class Table:
             self.units[head],
             tuple(numbers[filled].tolist()),
             tuple(self.places[i] for i in filled),
-            self.words(left_out),
+            f"{self.words}, {left_out} empty" if left_out else self.words,
             plain=self.plain and not left_out,
             digest=self.digest,
             left_out=left_out,
