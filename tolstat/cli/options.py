@@ -47,9 +47,19 @@ def plot_option(help: str) -> Decorator:
     return path_option("--plot", help=help)
 
 
+def flag(help: str, *names: str) -> Decorator:
+    """Return an option without a value."""
+    return click.option(*names, is_flag=True, help=help)
+
+
 def force(help: str) -> Decorator:
     """Return the option that replaces an existing file."""
-    return click.option("--force", is_flag=True, help=help)
+    return flag(help, "--force")
+
+
+def repeated(help: str, metavar: str | None, *names: str) -> Decorator:
+    """Return an option of several values, each with the option before it."""
+    return click.option(*names, multiple=True, metavar=metavar, help=help)
 
 
 def form(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -138,31 +148,19 @@ def delivered(
 
 
 run_file = path_argument("source", "RUN.h5")
-regardless = click.option(
-    "--regardless",
-    is_flag=True,
-    help="Continue although source, processor or study file have changed.",
+regardless = flag(
+    "Continue although source, processor or study file have changed.", "--regardless"
 )
-closely = click.option(
-    "--response",
-    "responses",
-    multiple=True,
-    help="A response in focus; default: all with a limit. May be repeated.",
-    metavar="NAME",
-)
-limits = click.option(
-    "--limit",
-    "limits",
-    multiple=True,
-    metavar='"NAME <= VALUE"',
-    help="Add a limit, or replace one of the study. May be repeated.",
-)
-
-
-checking = click.option(
-    "--check",
-    is_flag=True,
-    help="End as `tolstat check`: 3 if a limit is not met, 4 if one is undecided.",
+closely = repeated(
+    "A response in focus; default: all with a limit. May be repeated.",
+    "NAME", "--response", "responses",
+)  # fmt: skip
+limits = repeated(
+    "Add a limit, or replace one of the study. May be repeated.",
+    '"NAME <= VALUE"', "--limit", "limits",
+)  # fmt: skip
+checking = flag(
+    "End as `tolstat check`: 3 if a limit is not met, 4 if one is undecided.", "--check"
 )
 
 

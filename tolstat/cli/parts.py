@@ -10,13 +10,10 @@ from tolstat.cli import options
 
 @click.command()
 @options.path_argument("file", "FILE")
-@click.option(
-    "--column",
-    "columns",
-    multiple=True,
-    metavar="NAME",
-    help="A column or a characteristic; default: all. May be repeated.",
-)
+@options.repeated(
+    "A column or a characteristic; default: all. May be repeated.",
+    "NAME", "--column", "columns",
+)  # fmt: skip
 @click.option(
     "--tolerance",
     default="",
@@ -31,17 +28,11 @@ from tolstat.cli import options
 @click.option("--encoding", metavar="NAME", help="Of a text, such as cp850.")
 @click.option("--sheet", metavar="NAME", help="The sheet of a workbook.")
 @click.option("--part", metavar="NUMBER", help="The part of a Q-DAS file.")
-@click.option(
-    "--rows",
-    multiple=True,
-    metavar="COLUMN=WORD",
-    help='Only rows that have this word, such as "id=Bore 1".',
+@options.repeated(
+    'Only rows that have this word, such as "id=Bore 1".', "COLUMN=WORD", "--rows"
 )
-@click.option(
-    "--no-value",
-    multiple=True,
-    metavar="TEXT",
-    help='What cells without a value have, such as -999; "" for none.',
+@options.repeated(
+    'What cells without a value have, such as -999; "" for none.', "TEXT", "--no-value"
 )
 @options.delivered()
 def parts(

@@ -22,13 +22,10 @@ from tolstat.units.grammar import quantity
 @options.run_file
 @options.delivered("The page to write; default: the run's name ending in .html.")
 @options.closely
-@click.option(
-    "--quantile",
-    "quantiles",
-    multiple=True,
-    metavar="PERCENT",
-    help='A quantile, such as "2.5 %". May be repeated.',
-)
+@options.repeated(
+    'A quantile, such as "2.5 %". May be repeated.',
+    "PERCENT", "--quantile", "quantiles",
+)  # fmt: skip
 @options.limits
 def report(
     source: Path,

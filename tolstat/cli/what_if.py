@@ -29,10 +29,9 @@ NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 @options.delivered()
 @options.limits
 @options.isolate
-@click.option(
+@options.flag(
+    "Weight the stored trials, although the model is cheap enough to evaluate.",
     "--reweight",
-    is_flag=True,
-    help="Weight the stored trials, although the model is cheap enough to evaluate.",
 )
 @options.path_option(
     "--write",
