@@ -4,7 +4,7 @@ from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations, product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tolstat.deviations.dependence import (
     Batch,
@@ -20,7 +20,6 @@ from tolstat.deviations.names import expand
 from tolstat.errors import DependenceError, DistributionError, ModelError
 from tolstat.model.description import Contributor
 from tolstat.model.setting_kinds import as_typed
-from tolstat.study.cost_entry import Priced, read_costs
 from tolstat.study.distribution_entry import (
     DEFAULT,
     REMEDY_KEYS,
@@ -30,8 +29,10 @@ from tolstat.study.distribution_entry import (
 )
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
-from tolstat.study.remedy_keys import check_remedy_keys
 from tolstat.study.study_schema import CorrelationEntry, read_entry
+
+if TYPE_CHECKING:
+    from tolstat.study.cost_entry import Priced
 
 MEAN_WITHIN = "mean_within"  # key: the range of a mean that is not known
 MOST_NOTED = 6  # pairs; the page has all
@@ -60,7 +61,7 @@ class Deviations:
     entries: dict[str, str] = field(default_factory=dict)  # name of the entry of each
     units: dict[str, str] = field(default_factory=dict)  # in which each is written
     notes: list[str] = field(default_factory=list)  # for the summary of the run
-    priced: list[Priced] = field(default_factory=list)  # tolerances and shifts
+    priced: "list[Priced]" = field(default_factory=list)  # tolerances and shifts
     # sentences that stand before the verdicts
     warnings: dict[str, None] = field(default_factory=dict)
     # contributors with a nominal value: see `tolstat.deviations.spread.fixed_point`
@@ -91,7 +92,9 @@ def read_deviations(
             keys = keys_of(entry)
             members = expand(name, [*parts])
             cost = keys.get("cost")
-            if any(key in keys for key in REMEDY_KEYS):
+            if any(key in keys for key in REMEDY_KEYS):  # seldom
+                from tolstat.study.remedy_keys import check_remedy_keys
+
                 check_remedy_keys(keys, {name: parts[name] for name in members})
             for key in ("cost", *REMEDY_KEYS):
                 keys.pop(key, None)
@@ -121,6 +124,8 @@ def read_deviations(
                     read.means[member] = _range_of_mean(within, reader, distribution)
                     read.words[member] += f", mean within {within}"
             if cost is not None:
+                from tolstat.study.cost_entry import read_costs  # for `allocate`
+
                 costs = read_costs(name, cost, keys, readers, distributions)
                 read.priced.extend(costs)
             for reader in readers.values():

@@ -21,7 +21,6 @@ from typing import Any, NamedTuple
 from tolstat.deviations.names import expand, general
 from tolstat.errors import CostError, DependenceError
 from tolstat.model.description import Contributor
-from tolstat.study.cost_entry import read_costs
 from tolstat.study.distribution_entry import (
     KEYS,
     REMEDY_KEYS,
@@ -228,6 +227,8 @@ def together(name: str, entries: Mapping[str, Entry]) -> dict[str, Entry]:
 
 def _has_price(keys: Mapping[str, Any], part: Contributor) -> bool:
     """Return whether the cost of an entry has a price for its tolerance."""
+    from tolstat.study.cost_entry import read_costs  # for `allocate`
+
     rest, reader = {k: x for k, x in keys.items() if k in KEYS}, DeviationReader(part)
     specified = {part.name: distribution_of(keys, part)}
     with suppress(CostError):

@@ -57,7 +57,6 @@ from tolstat.study.settings_section import (
     read_settings,
     with_link_tables,
 )
-from tolstat.study.slips import note_readable, section_of
 from tolstat.study.study_schema import Document, checked
 from tolstat.units.conversion import CELSIUS, dimension, known_name
 from tolstat.units.grammar import quantity, unit_of
@@ -275,7 +274,7 @@ def load(
     text, table = read_toml(path or cast(Mapping[str, Any], source))
     typed = {"trials": with_slow(trials, table.get("trials")), "seed": seed}
     table |= {key: value for key, value in typed.items() if value is not None}
-    document = checked(table, problems, partial(section_of, model=model))
+    document = checked(table, problems, partial(_section_of, model))
     document = with_link_tables(document, problems)
     note_two_scales(document.model_dump(), problems)
     shown = typed_units(document.model_dump())
@@ -299,6 +298,8 @@ def load(
             "[settings]", None, lambda: described_with_sizes(chosen, settings)
         )
     except StudyError:  # without these the rest cannot be read
+        from tolstat.study.slips import note_readable
+
         note_faults(document, sampling, Deviations(), None, problems)
         note_readable(document, chosen, problems)
         raise problems.refusal from None
@@ -370,6 +371,13 @@ def load(
     if wrong := study.unfit:
         raise StudyError(f"{problems.source}: trials = {study.trials}: {wrong}")
     return study
+
+
+def _section_of(model: Model | None, *key: Any) -> str:
+    """Return the section where a key belongs that stands outside of one."""
+    from tolstat.study.slips import section_of  # right studies have none
+
+    return section_of(*key, model)
 
 
 def typed_units(study: Mapping[str, Any]) -> dict[str, str]:
