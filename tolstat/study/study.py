@@ -373,11 +373,13 @@ def load(
     return study
 
 
-def _section_of(model: Model | None, *key: Any) -> str:
+def _section_of(
+    model: Model | None, name: str, value: Any, table: Mapping[str, Any]
+) -> str:
     """Return the section where a key belongs that stands outside of one."""
     from tolstat.study.slips import section_of  # right studies have none
 
-    return section_of(*key, model)
+    return section_of(name, value, table, model)
 
 
 def typed_units(study: Mapping[str, Any]) -> dict[str, str]:
