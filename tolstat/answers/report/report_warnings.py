@@ -24,7 +24,7 @@ from tolstat.store.run_records import Residual
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
-# times the largest size of a response in all trials, and parts of its least one: ends of
+# times the largest size of a response in all trials, and parts of the least: ends of
 # limits beyond are of another order of magnitude
 FAR_ABOVE, FAR_BELOW = 10.0, 0.01
 # by SI unit of a response: its steps that are turns, and the fewest trials a turn away
