@@ -16,12 +16,7 @@ from tolstat.document.inline import Name, Number, Parts, say, text
 from tolstat.execution.diagnostics.audit import finer, phased
 from tolstat.execution.run_loop import other_answers
 from tolstat.integrator.branches import kink_words
-from tolstat.integrator.examination import (
-    MOST_STEPS,
-    PERMITTED,
-    Examination,
-    examine,
-)
+from tolstat.integrator.examination import MOST_STEPS, PERMITTED, Examination, examine
 from tolstat.integrator.integrate import observed
 from tolstat.integrator.problem import Residual
 from tolstat.integrator.residual import largest_residual

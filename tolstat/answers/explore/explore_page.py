@@ -9,7 +9,7 @@ from typing import Any
 
 from tolstat.answers.explore.page_data import PageData
 from tolstat.answers.next_steps import command
-from tolstat.answers.output_file import check_ending, replace
+from tolstat.answers.output_file import save
 from tolstat.answers.report.summaries import reportable
 from tolstat.answers.what_if.reweighted_trials import check_assumed
 from tolstat.errors import Advice, QuestionError, Remedy
@@ -85,9 +85,7 @@ class Explore:
         RunFileError
             If the ending is another, or the file cannot be written or replaced.
         """
-        path = Path(path)
-        check_ending(path, "a page", (".html", ".htm"))
-        return replace(path, self.html().encode())
+        return save(path, "a page", {".html": self.html, ".htm": self.html})
 
     def __repr__(self) -> str:
         """Return a description in one line."""
