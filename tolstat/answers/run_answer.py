@@ -151,7 +151,7 @@ def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
 
 
 def predicted_seconds(run: Run, trials: int) -> float:
-    """Return the same, s."""
+    """Return how many seconds a run takes until it has so many trials."""
     seconds: float = run.times["seconds"]
     return seconds / max(run.ended, 1) * max(trials - run.ended, 0)
 
