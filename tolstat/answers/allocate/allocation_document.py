@@ -58,9 +58,7 @@ def allocation_document(allocation: Allocation) -> blocks.Document:
 
 def _lead(allocation: Allocation) -> Parts:
     proof = allocation.proof
-    cost, drawing = (
-        Number(scheme.cost) for scheme in (proof, allocation.schemes[Role.DRAWING])
-    )
+    cost, drawing = Number(proof.cost), Number(allocation.schemes[Role.DRAWING].cost)
     if allocation.met:
         return say(
             "{} at cost {} (drawing: {}). Proof: a fresh run of {} with seed {}; "
