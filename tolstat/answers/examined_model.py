@@ -12,7 +12,8 @@ from tolstat import catalogue
 from tolstat.answers.report.finding_words import movement_words
 from tolstat.arrays import Array
 from tolstat.document import blocks
-from tolstat.document.inline import Name, Number, Parts, say, text
+from tolstat.document.inline import Name, Number, Parts
+from tolstat.document.sentences import say, text
 from tolstat.execution.diagnostics.audit import finer, phased
 from tolstat.execution.run_loop import other_answers
 from tolstat.integrator.branches import kink_words

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 
 from tolstat.answers.report.report_warnings import AllPartsWarning, PartsWarning
-from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
+from tolstat.document.inline import Name, Number, Parts
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import Caveat, PartsUncertainty, Yield
 from tolstat.statistics.measured.populations import LEAST_PARTS

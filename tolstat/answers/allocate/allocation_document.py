@@ -11,16 +11,8 @@ from tolstat.answers.allocate.search import Point
 from tolstat.answers.cells import ppm
 from tolstat.answers.measured_words import measured_alone
 from tolstat.document import blocks
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    Word,
-    counted,
-    listed,
-    say,
-    text,
-)
+from tolstat.document.inline import Name, Number, Parts, Word
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.document.view_content import plot_of
 from tolstat.model.view import Axis, Chart, Curve, Mark, Picture
 from tolstat.statistics.limits.yields import MET

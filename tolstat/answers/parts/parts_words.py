@@ -2,7 +2,8 @@
 
 from tolstat.answers.cells import tolerance_words
 from tolstat.answers.parts import judged_parts
-from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
+from tolstat.document.inline import Name, Number, Parts
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.units.scale import PART, Scale
 
 LISTED = 5  # parts that are named

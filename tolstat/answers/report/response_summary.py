@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.yields import WORST_FIRST
 from tolstat.statistics.point_mass import PointMass
 from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.statistics.sensitivity.linear import Departure, Linear

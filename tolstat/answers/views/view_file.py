@@ -7,7 +7,7 @@ import numpy as np
 
 from tolstat.answers.output_file import as_pictures, save
 from tolstat.document.blocks import Document, Figure, Table, paragraph, table_of
-from tolstat.document.inline import counted, say
+from tolstat.document.sentences import counted, say
 from tolstat.document.view_content import plot_of, view_columns, view_table
 from tolstat.model.view import Chart, View
 from tolstat.render.serialize import csv_text

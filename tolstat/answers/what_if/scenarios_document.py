@@ -14,17 +14,9 @@ from tolstat.answers.report.response_figures import (
 )
 from tolstat.answers.what_if.what_if_answer import Method, Scenarios, WhatIf
 from tolstat.document import blocks
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    Word,
-    counted,
-    listed,
-    say,
-    text,
-)
+from tolstat.document.inline import Name, Number, Parts, Word
 from tolstat.document.plot import CURVE_COLOURS, Layer, PlotAxis, curve
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.statistics.intervals.weighted_estimates import ENOUGH
 from tolstat.units.scale import PER_CENT, share_words
 

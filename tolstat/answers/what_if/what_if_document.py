@@ -6,7 +6,8 @@ from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm
 from tolstat.answers.what_if.scenarios_document import figures_of, notes_of
 from tolstat.answers.what_if.what_if_answer import ResponseWhatIf, WhatIf
 from tolstat.document import blocks
-from tolstat.document.inline import Name, Number, Parts, Word, say, text, with_unit
+from tolstat.document.inline import Name, Number, Parts, Word
+from tolstat.document.sentences import say, text, with_unit
 from tolstat.statistics.summary import QUANTILES, Summary
 from tolstat.units.scale import PER_CENT, share_words
 
