@@ -23,6 +23,8 @@ Handler = Callable[[int, FrameType | None], object]
 def entry() -> None:
     """Run the command line; the entry point of the package."""
     on_interrupt(leave)
+    # workers and answers have threads already: those of BLAS would wait, and busily
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # only now: loading click takes as long as Python itself
     import warnings
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from tolstat.document.inline import Inline, Number, Parts, Said, text
+from tolstat.document.inline import Inline, Name, Number, Parts, Said, text
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import Scale
 
@@ -115,6 +115,8 @@ def table_of(
 
 def cell_of(content: Given) -> Cell:
     """Return the cell of a content; None is empty."""
+    if isinstance(content, Number | Name):  # most cells
+        return Cell((content,))
     return content if isinstance(content, Cell) else Cell(text(content))
 
 

@@ -149,8 +149,8 @@ class _Scores:
         bool[i, j], only above the diagonal.
         """
         mean, error = self.z.mean(axis=1), self.z.std(axis=1) / math.sqrt(self.units)
-        signed = _products(self.own, self.z, self.z - mean[:, None])
-        of_far = _products(self.own_far, self.far)
+        of_scores = _products(self.own, self.z, self.z - mean[:, None])
+        of_distances = _products(self.own_far, self.far)
         still = np.abs(mean) < SHIFTED * error
         clear = chdtrc(self.units, np.sum(self.z**2, axis=1)) < CLEAR / len(free)
         has_clear = clear[:, None] | clear
@@ -159,13 +159,11 @@ class _Scores:
         least_weight, more = (1 - most) / count, most / max(clear_pairs, 1)
         # most pairs have no level below this one: the first of their products tells
         least = -0.999 * ndtri(CLEAR / 4 * (least_weight + more))
-        may_be = (np.abs(signed[0]) > least) | (of_far[0] > least)
+        may_be = (np.abs(of_scores[0]) > least) | (of_distances[0] > least)
         i, j = np.nonzero(may_be & free)
         weight = least_weight + more * has_clear[i, j]
-        signed, of_far = (
-            _weaker(signed, i, j),
-            _weaker(of_far, i, j) * still[i] * still[j],
-        )
+        signed = _weaker(of_scores, i, j)
+        of_far = _weaker(of_distances, i, j) * still[i] * still[j]
         # doubled for both ways, and for the contributors tested alone
         levels = 4 * np.array([2 * ndtr(-np.abs(signed)), ndtr(-of_far)]) / weight
         linked: dict[tuple[int, ...], Together] = {}
@@ -251,4 +249,5 @@ def _weaker(products: Sequence[Array], i: Integers | int, j: Integers | int) -> 
     Zero if the signs of the products differ.
     """
     both = [product[ends] for product in products for ends in ((i, j), (j, i))]
-    return np.fmax(np.min(both, axis=0), 0.0) + np.fmin(np.max(both, axis=0), 0.0)
+    least, most = np.min(both, axis=0), np.max(both, axis=0)
+    return np.asarray(np.fmax(least, 0.0) + np.fmin(most, 0.0))
