@@ -19,7 +19,6 @@ from tolstat.render.panels import (
     Picture,
     entry_width,
     laid_out,
-    width_of,
     wrapped,
 )
 from tolstat.render.shapes import Shape
@@ -113,7 +112,7 @@ def _above(picture: Picture) -> Iterator[str]:
     left, top, right, _ = picture.box
     y = top - GAP
     for mark, part, line in picture.marks:
-        x = max(left + (right - left) * part, EDGE + width_of(mark.words) / 2)
+        x = left + (right - left) * part
         yield _text(x, y - LINE * line, [mark.words], "middle")
     if picture.panel.title:
         yield _text(left, y, [picture.panel.title])

@@ -3,45 +3,35 @@
 import tolstat.render.any_backend  # noqa: F401
 
 # isort: split
-from functools import partial
-from textwrap import wrap
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import TightLayoutEngine
-from matplotlib.legend import Legend
-from matplotlib.ticker import AutoLocator, MaxNLocator, NullLocator
-from matplotlib.transforms import ScaledTranslation
+from matplotlib.ticker import NullLocator
 
 from tolstat.document.blocks import Cell, Table
 from tolstat.document.inline import Number, in_cell, plain
-from tolstat.document.plot import Bars, Plot, PlotPanel
+from tolstat.document.plot import Plot
 from tolstat.errors import QuestionError
 from tolstat.literal import visible
 from tolstat.render.colours import ROLES
-from tolstat.render.panels import SIZE, SLOTS, Picture, shortened, wrapped
-from tolstat.render.picture import STYLE, logarithmic
+from tolstat.render.panels import LINE, SIZE, Picture, laid_out, wrapped
+from tolstat.render.picture import STYLE
 from tolstat.render.shapes import Shape
-from tolstat.render.ticks import MOST_WORDS, TRANSFORMS
+from tolstat.render.ticks import INVERSES, TRANSFORMS, Ruler, Tick
 
-CLOSE: dict[str, Any] = {
-    "borderaxespad": 0.1, "handlelength": 1.4, "columnspacing": 1.2,
+LARGER = 10 / SIZE  # letters of a file, over those of a page
+TITLE = 0.3  # inches, of the words above all panels
+LEGEND: dict[str, Any] = {
+    "loc": "lower right", "borderaxespad": 0.1, "handlelength": 1.4,
+    "columnspacing": 1.2,
 }  # fmt: skip
-ONE_LINE = 0.2  # inches that a legend stands higher above a title
+MATPLOTLIB = "log", "symlog"  # scales; normal scores are linear
 DOTS = {"rings": "o"}  # markers; others have their name
 MOST_POINTS = 2000  # of a scatter, above which it is rasterised
-EDGE = 0.4  # of a letter: around all that is drawn
-TITLE_EDGE = 0.05  # inches above the title of a file: less than twice `EDGE`
-TICKS = 5  # along an axis of a small picture
-BETWEEN_WORDS = 3  # parts of an axis with words on both sides: little room is left
-HIGH_LETTERS = 12  # of the words along an upright axis, in an inch
-LEGEND_COLUMNS = 4, 3, 2, 1  # as many as find room
-LETTERS, HANDLE = 12, 5  # of a legend in an inch; what stands before a word of it
-MARGINS = 0.7  # inches beside a panel
-LINE = 11  # points between lines of words above a panel
 MOST_ROWS = 60  # of a listing that is drawn
 
 
@@ -55,129 +45,71 @@ def draw(picture: Plot | Table, title: str) -> Figure:
     """
     with mpl.rc_context(STYLE):
         figure = _table(picture) if isinstance(picture, Table) else _figure(picture)
-        top = 1 - TITLE_EDGE / figure.get_figheight()
+        top = 1 - TITLE / 6 / figure.get_figheight()
         figure.suptitle(visible(title), x=0.01, y=top, ha="left", fontsize=11)
     return figure
 
 
 def _figure(plot: Plot) -> Figure:
-    """Return drawn panels, with one legend above them or one for each."""
+    """Return panels that lie as on a page, in larger letters."""
     figure = Figure(figsize=(plot.width, plot.height))
-    whole: Any = None  # as `rect`: any other measures each word twice
-    figure.set_layout_engine(TightLayoutEngine(pad=EDGE, rect=whole))
-    n = len(plot.panels)
-    if plot.side_by_side:
-        grid = figure.subplots(1, max(n, SLOTS), sharey=True, squeeze=False)[0]
-    else:
-        grid = figure.subplots(n, 1, sharex=True, squeeze=False)[:, 0]
-    for axes in grid[n:]:
-        axes.set_axis_off()
-    for axes, panel in zip(grid, plot.panels, strict=False):
-        handles = _draw_panel(axes, panel)
-        if axes is grid[0] or not plot.side_by_side:
-            letters = round(
-                HIGH_LETTERS * plot.height / (1 if plot.side_by_side else n)
-            )
-            axes.set_ylabel("\n".join(wrap(panel.y.label, letters)))
-        if axes is grid[n - 1] or plot.side_by_side:
-            axes.set_xlabel(panel.x.label)
-        if plot.legends:
-            _draw_legend(axes, panel, handles)
-        else:
-            _thin_out(axes)
-            if axes is grid[0] and handles:
-                _draw_handles(axes, "", handles)
+    free = plot.height - TITLE
+    page = plot._replace(width=plot.width / LARGER, height=free / LARGER)
+    pictures, drawn = laid_out(page), list[Axes]()
+    for picture in pictures:
+        left, top, right, bottom = LARGER / 72 * np.array(picture.box)
+        sides = left, free - bottom, right - left, bottom - top
+        places = sides / np.array(2 * [plot.width, plot.height])
+        drawn.append(figure.add_axes(tuple(places.tolist())))
+    for axes, picture in zip(drawn, pictures, strict=True):
+        _draw_panel(axes, picture)
     return figure
 
 
-def _draw_panel(axes: Axes, panel: PlotPanel) -> list[Any]:
-    picture = Picture(panel, legend=False)
-    drawn = [(_draw(axes, s, panel.y.scale), s) for s in picture.shapes]
-    for ticks, axis in ((axes.xaxis, panel.x), (axes.yaxis, panel.y)):
-        if axis.scale in ("log", "symlog"):
-            logarithmic(ticks, **{"linthresh": 10} if axis.scale == "symlog" else {})
-    if panel.y.scale == "normal":
-        low, high, shares = picture.y.low, picture.y.high, picture.y.ticks(0)
-        scores = [low + (high - low) * tick.part for tick in shares]
-        axes.set_yticks(scores, [tick.words for tick in shares])
-        axes.set_ylim(low, high)
-    _draw_marks(axes, picture)
-    if picture.bars:
-        _write_beside(axes, picture.bars)
-    if panel.x.words:
-        axes.xaxis.set_major_locator(MaxNLocator(MOST_WORDS, integer=True))
-        axes.xaxis.set_major_formatter(partial(_word_at, panel.x.words))
-        axes.tick_params(axis="x", rotation=90)
-    axes.set(**{
-        name: axis.ends
-        for name, axis in (("xlim", panel.x), ("ylim", panel.y)) if axis.ends
-    })  # fmt: skip
-    return [handle for handle, shape in drawn if shape.name]
-
-
-def _draw_marks(axes: Axes, picture: Picture) -> None:
-    """Write the words of marks above the panel, in as few lines as keep them apart."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    picture.head(
-        72 * (figure.get_figwidth() - MARGINS) * SIZE / mpl.rcParams["font.size"]
-    )
-    for mark, _, line in picture.marks:
-        axes.annotate(
-            mark.words, (picture.panel.x.factor * mark.value, 1.0),
-            (0, 3 + LINE * line),
-            ("data", "axes fraction"), "offset points", ha="center",
-        )  # fmt: skip
-
-
-def _thin_out(axes: Axes) -> None:
-    """Leave few ticks in a small picture."""
-    for axis in (axes.xaxis, axes.yaxis):
-        if isinstance(axis.get_major_locator(), AutoLocator):
-            axis.set_major_locator(MaxNLocator(TICKS))
-        if axis.get_scale() == "log":
-            axis.set_minor_locator(NullLocator())
-
-
-def _draw_legend(axes: Axes, panel: PlotPanel, handles: list[Any]) -> None:
-    """Draw the right axis, and a legend on the line of the title."""
-    axes.set_title(panel.title or " ")
+def _draw_panel(axes: Axes, picture: Picture) -> None:
+    panel, y_ticks = picture.panel, picture.y_ticks(picture.y)
+    _rule(axes, "x", picture.x, picture.x_ticks, picture.under)
+    _rule(axes, "y", picture.y, y_ticks, picture.first)
+    axes.grid(visible=not picture.bars, axis="y")
+    handles = [(_draw(axes, s, panel.y.scale), s) for s in picture.shapes]
     if panel.right:
         right = axes.twinx()
         right.grid(visible=False)
         right.spines["right"].set_visible(True)
-        right.set_ylabel(panel.right.y.label)
-        handles += _draw_panel(right, panel.right)
-    if handles:
-        legend, lines = _draw_handles(axes, panel.title, handles)
-        legend.set_in_layout(lines > 1)  # further lines need room
+        right.set_ylabel("\n".join(picture.label(panel.right.y.label)))
+        _rule(right, "y", picture.y2, picture.y_ticks(picture.y2))
+        handles += [(_draw(right, s, panel.right.y.scale), s) for s in picture.others]
+    axes.set_title(panel.title)
+    axes.set_xlabel(panel.x.label if picture.under else "")
+    axes.set_ylabel("\n".join(picture.label(panel.y.label)) if picture.first else "")
+    for mark, part, line in picture.marks:
+        axes.annotate(mark.words, (part, 1.0), (0, 3 + LARGER * LINE * line),
+                      "axes fraction", "offset points", ha="center")  # fmt: skip
+    words = picture.bars.words if picture.bars else ()
+    for tick, beside in zip(y_ticks, words, strict=False):
+        axes.text(1.02, tick.part, beside, va="center", transform=axes.transAxes)
+    if picture.rows:
+        named = [handle for handle, shape in handles if shape.name]
+        columns = len(picture.rows[0])
+        high = picture.box.bottom - picture.box.top
+        above = LINE / high if panel.title and not picture.title_beside else 0.0
+        axes.legend(handles=named, ncols=columns, bbox_to_anchor=(1.0, 1.0 + above),
+                    **LEGEND)  # fmt: skip
 
 
-def _draw_handles(axes: Axes, title: str, handles: list[Any]) -> tuple[Legend, int]:
-    """Draw a legend above a panel, beside its title; return how many lines it has."""
-    ncols, beside = _columns(title, handles, axes.figure)
-    corner: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}
-    if not beside:
-        lift = ScaledTranslation(0, ONE_LINE, axes.figure.dpi_scale_trans)
-        corner["bbox_transform"] = axes.transAxes + lift
-    legend = axes.legend(handles=handles, ncols=ncols, **corner, **CLOSE)
-    return legend, -(-len(handles) // ncols) + (not beside)
-
-
-def _columns(title: str, handles: list[Any], figure: Any) -> tuple[int, bool]:
-    """Return the columns of a legend, and whether they find room beside a title."""
-    letters = np.array([len(str(handle.get_label())) + HANDLE for handle in handles])
-    for columns in LEGEND_COLUMNS:
-        # filled one after the other, each as wide as the longest of its labels
-        filled = np.array_split(letters, columns)
-        wide = len(title) + sum(part.max(initial=0) for part in filled)
-        if wide <= LETTERS * figure.get_figwidth():
-            return columns, True
-    return columns, not title
-
-
-def _word_at(words: tuple[str, ...], x: float, _: int) -> str:
-    return wrapped(words[int(x)]) if x in range(len(words)) else ""
+def _rule(
+    axes: Axes, way: str, ruler: Ruler, ticks: Sequence[Tick], written: bool = True
+) -> None:
+    """Give the axis "x" or "y" its scale, its ends and its numbers."""
+    scale = ruler.axis.scale
+    axes.set(**{f"{way}scale": scale if scale in MATPLOTLIB else "linear"})
+    parts = np.array([0.0, 1.0, *(tick.part for tick in ticks)])
+    values = INVERSES[scale](ruler.low + (ruler.high - ruler.low) * parts)
+    words = [wrapped(tick.words) if written else "" for tick in ticks]
+    axes.set(**{f"{way}ticks": values[2:], f"{way}ticklabels": words})
+    axes.set(**{f"{way}lim": values[:2]})
+    axes.tick_params(axis=way, rotation=90 if ruler.axis.words else 0)
+    getattr(axes, f"{way}axis").set_minor_locator(NullLocator())
 
 
 def _draw(axes: Axes, shape: Shape, scale: str) -> Any:
@@ -196,12 +128,7 @@ def _draw(axes: Axes, shape: Shape, scale: str) -> Any:
         ends = np.flatnonzero(np.isnan(x))
         parts = zip(np.split(x, ends), np.split(y, ends), strict=True)
         corners = [c[np.isfinite(c)] for part in parts for c in part]
-        polygons = axes.fill(*(c for c in corners if len(c)), linewidth=0, **named)
-        for polygon in polygons:
-            getattr(polygon.sticky_edges, shape.based or "x").extend(
-                [0.0] * bool(shape.based)
-            )
-        return polygons[0]
+        return axes.fill(*(c for c in corners if len(c)), linewidth=0, **named)[0]
     named |= {"linestyle": shape.dash or "none", "linewidth": shape.width}
     if np.isinf(y).any():
         return axes.axvline(x[0], **named)
@@ -215,17 +142,6 @@ def _draw(axes: Axes, shape: Shape, scale: str) -> Any:
         rasterized=not shape.dash and len(x) > MOST_POINTS, **named,
     )  # fmt: skip
     return line
-
-
-def _write_beside(axes: Axes, bars: Bars) -> None:
-    """Write the names of bars, the first on top, and their words on the right."""
-    if bars.words:
-        axes.xaxis.set_major_locator(MaxNLocator(BETWEEN_WORDS))
-    for place, words in enumerate(bars.words):
-        axes.text(1.02, place, words, va="center", transform=axes.get_yaxis_transform())
-    axes.set_yticks(range(len(bars.names)), [*map(shortened, bars.names)])
-    axes.grid(visible=False, axis="y")
-    axes.invert_yaxis()
 
 
 def _table(table: Table) -> Figure:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tolstat.arrays import Integers
 from tolstat.document.plot import Bars, Mark, Plot, PlotPanel
 from tolstat.literal import visible
 from tolstat.render.shapes import Shape, shapes_of
@@ -16,7 +17,7 @@ LINE, EDGE, GAP = 10.5, 3.0, 4.0  # points: of words; around all; between two th
 SAMPLE = 12.0  # points of a line or an area in a legend
 SLOTS = 3  # panels side by side that a figure has room for, however few there are
 BESIDE = 10.0  # points between these
-APART = 40.0, 16.0  # points between numbers along an axis, at least
+APART = 30.0, 16.0  # points between numbers along an axis, at least
 MOST_TICKS, BETWEEN_WORDS = 6, 3  # on an upright axis; beside words on both sides
 NAME, LONGEST = 28, 18  # letters of a name below an axis in a line; beside bars
 # widths of letters of DejaVu Sans, over its size
@@ -40,21 +41,26 @@ def laid_out(plot: Plot) -> list["Picture"]:
 
 def _stacked(plot: Plot, pictures: Sequence["Picture"]) -> None:
     """Lay out panels one below the other, over one axis."""
-    last, n = pictures[-1], len(pictures)
+    last, n, wide = pictures[-1], len(pictures), 72 * plot.width
     for picture, ruler in zip(pictures, shared([p.x for p in pictures]), strict=True):
         picture.x, picture.under = ruler, picture is last
+        picture.box = Box(0.0, 0.0, wide, 36 * plot.height / n)  # at first about
+    left, right = (EDGE + max(ends) for ends in _ends(pictures))
+    heads = [picture.head(wide - left - right) for picture in pictures]
     below = EDGE + LINE * bool(last.panel.x.label) + last.below
-    heads = [picture.head(72 * plot.width - 2 * EDGE) for picture in pictures]
-    free = 72 * plot.height - below - sum(heads) - EDGE * (n + 1)
+    free = (72 * plot.height - below - sum(heads) - EDGE * (2 * n - 1)) / n
     for picture in pictures:
-        picture.box = Box(0.0, 0.0, 72 * plot.width, free / n)
-    left = EDGE + max(picture.beside() for picture in pictures)
-    right = EDGE + max(picture.room for picture in pictures)
+        picture.box = Box(0.0, 0.0, wide, free)
+    left, right = (EDGE + max(ends) for ends in _ends(pictures))
     top = EDGE
     for picture, head in zip(pictures, heads, strict=True):
         top += head
-        picture.box = Box(left, top, 72 * plot.width - right, top + free / n)
-        top += free / n + 2 * EDGE
+        picture.box = Box(left, top, wide - right, top + free)
+        top += free + 2 * EDGE
+
+
+def _ends(pictures: Sequence["Picture"]) -> tuple[list[float], list[float]]:
+    return [picture.beside() for picture in pictures], [p.room for p in pictures]
 
 
 def _side_by_side(plot: Plot, pictures: Sequence["Picture"]) -> None:
@@ -67,7 +73,8 @@ def _side_by_side(plot: Plot, pictures: Sequence["Picture"]) -> None:
     for picture in pictures:
         picture.box = Box(0.0, top, 72 * plot.width / slots, bottom)
     left = EDGE + pictures[0].beside()
-    wide = (72 * plot.width - left - BESIDE * slots) / slots
+    right = EDGE + max(picture.room for picture in pictures)
+    wide = (72 * plot.width - left - right - BESIDE * (slots - 1)) / slots
     for i, picture in enumerate(pictures):
         start = left + i * (wide + BESIDE)
         picture.box = Box(start, top, start + wide, bottom)
@@ -112,18 +119,19 @@ class Picture:
 
     def head(self, wide: float) -> float:
         """Return the height of what stands above the panel, in points."""
-        room = 0.0
-        for entry in self.entries:
-            needs = entry_width(entry)
-            if not self.rows or needs > room:
-                self.rows.append([])
-                room = wide
-            self.rows[-1].append(entry)
-            room -= needs
+        n, parts = len(self.entries), list[Integers]()
+        widths = np.array([entry_width(entry) for entry in self.entries])
+        for columns in range(n, 0, -1):  # as many as find room
+            parts = np.array_split(np.arange(n), columns)
+            if sum(widths[part].max() for part in parts) <= wide:
+                break
+        lines = range(len(parts[0]) if parts else 0)
+        self.rows = [[self.entries[p[i]] for p in parts if i < len(p)] for i in lines]
+        room = wide - sum(map(entry_width, self.rows[-1])) if self.rows else 0.0
         self.title_beside = width_of(self.panel.title) < room
-        lines = len(self.rows) + self._mark_lines(wide)
-        lines += bool(self.panel.title) and not (self.rows and self.title_beside)
-        return lines * LINE + GAP * bool(lines)
+        number = len(self.rows) + self._mark_lines(wide)
+        number += bool(self.panel.title) and not self.title_beside
+        return number * LINE + GAP * bool(number)
 
     def _mark_lines(self, wide: float) -> int:
         """Give the words of marks lines that keep them apart; return how many."""
@@ -133,10 +141,11 @@ class Picture:
         for mark in sorted(marks, key=lambda mark: mark.value):
             part = float(self.x.part(np.array(self.panel.x.factor * mark.value)))
             half = width_of(mark.words) / 2 + GAP
-            free = (i for i, end in enumerate(ends) if wide * part - half > end)
+            middle = max(wide * part, half)  # not beside the panel
+            free = (i for i, end in enumerate(ends) if middle - half >= end)
             line = next(free, len(ends))
-            ends[line : line + 1] = [wide * part + half]
-            self.marks.append((mark, part, line))
+            ends[line : line + 1] = [middle + half]
+            self.marks.append((mark, middle / wide, line))
         return len(ends)
 
     @property
@@ -179,7 +188,9 @@ class Picture:
         words = [*self.bars.words] if self.bars else []
         if self.panel.right:
             words += [f"{tick.words}MM" for tick in self.y_ticks(self.y2)]
-        return 2 * GAP + max(map(width_of, words), default=0.0)
+        half = max((width_of(tick.words) / 2 for tick in self.x.ticks(3)), default=0.0)
+        beside = 2 * GAP + max(map(width_of, words), default=0.0)
+        return beside if self.panel.x.words else max(beside, half)
 
     def label(self, words: str) -> list[str]:
         """Return words along an upright axis, in as many lines as they need."""

@@ -8,10 +8,8 @@ from typing import Any
 
 import matplotlib as mpl
 from cycler import cycler
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from matplotlib.ticker import LogFormatter
 
 from tolstat.literal import visible
 from tolstat.render.colours import COLOURS
@@ -35,26 +33,6 @@ STYLE: dict[Any, Any] = {
 }
 
 
-def logarithmic(axis: Axis, **options: Any) -> None:
-    """Make an axis logarithmic, with plain numbers: pictures have no markup.
-
-    With `linthresh` it is linear up to that, through zero.
-    """
-    axes = axis.axes
-    scale = axes.set_xscale if axis is axes.xaxis else axes.set_yscale
-    scale("symlog" if options else "log", **options)
-    axis.set_major_formatter(_Plain(**options))
-    if not options:
-        axis.set_minor_formatter(_Plain())
-
-
-class _Plain(LogFormatter):
-    """Numbers along a logarithmic axis, where they have room."""
-
-    def __call__(self, x: float, pos: int | None = None) -> str:
-        return f"{x:g}" if super().__call__(x, pos) else ""
-
-
 def picture(figure: Figure, ending: str) -> bytes:
     """Return a picture as a file of that ending."""
     with mpl.rc_context(STYLE):
@@ -67,10 +45,6 @@ def _saved(figure: Figure, form: str, dpi: int) -> bytes:
         assert isinstance(text, Text)
         if (words := visible(text.get_text())) != text.get_text():
             text.set_text(words)
-    if engine := figure.get_layout_engine():
-        # once, and no engine left: with one, matplotlib draws everything twice
-        engine.execute(figure)
-        figure.set_layout_engine(None)
     buffer = io.BytesIO()
     # no date: the same picture is the same file
     metadata = {"Date": None} if form == "svg" else None

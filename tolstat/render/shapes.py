@@ -66,7 +66,7 @@ def _shapes(layer: Layer, panel: PlotPanel, behind: Sequence[Shape]) -> Iterator
                 y = np.vstack([ends, np.full(len(x), np.nan)]).T.ravel()
                 yield Shape(np.repeat(x, 3), y, colour, WIDE, **named)
                 return
-            finite = np.isfinite(ends).all(axis=0)
+            finite = np.isfinite(ends[0] + ends[1])
             for run in np.split(np.arange(len(x)), np.flatnonzero(~finite)):
                 run = run[finite[run]]
                 outline = np.concatenate([run, run[::-1]])
@@ -94,8 +94,8 @@ def _shapes(layer: Layer, panel: PlotPanel, behind: Sequence[Shape]) -> Iterator
             )
         case Intervals(lower, upper, values):
             highest = max(float(s.y[np.isfinite(s.y)].max()) for s in behind if s.area)
-            for x in zip(lower, upper, strict=True):
-                yield Shape(np.array(x), np.full(2, ABOVE * highest), colour, 2.5)
+            for x in np.transpose([lower, upper]):
+                yield Shape(x, np.full(2, ABOVE * highest), colour, 2.5)
             y = np.full(len(values), ABOVE * highest)
             yield Shape(values, y, colour, dash="", dot="|", size=6.0, name=layer.name)
         case Bars():

@@ -33,6 +33,14 @@ TRANSFORMS: dict[str, Callable[[Array], Array]] = {
 }  # fmt: skip
 
 
+INVERSES: dict[str, Callable[[Array], Array]] = {  # of all but normal scores
+    "": np.asarray, "log": lambda x: 10.0**x, "normal": np.asarray,
+    "symlog": lambda x: np.where(
+        np.abs(x) > 1, np.sign(x) * LINEAR * 10.0 ** (np.abs(x) - 1), LINEAR * x
+    ),
+}  # fmt: skip
+
+
 class Tick(NamedTuple):
     """Words along an axis, and where they stand: from 0 to 1."""
 
