@@ -50,7 +50,7 @@ def as_svg(plot: Plot, alt: str) -> Markup:
 def _elements(picture: Picture) -> Iterator[str]:
     """Yield the elements of a panel, from back to front."""
     left, top, right, bottom = picture.box
-    name = f"p{next(_numbers)}"
+    name = f"p{next(_numbers)}-"  # of no response
     across = [(left + (right - left) * t.part, t.words) for t in picture.x_ticks]
     up = [
         (bottom - (bottom - top) * t.part, t.words) for t in picture.y_ticks(picture.y)
@@ -142,23 +142,25 @@ def _drawn(shape: Shape, x: Array, y: Array) -> Iterator[str]:
         yield _line(_path(x, y), colour, shape.width, DASHES.get(shape.dash, ""), alpha)
     if not shape.dot:
         return
-    seen = np.isfinite(x) & np.isfinite(y)
-    places, times = np.stack([x[seen], y[seen]], axis=1), np.ones(seen.sum())
+    seen, fill = np.isfinite(x) & np.isfinite(y), "none"
+    places, unit = np.stack([x[seen], y[seen]], axis=1), shape.size
+    times, letter = np.ones(len(places), int), "M"
+    look = f'stroke-width="{1 / unit:.2f}"'
+    if shape.dot in "<>":
+        fill = ON_PAGE[colour]
     if alpha < 1:  # dots on each other hide more of what is behind
+        unit, letter = 1 / CELLS, "m"  # small whole numbers, from dot to dot
         cells, times = np.unique(np.rint(CELLS * places), axis=0, return_counts=True)
         places = cells / CELLS
-    size, dot, fill = shape.size, DOTS[shape.dot], "none"
-    look = f'stroke-width="{1 / size:.2f}"'
     if shape.dot == "o":
-        look = 'stroke-width="1" stroke-linecap="round"'
-    elif shape.dot in "<>":
-        fill = ON_PAGE[colour]
+        look = f'stroke-width="{shape.size / unit:g}" stroke-linecap="round"'
     for number in np.unique(times).tolist():
-        chosen = (places[times == number] / size).tolist()
-        path = "".join(f"M{a:.2f} {b:.2f}{dot}" for a, b in chosen)
+        chosen = places[times == number] / unit
+        chosen = np.diff(chosen, axis=0, prepend=0.0) if alpha < 1 else chosen.round(2)
+        dots = (f"{letter}{a:g} {b:g}{DOTS[shape.dot]}" for a, b in chosen.tolist())
         opacity = f' stroke-opacity="{1 - (1 - alpha) ** number:.2f}"' * (alpha < 1)
         yield (
-            f'<path transform="scale({size})" d="{path}" '
+            f'<path transform="scale({unit})" d="{"".join(dots)}" '
             f'style="fill:{fill};stroke:{ON_PAGE[colour]}" {look}{opacity}/>'
         )
 

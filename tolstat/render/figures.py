@@ -4,7 +4,7 @@ import tolstat.render.any_backend  # noqa: F401
 
 # isort: split
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -98,7 +98,11 @@ def _draw_panel(axes: Axes, picture: Picture) -> None:
 
 
 def _rule(
-    axes: Axes, way: str, ruler: Ruler, ticks: Sequence[Tick], written: bool = True
+    axes: Axes,
+    way: Literal["x", "y"],
+    ruler: Ruler,
+    ticks: Sequence[Tick],
+    written: bool = True,
 ) -> None:
     """Give the axis "x" or "y" its scale, its ends and its numbers."""
     scale = ruler.axis.scale
