@@ -7,8 +7,18 @@ import re
 import numpy as np
 import pytest
 
-from tolstat.document.plot import Histogram, Plot, PlotAxis, PlotPanel, curve
+from tolstat.document.plot import (
+    Bars,
+    Histogram,
+    Intervals,
+    Plot,
+    PlotAxis,
+    PlotPanel,
+    curve,
+)
+from tolstat.model.view import Band
 from tolstat.render.drawing import as_svg
+from tolstat.render.figures import draw
 
 DOT = r'<path transform="scale\(([\d.]+)\)" d="M(-?[\d.]+) (-?[\d.]+)h0"'
 WORDS = r'<text x="([\d.]+)" y="([\d.]+)" text-anchor="(\w+)">(-?[\d.e+-]+)</text>'
@@ -77,3 +87,22 @@ def test_bars_stand_on_zero():
     down = [float(y) for _, y in re.findall(r"([\d.]+) ([\d.]+)", outline)]
     assert max(down) == pytest.approx(bottom, abs=0.1)
     assert min(down) == pytest.approx(bottom - (bottom - top) / 1.05, abs=0.1)
+
+
+def test_gaps_are_left_and_what_is_missing_is_no_error():
+    """A band with a gap is two areas; a bar without a value is none."""
+    nan, at = np.nan, np.arange(5.0)
+    lower = np.array([nan, 0.0, nan, 0.0, 0.0])
+    band = Band("range", "1", lower, lower + 1, colour="first")
+    panel = PlotPanel(PlotAxis(""), PlotAxis(""), (band,), at=at)
+    bars = Bars(("a", "b"), np.array([1.0, nan]))
+    single = PlotPanel(PlotAxis(""), PlotAxis(""), (bars,))
+    ends = Intervals(at[:1], at[1:2], at[:1])  # all trials share one value: no bars
+    alone = PlotPanel(PlotAxis(""), PlotAxis(""), (ends,))
+    for each, areas in ((panel, 2), (single, 1), (alone, 0)):
+        svg = as_svg(Plot((each,)), "gaps")
+        drawn = re.findall(r'<path d="(M[^"]*Z)" style="fill:#0072b2"', svg)
+        entries = 1 if each is panel else 0  # of the legend
+        assert sum(path.count("M") for path in drawn) == areas + entries
+        (axes,) = draw(Plot((each,)), "gaps").axes
+        assert len(axes.patches) == areas

@@ -129,10 +129,10 @@ def _draw(axes: Axes, shape: Shape, scale: str) -> Any:
     if shape.area and np.isinf(y).any():
         return axes.axvspan(x.min(), x.max(), linewidth=0, zorder=0, **named)
     if shape.area:
-        ends = np.flatnonzero(np.isnan(x))
-        parts = zip(np.split(x, ends), np.split(y, ends), strict=True)
-        corners = [c[np.isfinite(c)] for part in parts for c in part]
-        return axes.fill(*(c for c in corners if len(c)), linewidth=0, **named)[0]
+        seen = np.isfinite(x) & np.isfinite(y)
+        runs = np.split(np.arange(len(x)), np.flatnonzero(~seen))
+        corners = [c[run[seen[run]]] for run in runs for c in (x, y) if seen[run].any()]
+        return axes.fill(*(corners or [x[:0], y[:0]]), linewidth=0, **named)[0]
     named |= {"linestyle": shape.dash or "none", "linewidth": shape.width}
     if np.isinf(y).any():
         return axes.axvline(x[0], **named)

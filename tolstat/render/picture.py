@@ -7,12 +7,10 @@ import io
 from typing import Any
 
 import matplotlib as mpl
-from cycler import cycler
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from tolstat.literal import visible
-from tolstat.render.colours import COLOURS
 
 STYLE: dict[Any, Any] = {
     "font.size": 10,
@@ -20,13 +18,11 @@ STYLE: dict[Any, Any] = {
     "axes.titlelocation": "left",
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "axes.prop_cycle": cycler(color=COLOURS),
     "axes.grid": True,
     "grid.color": "#e4e4e4",
     "grid.linewidth": 0.6,
     "lines.linewidth": 1.2,
     "legend.frameon": False,
-    "axes.formatter.useoffset": False,  # 20.004, not 0.004 below +2e1
     "text.parse_math": False,  # titles and names are from users
     "legend.fontsize": 9,
     "svg.hashsalt": "tolstat",  # the same picture is the same file

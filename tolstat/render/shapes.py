@@ -68,11 +68,11 @@ def _shapes(layer: Layer, panel: PlotPanel, behind: Sequence[Shape]) -> Iterator
                 return
             finite = np.isfinite(ends[0] + ends[1])
             for run in np.split(np.arange(len(x)), np.flatnonzero(~finite)):
-                run = run[finite[run]]
-                outline = np.concatenate([run, run[::-1]])
-                y = np.concatenate([ends[0][run], ends[1][run][::-1]])
-                yield Shape(x[outline], y, colour, area=True, **named)
-                named["name"] = ""
+                if len(run := run[finite[run]]):
+                    outline = np.concatenate([run, run[::-1]])
+                    y = np.concatenate([ends[0][run], ends[1][run][::-1]])
+                    yield Shape(x[outline], y, colour, area=True, **named)
+                    named["name"] = ""
         case Region():
             x, y = along * layer.at, up * layer.values
             yield Shape(x, y, colour, area=True, alpha=0.2, name=layer.name)
@@ -93,10 +93,11 @@ def _shapes(layer: Layer, panel: PlotPanel, behind: Sequence[Shape]) -> Iterator
                 np.repeat(edges, 2), y, colour, area=True, name=layer.name, based="y"
             )
         case Intervals(lower, upper, values):
-            highest = max(float(s.y[np.isfinite(s.y)].max()) for s in behind if s.area)
+            heights = [float(shape.y.max()) for shape in behind if shape.based == "y"]
+            level = ABOVE * max(heights, default=1.0)
             for x in np.transpose([lower, upper]):
-                yield Shape(x, np.full(2, ABOVE * highest), colour, 2.5)
-            y = np.full(len(values), ABOVE * highest)
+                yield Shape(x, np.full(2, level), colour, 2.5)
+            y = np.full(len(values), level)
             yield Shape(values, y, colour, dash="", dot="|", size=6.0, name=layer.name)
         case Bars():
             yield from _bars(layer, panel)
