@@ -93,8 +93,8 @@ def _shapes(layer: Layer, panel: PlotPanel, behind: Sequence[Shape]) -> Iterator
                 np.repeat(edges, 2), y, colour, area=True, name=layer.name, based="y"
             )
         case Intervals(lower, upper, values):
-            heights = [float(shape.y.max()) for shape in behind if shape.based == "y"]
-            level = ABOVE * max(heights, default=1.0)
+            tops = [float(shape.y.max()) for shape in behind if shape.based == "y"]
+            level = ABOVE * max(tops, default=1.0)
             for x in np.transpose([lower, upper]):
                 yield Shape(x, np.full(2, level), colour, 2.5)
             y = np.full(len(values), level)
