@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from tolstat.answers.cells import summary_cells
+from tolstat.answers.next_steps import Step
 from tolstat.answers.remedy.remedy_finding import RemedyFinding
 from tolstat.answers.report.report_warnings import NumbersWarning, ReportWarning
 from tolstat.answers.report.response_summary import (
@@ -13,7 +14,7 @@ from tolstat.answers.report.response_summary import (
     by_what_decides,
 )
 from tolstat.answers.run_answer import RunAnswer
-from tolstat.document.inline import Number, Row, Typed
+from tolstat.document.inline import Number, Row
 from tolstat.statistics import estimate
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import Caveat, PartsUncertainty, Verdict
@@ -40,24 +41,6 @@ NOT_BY_TOLERANCES = (
 )  # fmt: skip
 
 
-class StepKind(StrEnum):
-    """What a next step does."""
-
-    RESUME = "run missing trials"
-    FINISH = "finish audit and diagnostics"
-    FINER_RUN = "run with finer settings"
-    SEE_FAILED = "simulate a trial that failed when evaluated again"
-    MEND_FORMULA = "mend formula"
-    CHECK_FORMULA = "check formula"  # a machine may jump so
-    REMEDY = "change nominal values and tolerances"
-    MEASURE_PARTS = "measure more parts"
-    ADD_TRIALS = "add trials"
-    ALLOCATE = "allocate tolerances"
-    SEE_WORST = "simulate the worst trial again"
-    DRAW_RESPONSE = "draw another response"
-    WRITE_TABLE = "write all trials as a table"
-
-
 class LimitFinding(NamedTuple):
     """What is decided about a limit."""
 
@@ -73,20 +56,6 @@ class LimitFinding(NamedTuple):
     largest_contribution: str = ""
     # where few measured parts leave it undecided: how far
     measured: PartsUncertainty | None = None
-
-
-class Step(NamedTuple):
-    """A next step: a change of the study, or of the run."""
-
-    kind: StepKind
-    responses: tuple[str, ...] = ()
-    causes_of: tuple[str, ...] = ()  # responses whose causes more trials would tell
-    parts: tuple[str, ...] = ()  # contributors that change
-    entries: Mapping[str, str] = {}  # of [deviations], as what-if takes them
-    settings: Mapping[str, str] = {}  # as a study has them
-    trials: int = 0  # in all; 0 as they are
-    evaluated: int = 0  # of these where the others are thinned out; 0: all of them
-    commands: tuple[Typed, ...] = ()  # to type, one after the other
 
 
 class Findings(NamedTuple):
