@@ -103,14 +103,9 @@ def _commands(run: Run, step: Step) -> tuple[Typed, ...]:
 
 
 def command(*words: object, machine: str = "") -> Typed:
-    """Return a command of tolstat; a run in memory has the name of a file.
+    """Return a command of tolstat: its name, files as they were given, options.
 
-    Parameters
-    ----------
-    *words : object
-        Its name, files as they were given, options.
-    machine : str
-        As of `--machine`; empty if it is installed.
+    A run in memory has the name of a file. A model that is installed has no `machine`.
     """
     option = ["--machine", machine] if machine else []
     return Typed((*(SAVED if word == IN_MEMORY else word for word in words), *option))
@@ -145,12 +140,7 @@ def _file_of(run: Run) -> Path:
 def to_run_again(run: Run, trials: int | None = None) -> Typed | None:
     """Return the command that replaces a run; None where its study is gone.
 
-    Parameters
-    ----------
-    run : Run
-        Whose study is run again, with its trials and seed.
-    trials : int, optional
-        Instead of those of the run.
+    With its seed, and its trials or so many.
     """
     study = run.study_file
     if study is None or not study.is_file():

@@ -53,8 +53,7 @@ def report(
         try:
             run = limited(run, limits_in(limits))
         except QuestionError as error:
-            change = StudyChange(limits=limits_in(limits))
-            advice = fresh_run_advice(source, change)
+            advice = fresh_run_advice(source, StudyChange(limits=limits_in(limits)))
             raise QuestionError(f"{error}{advice}", *error.advice) from None
     answer = reports.report(run, responses, [_share(text) for text in quantiles])
     if form:

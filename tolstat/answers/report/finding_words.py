@@ -90,7 +90,11 @@ def step_words(run: Run, step: Step) -> Parts:
         case StepKind.FINER_RUN:
             return _finer_run(run, step)
         case StepKind.MEASURE_PARTS:
-            return _measure(step)
+            from tolstat.answers.measured_words import to_measure  # seldom used
+
+            assert step.measured is not None
+            action = to_measure(step.measured)
+            return say("To decide {}, {}: more trials tell little.", names, action)
         case StepKind.ADD_TRIALS | StepKind.DECIDE:
             return _add_trials(run, step)
         case kind if kind in NAMING:
@@ -113,14 +117,6 @@ def _finer_run(run: Run, step: Step) -> Parts:
         SHORT if "max_step" in step.settings and not run.isolation else None,
         text(": ", again) if again else None,
     )  # fmt: skip
-
-
-def _measure(step: Step) -> Parts:
-    from tolstat.answers.measured_words import to_measure  # seldom used
-
-    assert step.measured is not None
-    names, action = listed([*map(Name, step.responses)]), to_measure(step.measured)
-    return say("To decide {}, {}: more trials tell little.", names, action)
 
 
 def _add_trials(run: Run, step: Step) -> Parts:

@@ -123,8 +123,7 @@ def what_if(
         if not scenario and limits:
             answers.append(_answer(run, baseline, {}, Method.STORED))
         elif evaluate:
-            change = StudyChange(scenario, limits or {})
-            again = scenario_run(run, study, change)
+            again = scenario_run(run, study, StudyChange(scenario, limits or {}))
             answers.append(_evaluated(baseline, again, scenario, study))
         else:
             answers.append(_reweighted(baseline, scenario, study))
