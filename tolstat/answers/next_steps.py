@@ -54,7 +54,7 @@ class Step(NamedTuple):
     prediction: RemedyStep | None = None  # what the change does
     trials: int = 0  # in all; 0 as they are
     evaluated: int = 0  # of these where the others are thinned out; 0: all of them
-    slow: bool = False  # whether to thin them although they would be quick
+    slow: bool = False  # whether `decide` has to be told so, to leave out others
     trial: int | None = None  # to simulate again
     measured: PartsUncertainty | None = None  # which parts, and how many
     # the same as a person types it: the change, and commands one after the other

@@ -20,7 +20,7 @@ from tolstat.errors import (
     allowed_names,
 )
 from tolstat.model.checked import described
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model, TrialResults
 from tolstat.model.description import Description
 from tolstat.model.setting_kinds import Number, as_typed
 from tolstat.model.settings import setting_of, settings_of
@@ -84,7 +84,7 @@ class Points:
     sampler: Sampler | None = None
     places: Sequence[str] = ()  # file and row of each row of a file
     # of results from elsewhere; None where a model evaluates the trials
-    answers: Answers | None = None
+    answers: TrialResults | None = None
 
 
 def read_grid(

@@ -69,21 +69,14 @@ class Findings(NamedTuple):
         """Return cells of a wide table: what is decided about a response."""
         limit = self.limits.get(response)
         about = [s for s in self.steps if response in s.responses or not s.responses]
+        remedy = (limit and self.remedy) or RemedyFinding()
+        entries = (f"{name}={entry}" for name, entry in remedy.entries.items())
         return {
             "main causes": "; ".join(map(", ".join, limit.causes)) if limit else "",
             "no cause": str(limit.no_cause) if limit else "",
             "trials that decide": limit.trials_that_decide if limit else 0,
             "next steps": "; ".join(step.kind for step in about),
             "commands": "; ".join(c.text for step in about for c in step.commands),
-            **self._remedy_cells(response),
-        }
-
-    def _remedy_cells(self, response: str) -> dict[str, str | int]:
-        remedy = self.remedy
-        if remedy is None or response not in self.limits:
-            return {"remedy": "", "remedy proved by trials": 0}
-        entries = (f"{name}={entry}" for name, entry in remedy.entries.items())
-        return {
             "remedy": "; ".join(entries) or remedy.reason,
             "remedy proved by trials": remedy.trials,
         }
