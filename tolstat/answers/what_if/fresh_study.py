@@ -3,6 +3,7 @@
 import os
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -62,8 +63,8 @@ def fresh_study(
     deviations, limits : mapping of str to str or dict
         As of `what_if`; whether the stored trials cover them does not matter. A link
         may get another size: `{"housing": {"nominal": "120.4 mm"}}`. A text in braces
-        is an inline table: `entries` of a remedy are typed so. Instead of both, the
-        `change` of a next step of a report.
+        is an inline table: `entries` of a remedy are typed so. Deviations may also be
+        the `change` of a next step of a report, with limits and settings of its own.
     model : Model, optional
         A custom model, if the run is of one.
     folder : path, optional
@@ -91,7 +92,9 @@ def fresh_study(
     """
     run, change = open_run(run), deviations
     if not isinstance(change, StudyChange):
-        change = StudyChange(as_entries(change), limits or {})
+        change = StudyChange(as_entries(change))
+    if limits:
+        change = replace(change, limits=limits)
     if run.sampled is None:
         raise no_sample(run)
     if run.listed:
