@@ -18,7 +18,8 @@ def read(folder, parts, *, numbered=False, **keys):
     (folder / "parts.csv").write_text("\n".join([head, *rows]))
     ring = {"nominal": "12 mm", "data": "parts.csv", "column": "L", **keys}
     study = {
-        "model": "dimension_chain", "trials": 10, "seed": 1, "settings": {"gap": "box - ring"},
+        "model": "dimension_chain", "trials": 10, "seed": 1,
+        "settings": {"gap": "box - ring"},
         "links": {"box": "12.2 mm", "ring": ring},
     }  # fmt: skip
     return load(study, folder=folder)
@@ -42,7 +43,7 @@ def test_rows_pasted_again_are_refused(tmp_path, numbered, step):
 
 @pytest.mark.parametrize("numbered", [True, False])
 def test_equal_parts_by_chance_are_taken(tmp_path, numbered):
-    """A coarse gauge, one that drifts slowly, and run-outs of which a third are zero."""
+    """A coarse gauge, one that drifts slowly, and run-outs, a third of them zero."""
     for _ in range(20):
         read(tmp_path, normal(400, 0.02), numbered=numbered)
     drift = 12 + np.round(np.linspace(0, 0.05, 300) + RNG.normal(0, 2e-3, 300), 2)
