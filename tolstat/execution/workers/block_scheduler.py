@@ -13,6 +13,7 @@ from tolstat.execution.workers.remote_blocks import Processes
 from tolstat.model.contract import Answers, Model
 from tolstat.operating_system import processors
 from tolstat.status import ran_in_order
+from tolstat.store.run_writer import Stoppable
 from tolstat.study.given_points import Case
 
 LOOK_AGAIN = 0.1  # s, between two checks whether to stop
@@ -29,7 +30,7 @@ class Interrupted(Exception):
     """The caller has stopped the run."""
 
 
-class Workers(AbstractContextManager["Workers"]):
+class Workers(Stoppable, AbstractContextManager["Workers"]):
     """Workers that evaluate trials in blocks.
 
     Parameters
