@@ -9,7 +9,6 @@ from typing import Any
 
 from tolstat.arrays import Array
 from tolstat.execution.workers.local_blocks import Block, Mismatch, Threads
-from tolstat.execution.workers.remote_blocks import Processes
 from tolstat.model.contract import Answers, Model
 from tolstat.operating_system import processors
 from tolstat.status import ran_in_order
@@ -61,9 +60,12 @@ class Workers(Stoppable, AbstractContextManager["Workers"]):
         self._stopped_at = 0.0  # 0 if nothing has looked since
         self._patience = math.inf  # until then running blocks get time to finish
         self._number, self._block = number, block
-        self._pool: Threads | Processes = (
-            Processes(executor) if executor else Threads(number or processors())
-        )
+        if executor:
+            from tolstat.execution.workers.remote_blocks import Processes  # seldom
+
+            self._pool: Threads | Processes = Processes(executor)
+        else:
+            self._pool = Threads(number or processors())
 
     @property
     def number(self) -> int:
