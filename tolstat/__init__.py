@@ -2,8 +2,6 @@
 
 from typing import TYPE_CHECKING, Any
 
-from tolstat.lazy_names import lazy_name
-
 if TYPE_CHECKING:  # `__getattr__` loads these names: `tolstat --help` stays quick
     from tolstat.answers.allocate.allocate_tolerances import allocate
     from tolstat.answers.chain_study import Chain
@@ -66,6 +64,8 @@ def __getattr__(name: str) -> Any:
         return version("tolstat")
     if name not in __all__:
         raise AttributeError(f"module 'tolstat' has no attribute {name!r}")
+    from tolstat.lazy_names import lazy_name
+
     value = globals()[name] = lazy_name(__file__, name)
     return value
 
