@@ -11,7 +11,6 @@ import pytest
 from scipy.special import ndtr, ndtri
 
 from tests.statistics.remedy_problems import PROBLEMS, Problem, sampled
-from tolstat.statistics.integration_error import trials_for_sure
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import Limit
@@ -341,13 +340,6 @@ def test_a_proved_remedy_meets_all_limits_in_truth(problem, record_property):
         out = np.any((y < lower) | (y > upper), axis=1)
         assert step.after.joint == proportion(int(out.sum()), len(y))
     np.testing.assert_array_equal((shift, ratio), proof.change)
-
-
-def test_trials_that_make_met_sure_bound_the_errors_that_none_of_them_shows():
-    trials = trials_for_sure(0.0017, 0.0027)
-    assert proportion(0, trials).upper <= 0.001 < proportion(0, trials - 1).upper
-    assert trials == pytest.approx(3.7 / 0.001, rel=0.01)
-    assert trials_for_sure(0.0027, 0.0027) is None
 
 
 def test_one_shift_stands_instead_of_two_that_do_the_same():

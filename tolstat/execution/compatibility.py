@@ -30,9 +30,7 @@ from tolstat.toml import toml_table
 
 
 def study_of(
-    run: Run,
-    trials: int | Rule | None = None,
-    model: Model | None = None,
+    run: Run, trials: int | Rule | None = None, model: Model | None = None
 ) -> Study:
     """Return the study of a run, read from its stored text; trials as of `load`."""
     sampled = None if run.listed else run.sampled

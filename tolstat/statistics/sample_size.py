@@ -171,9 +171,7 @@ def trials_needed(good: Truths, sample: Sample, demanded: float) -> int:
     if sample.weights:
         return 0
     if sample.thinned:
-        from tolstat.statistics.deciding.thinned_share import (  # seldom
-            trials_settling,
-        )
+        from tolstat.statistics.deciding.thinned_share import trials_settling  # seldom
 
         settled = trials_settling(~good, sample.thinned, 1 - demanded)
         return grown(settled) if settled < MOST_TRIALS else 0
