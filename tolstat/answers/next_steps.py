@@ -9,6 +9,7 @@ from tolstat.errors import Advice, Remedy, TolstatError
 from tolstat.store.files_beside import free_name
 from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.study.editor import StudyEditor
+from tolstat.study.sampling import MOST_ROWS
 from tolstat.units.scale import figures
 
 SAVED = Path("run.h5")  # where commands look for a run in memory: a note says so
@@ -91,15 +92,18 @@ def to_extend(run: Run, trials: int) -> Typed | None:
     return command("extend", run.path, "--trials", trials, machine=run.machine)
 
 
-def to_decide(run: Run, *, slow: bool = False) -> Typed | None:
+def to_decide(run: Run, trials: int, *, slow: bool = False) -> Typed | None:
     """Return the command that decides the limits of a run; None where none can.
 
-    `slow`: evaluating few trials, where it would not do so by itself.
+    `trials`: those that decide. `slow`: evaluating few trials, where it would not do so
+    by itself.
     """
     if run.sampling != "random":
         return None
-    option = ["--slow"] if slow else []
-    return command("decide", run.path, *option, machine=run.machine)
+    options = ["--slow"] if slow else []
+    if trials > MOST_ROWS:
+        options += ["--at-most", str(trials)]
+    return command("decide", run.path, *options, machine=run.machine)
 
 
 def to_prove(run: Run) -> Typed:

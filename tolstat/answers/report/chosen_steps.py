@@ -31,6 +31,7 @@ from tolstat.answers.report.response_summary import ResponseSummary, by_what_dec
 from tolstat.answers.run_answer import predicted_seconds
 from tolstat.answers.sampled_trials import Drawn, audited_of
 from tolstat.document.inline import Typed
+from tolstat.model.description import Description
 from tolstat.statistics.limits.yields import (
     MET,
     NOT_MET,
@@ -41,6 +42,8 @@ from tolstat.statistics.sample_size import FEWEST_RANDOM, grown, is_thinned
 from tolstat.statistics.sensitivity.named_causes import LEAST
 from tolstat.statistics.summary import Limited
 from tolstat.store.stored_run import Run
+from tolstat.study.memory_needed import too_large
+from tolstat.study.sampling import MOST_ROWS
 
 # s: a run whose trials tell how long one takes; more of them than one waits for
 LONG, MINUTE = 10.0, 60.0
@@ -143,6 +146,7 @@ def _steps(
         _measured(limits),
         _changed(limits, remedy),
         _more_trials(drawn, responses, limits, remedy),
+        _searched(run, limits),
         _allocated(run, limits),
     ):
         if step:
@@ -217,6 +221,7 @@ def _more_trials(
         name: limit.trials_that_decide
         for name, limit in limits.items()
         if not (mended and limit.seems_missed)
+        if not too_large(limit.trials_that_decide, _description(run))
     }
     undecided = [
         name
@@ -261,7 +266,7 @@ def _deciding(drawn: Drawn, numbers: Mapping[str, int]) -> tuple[Typed | None, i
         isolated=run.isolation is not None,
         integrates=run.steps is not None,
     )
-    command = to_decide(run)
+    command = to_decide(run, trials)
     is_slow = run.times["seconds"] > LONG and predicted_seconds(run, trials) > MINUTE
     if not command or run.thinned or trials <= first or not (few or is_slow):
         return command, 0
@@ -276,7 +281,24 @@ def _deciding(drawn: Drawn, numbers: Mapping[str, int]) -> tuple[Typed | None, i
     if min(parts.values()) == 1:
         return command, 0
     more = max(part * max(numbers[name] - first, 0) for name, part in parts.items())
-    return to_decide(run, slow=not few), grown(first + more)
+    evaluated = grown(first + more)
+    return to_decide(run, evaluated, slow=not few), evaluated
+
+
+def _searched(run: Run, limits: Limits) -> Step | None:
+    """Return the step that searches rare trials; None where a plain run decides."""
+    names = tuple(
+        name
+        for name, limit in limits.items()
+        if _is_open(limit) and not 0 < limit.trials_that_decide <= MOST_ROWS
+    )
+    if not names or run.thinned or run.listed or run.sampling != "random":
+        return None
+    return Step(StepKind.SEARCH_RARE, names)
+
+
+def _description(run: Run) -> Description:
+    return Description(tuple(run.contributors), tuple(run.responses))
 
 
 def _is_open(limit: LimitFinding) -> bool:

@@ -26,6 +26,7 @@ from tolstat.answers.report.report_warnings import (
     VerdictWarning,
 )
 from tolstat.answers.run_answer import predicted_time
+from tolstat.deviations.rare import ENOUGH
 from tolstat.document import blocks
 from tolstat.document.inline import (
     Name,
@@ -40,6 +41,7 @@ from tolstat.document.inline import (
 from tolstat.statistics.integration_error import Movement
 from tolstat.statistics.limits.yields import Caveat
 from tolstat.store.stored_run import Run
+from tolstat.study.sampling import MOST_ROWS
 from tolstat.units.scale import Scale
 
 MOST_ERRORS = 3  # responses whose integration errors are named
@@ -48,6 +50,11 @@ TURN_WORDS = {0.5: "half a", 1.0: "a whole"}
 # an angle never jumps by a turn, while a machine with play or a stop may well jump
 MEND_TURN = ", so no tolerance explains it. Mend the formula of the response"
 MEND_STEP = ". If the machine does not jump so, mend the formula of the response"
+SEARCH = (
+    f"To decide {{}} takes more than {MOST_ROWS} trials. A search for rare ones takes "
+    f"fewer, if it misses no kind of failure: write {{}} and trials = {ENOUGH} into "
+    "the study, and run it again. Or widen the limit, or demand less."
+)
 # sentences that name all responses with such a step
 NAMING = {
     StepKind.MEND_FORMULA: "Mend the formula of {}, as said above.",
@@ -102,6 +109,9 @@ def step_words(run: Run, step: Step, findings: Findings) -> Parts:
             return _measure(step, findings)
         case StepKind.ADD_TRIALS:
             return _add_trials(run, step)
+        case StepKind.SEARCH_RARE:
+            names, key = listed([*map(Name, step.responses)]), step.responses[0]
+            return say(SEARCH, names, Word(f'sampling = {{ rare = "{key}" }}'))
         case StepKind.ALLOCATE:
             return say("Find the cheapest tolerances that meet all limits: {}.", *typed)
         case StepKind.SEE_WORST:

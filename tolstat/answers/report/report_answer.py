@@ -52,6 +52,7 @@ class StepKind(StrEnum):
     REMEDY = "change nominal values and tolerances"
     MEASURE_PARTS = "measure more parts"
     ADD_TRIALS = "add trials"
+    SEARCH_RARE = "search rare trials"
     ALLOCATE = "allocate tolerances"
     SEE_WORST = "simulate the worst trial again"
     DRAW_RESPONSE = "draw another response"
