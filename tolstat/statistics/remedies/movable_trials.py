@@ -96,15 +96,14 @@ class MovableTrials:
         """Estimate the share of bool[trial] and the failed ones, for such a limit."""
         if self.thinned is None:
             return proportion(self.out_of(out), self.done + self.failed)
-        units = self.thinned.failed_trials
+        units, part = self.thinned.failed_trials, self.thinned.telling(permitted)
         units[self.thinned.done] = out
-        shares = []
-        # trials without a chance may move out of a limit that permits few
-        for limit in (permitted, 1.0):
-            part = self.thinned.telling(limit)
-            shares.append(part.share(units[: len(part.status)], part.ran))
-        telling, covering = shares
-        return covering if covering.lower > telling.upper else telling
+        share = part.share(units[: len(part.status)], part.ran)
+        if not part.thinned or not part.thinned.skips:
+            return share
+        # those without a chance may move out of limit: others would show many
+        covering = self.share(out, 1.0)
+        return covering if covering.lower > share.upper else share
 
     def sampled_again(
         self, change: Change, deviations: Array, responses: Array
