@@ -6,10 +6,12 @@ from pathlib import Path
 
 from tolstat.document.inline import Typed
 from tolstat.errors import Advice, Remedy, TolstatError
+from tolstat.model.description import Description
+from tolstat.statistics.sample_size import MOST_ROWS
 from tolstat.store.files_beside import free_name
 from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.study.editor import StudyEditor
-from tolstat.study.sampling import MOST_ROWS
+from tolstat.study.memory_needed import too_large
 from tolstat.units.scale import figures
 
 SAVED = Path("run.h5")  # where commands look for a run in memory: a note says so
@@ -104,6 +106,12 @@ def to_decide(run: Run, trials: int, *, slow: bool = False) -> Typed | None:
     if trials > MOST_ROWS:
         options += ["--at-most", str(trials)]
     return command("decide", run.path, *options, machine=run.machine)
+
+
+def holds(run: Run, trials: int) -> bool:
+    """Return whether the memory holds so many trials."""
+    described = Description(tuple(run.contributors), tuple(run.responses))
+    return not too_large(trials, described)
 
 
 def to_prove(run: Run) -> Typed:

@@ -22,8 +22,7 @@ from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document.inline import Typed
 from tolstat.render.screen import as_text, show
 from tolstat.statistics.limits.yields import MET
-from tolstat.statistics.sample_size import fewest_trials
-from tolstat.study.sampling import MOST_ROWS
+from tolstat.statistics.sample_size import MOST_ROWS, fewest_trials
 
 DEGREE = np.pi / 180
 STUDY = {

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from tolstat.answers.next_steps import (
+    holds,
     to_allocate,
     to_decide,
     to_extend,
@@ -31,19 +32,16 @@ from tolstat.answers.report.response_summary import ResponseSummary, by_what_dec
 from tolstat.answers.run_answer import predicted_seconds
 from tolstat.answers.sampled_trials import Drawn, audited_of
 from tolstat.document.inline import Typed
-from tolstat.model.description import Description
 from tolstat.statistics.limits.yields import (
     MET,
     NOT_MET,
     UNDECIDED,
     Caveat,
 )
-from tolstat.statistics.sample_size import FEWEST_RANDOM, grown, is_thinned
+from tolstat.statistics.sample_size import FEWEST_RANDOM, MOST_ROWS, grown, is_thinned
 from tolstat.statistics.sensitivity.named_causes import LEAST
 from tolstat.statistics.summary import Limited
 from tolstat.store.stored_run import Run
-from tolstat.study.memory_needed import too_large
-from tolstat.study.sampling import MOST_ROWS
 
 # s: a run whose trials tell how long one takes; more of them than one waits for
 LONG, MINUTE = 10.0, 60.0
@@ -221,7 +219,7 @@ def _more_trials(
         name: limit.trials_that_decide
         for name, limit in limits.items()
         if not (mended and limit.seems_missed)
-        if not too_large(limit.trials_that_decide, _description(run))
+        if holds(run, limit.trials_that_decide)
     }
     undecided = [
         name
@@ -295,10 +293,6 @@ def _searched(run: Run, limits: Limits) -> Step | None:
     if not names or run.thinned or run.listed or run.sampling != "random":
         return None
     return Step(StepKind.SEARCH_RARE, names)
-
-
-def _description(run: Run) -> Description:
-    return Description(tuple(run.contributors), tuple(run.responses))
 
 
 def _is_open(limit: LimitFinding) -> bool:

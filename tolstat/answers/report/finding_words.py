@@ -26,7 +26,6 @@ from tolstat.answers.report.report_warnings import (
     VerdictWarning,
 )
 from tolstat.answers.run_answer import predicted_time
-from tolstat.deviations.rare import ENOUGH
 from tolstat.document import blocks
 from tolstat.document.inline import (
     Name,
@@ -40,8 +39,8 @@ from tolstat.document.inline import (
 )
 from tolstat.statistics.integration_error import Movement
 from tolstat.statistics.limits.yields import Caveat
+from tolstat.statistics.sample_size import MOST_ROWS
 from tolstat.store.stored_run import Run
-from tolstat.study.sampling import MOST_ROWS
 from tolstat.units.scale import Scale
 
 MOST_ERRORS = 3  # responses whose integration errors are named
@@ -52,7 +51,7 @@ MEND_TURN = ", so no tolerance explains it. Mend the formula of the response"
 MEND_STEP = ". If the machine does not jump so, mend the formula of the response"
 SEARCH = (
     f"To decide {{}} takes more than {MOST_ROWS} trials. A search for rare ones takes "
-    f"fewer, if it misses no kind of failure: write {{}} and trials = {ENOUGH} into "
+    f"fewer, if it misses no kind of failure: write {{}} and trials = {{}} into "
     "the study, and run it again. Or widen the limit, or demand less."
 )
 # sentences that name all responses with such a step
@@ -110,8 +109,11 @@ def step_words(run: Run, step: Step, findings: Findings) -> Parts:
         case StepKind.ADD_TRIALS:
             return _add_trials(run, step)
         case StepKind.SEARCH_RARE:
+            from tolstat.deviations.rare import ENOUGH  # seldom used
+
             names, key = listed([*map(Name, step.responses)]), step.responses[0]
-            return say(SEARCH, names, Word(f'sampling = {{ rare = "{key}" }}'))
+            sampling = Word(f'sampling = {{ rare = "{key}" }}')
+            return say(SEARCH, names, sampling, str(ENOUGH))
         case StepKind.ALLOCATE:
             return say("Find the cheapest tolerances that meet all limits: {}.", *typed)
         case StepKind.SEE_WORST:
