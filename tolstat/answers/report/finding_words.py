@@ -14,6 +14,7 @@ from tolstat.answers.report.report_answer import (
 from tolstat.answers.report.report_warnings import (
     AllPartsWarning,
     ErrorsWarning,
+    FarLimit,
     IdleContributors,
     JumpWarning,
     NumbersWarning,
@@ -27,16 +28,8 @@ from tolstat.answers.report.report_warnings import (
 )
 from tolstat.answers.run_answer import predicted_time
 from tolstat.document import blocks
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    Word,
-    counted,
-    listed,
-    say,
-    text,
-)
+from tolstat.document.inline import Name, Number, Parts, Word
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.statistics.integration_error import Movement
 from tolstat.statistics.limits.yields import Caveat
 from tolstat.statistics.sample_size import MOST_ROWS
@@ -199,6 +192,13 @@ def _sentence(warning: ReportWarning) -> Parts:
             return say(
                 "No deviation changes {}: all trials have {}, and sigma is 0.",
                 Name(name), Number(value, scale),
+            )  # fmt: skip
+        case FarLimit(name, end, smallest, largest, scale):
+            values = (Number(x, scale) for x in (end, smallest, largest))
+            return say(
+                "{} has a limit of {}, and trials from {} to {}. Check the unit of the "
+                "limit.",
+                Name(name), *values,
             )  # fmt: skip
         case JumpWarning():
             return _jump(warning)
