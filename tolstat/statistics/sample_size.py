@@ -24,6 +24,7 @@ from tolstat.statistics.limits.limit import within
 from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
 DECIDE = "decide"  # how a rule begins that asks for the verdict of every limit
+MOST_ROWS = 4_000_000  # trials of such a run that has a time, at most
 FIRST_STAGE = 1024  # trials of the first stage
 FEWEST_RANDOM = 2 * FIRST_STAGE  # trials before thinned ones
 MOST_PLAIN = 60_000  # trials of equations of motion: about a minute
