@@ -24,6 +24,7 @@ from tolstat.answers.remedy.remedy_finding import (
 )
 from tolstat.answers.remedy.tightened_causes import Causes, tightened_causes
 from tolstat.answers.sampled_trials import Drawn
+from tolstat.answers.trial_time import seconds_per_trial
 from tolstat.arrays import Array
 from tolstat.catalogue import custom_names
 from tolstat.document.inline import Typed
@@ -267,7 +268,7 @@ class _Search:
         run = self.run
         if run.listed:
             return None  # nothing is evaluated here
-        seconds = float(run.times.get("seconds", np.inf)) / max(run.ended, 1)
+        seconds = seconds_per_trial(run, self.study)
         most = QUICK if run.steps is None else QUICK_INTEGRATED
         if seconds * FRESH_TRIALS > most:
             return None

@@ -10,6 +10,7 @@ import numpy as np
 
 from tolstat.answers.relimit import problems_of
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
+from tolstat.answers.trial_time import seconds_per_trial
 from tolstat.answers.what_if.reweighted_trials import (
     read_scenario,
     reweighted,
@@ -220,8 +221,8 @@ def _enough(
                 share = np.average(out, weights=weights.values[ran])
                 counts[name] = round(share * weights.number), weights.number
             known = True
-    seconds = float(run.provenance["seconds"]) / max(run.ended, 1)
-    goes_on = fresh.limits and fresh.sampling == "random" and seconds <= QUICK
+    goes_on = fresh.limits and fresh.sampling == "random"
+    goes_on = goes_on and seconds_per_trial(run, study) <= QUICK
     planned, most = run.trials, MOST_TIMES * run.trials
     demands = [
         (*counts[name], 1 - limit.demanded) for name, limit in fresh.limits.items()
