@@ -225,6 +225,23 @@ def test_a_file_of_ones_own_that_is_called_before_is_kept(toy_study, tmp_path):
     assert own.exists() and tolstat.open(path).complete
 
 
+def test_the_run_before_is_said_to_stay_where_it_cannot_be_read(
+    toy_study, tmp_path, monkeypatch
+):
+    path, opened = tmp_path / "r.h5", files_beside.opened
+    tolstat.run(toy_study, model=Toy(), output=path)
+
+    def failing(path):
+        if path.name.endswith(".before") and path.exists():
+            raise OSError(5, "Input/output error")
+        return opened(path)
+
+    monkeypatch.setattr(files_beside, "opened", failing)
+    with pytest.warns(RuntimeWarning, match=r"r\.h5\.before as it is unreadable"):
+        tolstat.run(toy_study, model=Toy(), output=path, force=True)
+    assert tolstat.open(path).complete and (tmp_path / "r.h5.before").exists()
+
+
 def test_what_stood_there_is_put_back_though_it_was_in_part(toy_study, tmp_path):
     """A run in part that replaces another, replaced by one that stops at once."""
     path, over = tmp_path / "r.h5", [0]

@@ -26,6 +26,7 @@ from tolstat.store.provenance import now
 
 WORDS = "process "  # what a lock begins with
 LONGEST = 1000  # bytes of it
+UNREADABLE = "unreadable"  # in place of an identity
 
 
 class Lock(AbstractContextManager["Lock"]):
@@ -183,7 +184,7 @@ def identity(path: Path) -> str:
     except FileNotFoundError:
         return ""
     except OSError:
-        return "unreadable"
+        return UNREADABLE
 
 
 def run_before(path: Path) -> tuple[str, bool]:

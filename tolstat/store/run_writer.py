@@ -346,14 +346,18 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _leave_one(self) -> None:
         """Remove the file if nothing ran, or the run that it replaced at its end."""
         before = files_beside.before_of(self.path)
-        is_ours = self.run.replaces == files_beside.identity(before) != ""
+        identity = files_beside.identity(before)
+        is_ours = self.run.replaces == identity != ""
         if self._waiting or self._unwanted:
             (self._waiting or self.path).unlink()
         elif self.run.complete and is_ours:
             before.unlink()
-        elif is_ours:
+        elif is_ours or identity == files_beside.UNREADABLE:
+            until = (
+                f"until {self.path} is complete" if is_ours else "as it is unreadable"
+            )
             warnings.warn(
-                f"the earlier run is kept as {before} until {self.path} is complete",
+                f"the earlier run is kept as {before} {until}",
                 RuntimeWarning,
                 stacklevel=2,
             )
