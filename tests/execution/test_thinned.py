@@ -55,11 +55,12 @@ def test_both_limits_are_met_with_fewer_trials(decided):
 
 
 def test_the_kind_of_model_alone_decides_what_is_thinned(monkeypatch):
+    monkeypatch.setattr("tolstat.statistics.sample_size.MOST_PLAIN", 5000)
     ways = True, False, None
-    thinned, plain, by_kind = (trials_of(2, 1.25, slow=way)[1] for way in ways)
+    thinned, plain, by_kind = (trials_of(2, 2, slow=way)[1] for way in ways)
     assert thinned < plain / 3 and by_kind == plain  # a formula, however slow
     monkeypatch.setattr(Three, "integrates", True)
-    assert trials_of(2, 1.25, slow=None)[1] == thinned
+    assert trials_of(2, 2, slow=None)[1] == thinned
 
 
 @pytest.fixture(scope="module")
@@ -213,11 +214,12 @@ def test_a_stopped_one_ends_as_if_it_had_not_been(decided, tmp_path):
         part = execute(load(STUDY, model=Three()), path, crew, progress=enough.tell)
     assert not part.complete and part.thinned
     words = f"{part.ended} trials have run; deciding was stopped"
-    assert words in " ".join(tolstat.report(part).trials.notes)
-    page = " ".join(tolstat.report(part).html().split())
+    report = tolstat.report(part)
+    assert words in " ".join(report.trials.notes)
+    page = " ".join(report.html().split())
     assert f"So far {part.ended} trials have run" in page
     assert f"of {part.trials} trials" not in page
-    assert tolstat.report(part).responses["sum"].limited  # of whole stages
+    assert report.responses["sum"].limited  # of whole stages
     enough = Enough(part.ended + 300)
     with Workers(2, enough, block=100) as crew:
         part = go_on(path, crew, model=Three(), progress=enough.tell)
