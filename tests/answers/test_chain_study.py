@@ -224,12 +224,19 @@ def test_wrong_declarations_are_refused(inputs, outputs, words):
         ((np.zeros(7), 0.0), "an array of 1 trials is expected"),
         ((0.0, None), "real numbers are expected of the function for y"),
         ((0.0, 1j), "real numbers are expected of the function for y"),
+        ((0.0, True), "real numbers are expected of the function for y, not"),
+        ((np.ma.masked_less([0.0], 1.0), 0.0), "for x, not masked ones"),
     ],
 )
 def test_wrong_answers_are_refused(returned, words):
     model = tolstat.as_model(inputs={"a": "1 mm"}, outputs={"x": "mm", "y": "mm"})
     with pytest.raises(ModelError, match=words):
         tolstat.evaluate(model(lambda a: returned))
+
+
+def test_a_truth_value_is_a_number_without_unit():
+    model = tolstat.as_model(inputs={"a": "1 mm"}, outputs={"fits": "1"})
+    assert tolstat.evaluate(model(lambda a: a > 0.5))["fits"].tolist() == [1.0]
 
 
 def test_a_compiled_function_is_a_model_and_what_is_no_function_is_refused():

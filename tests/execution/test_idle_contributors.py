@@ -12,6 +12,7 @@ import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report.gather import summary_of
 from tolstat.answers.report.report_warnings import (
+    FarLimit,
     IdleContributors,
     StudyWarning,
     UnchangedResponse,
@@ -175,3 +176,24 @@ def test_rare_runs_and_tables_say_it_too(tmp_path):
         assert "name the link C:" in warning.sentence
         assert "name the link C:" in str(found.document().blocks[0])
         assert not any("link C" in note for note in run.notes)
+
+
+@pytest.mark.parametrize(
+    "limit, is_far",
+    [
+        ("<= 0.45 mm", False), ("<= 450 mm", False), ("<= 0.45 in", True),
+        ("<= 0.45 m", True), (">= 0.05 um", True), (">= 0 m", False),
+        ("0.02..0.45 m", True), ("<= 0.03 in", False),
+    ],
+)  # fmt: skip
+def test_a_limit_in_a_unit_of_another_magnitude(limit, is_far):
+    """The gap is 0.2 mm, all links are in mm."""
+    chain = (
+        tolstat.Chain(trials=64)
+        .link("box", "60.2 +-0.1 mm")
+        .link("ring", "60 +-0.05 mm")
+        .gap("gap", "box - ring")
+        .limit("gap", limit)
+    )
+    warnings = summary_of(drawn_trials(chain.run()), ()).warnings
+    assert any(isinstance(warning, FarLimit) for warning in warnings) is is_far

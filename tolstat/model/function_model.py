@@ -124,16 +124,19 @@ class FunctionModel(Model):
         responses = np.empty((len(deviations), len(columns)))
         units = self.outputs.values()
         for i, (values, unit) in enumerate(zip(columns, units, strict=True)):
+            name, is_masked = [*self.outputs][i], np.ma.is_masked(values)
             values = np.asarray(values)
-            if values.dtype.kind not in "biuf":
+            numbers = "biuf" if unit == "1" else "iuf"  # a truth value has no unit
+            if is_masked or values.dtype.kind not in numbers:
+                masked = ", not masked ones (NaN is a trial that fails)"
                 raise self.fault(
-                    f"real numbers are expected of the function for "
-                    f"{[*self.outputs][i]}, not {returned!r:.40}"
+                    f"real numbers are expected of the function for {name}"
+                    + (masked if is_masked else f", not {returned!r:.40}")
                 )
             if values.shape not in ((), deviations.shape[:1]):
                 raise self.fault(
                     f"an array of {len(deviations)} trials is expected of the function "
-                    f"for {[*self.outputs][i]}, not one of the shape {values.shape}"
+                    f"for {name}, not one of the shape {values.shape}"
                 )
             responses[:, i] = values * to_si(1.0, unit, si_unit(dimension(unit)))
         return Outcome(responses)

@@ -17,6 +17,7 @@ from tests.answers.page_checks import steps_of
 from tests.answers.remedy.following import follow, remedy_of, typed
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.remedy import find_remedy
+from tolstat.answers.remedy.changed_entries import changeable_entries
 from tolstat.answers.remedy.remedy_finding import Evidence
 from tolstat.answers.report.report_answer import StepKind
 from tolstat.errors import StudyError
@@ -284,6 +285,18 @@ def test_conditions_and_measured_parts_are_fixed_by_default(tmp_path):
 
     other = tolstat.summary(run, model=Other()).findings.remedy
     assert other.evidence is Evidence.PREDICTED and "differ" in other.note
+
+
+def test_the_mean_of_a_lot_stays_where_it_is():
+    """No drawing has it: the size of its parts moves."""
+    study = {
+        "model": "dimension_chain", "trials": 300, "seed": 1,
+        "settings": {"gap": "box - shaft"},
+        "links": {"box": "30.2 +-0.1 mm", "shaft": "30 +-0.1 mm"},
+        "deviations": {"shaft_lot": "+-0.1 mm"}, "limits": {"gap": "0.1..0.4 mm"},
+    }  # fmt: skip
+    design = changeable_entries(tolstat.run(study)).design
+    assert design.movable.tolist() == [True, True, False]
 
 
 def test_a_size_keeps_its_sign(tmp_path):

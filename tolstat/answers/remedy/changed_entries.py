@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tolstat.deviations.names import LOT
 from tolstat.statistics.remedies.change import Change, Design, drawing_step
 from tolstat.store.assumed import is_turn
 from tolstat.store.stored_run import Run
@@ -44,7 +45,8 @@ def changeable_entries(run: Run) -> ChangeableEntries:
         part, factor = written.parts[first], run.scales[first].factor
         step = step_of(written.keys(first), part)
         steps.append(step or drawing_step(_half(run, members), factor))
-        movable.append(part.gear is None)
+        is_mean = first.endswith(LOT)  # of a lot: no drawing has it
+        movable.append(part.gear is None and not is_mean)
     idle = (x for x in groups.values() if {*x} <= {*run.diagnostics.idle})
     stays = written.fixed.union(*idle)
     names = tuple(groups)

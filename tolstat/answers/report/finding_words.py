@@ -14,6 +14,7 @@ from tolstat.answers.report.report_answer import (
 from tolstat.answers.report.report_warnings import (
     AllPartsWarning,
     ErrorsWarning,
+    FarLimit,
     IdleContributors,
     JumpWarning,
     NumbersWarning,
@@ -187,6 +188,13 @@ def _sentence(warning: ReportWarning) -> Parts:
             return say(
                 "No deviation changes {}: all trials have {}, and sigma is 0.",
                 Name(name), Number(value, scale),
+            )  # fmt: skip
+        case FarLimit(name, end, smallest, largest, scale):
+            values = (Number(x, scale) for x in (end, smallest, largest))
+            return say(
+                "{} has a limit of {}, and trials from {} to {}. Check the unit of the "
+                "limit.",
+                Name(name), *values,
             )  # fmt: skip
         case JumpWarning():
             return _jump(warning)

@@ -24,6 +24,9 @@ from tolstat.store.run_records import Residual
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
+# times the largest size of a response in all trials, and parts of the least: ends of
+# limits beyond are of another order of magnitude
+FAR_ABOVE, FAR_BELOW = 10.0, 0.01
 # by SI unit of a response: its steps that are turns, and the fewest trials a turn away
 # that are named; atan and the axis of a body jump by half a turn, and a plain number
 # may be an angle
@@ -113,6 +116,17 @@ class UnchangedResponse(NamedTuple):
     kind: str = "unchanged response"
 
 
+class FarLimit(NamedTuple):
+    """A limit of another order of magnitude than all trials, as of a wrong unit."""
+
+    response: str
+    end: float  # SI, as the trials
+    smallest: float
+    largest: float
+    scale: Scale
+    kind: str = "far limit"
+
+
 class PartsWarning(NamedTuple):
     """A limit that few measured parts leave undecided."""
 
@@ -144,6 +158,7 @@ ReportWarning = (
     | AllPartsWarning
     | IdleContributors
     | UnchangedResponse
+    | FarLimit
     | JumpWarning
     | VerdictWarning
     | NumbersWarning
@@ -227,9 +242,35 @@ def warnings_of(
             for name in run.limits
             if _unchanged(drawn, name)
         ),
+        *_far_limits(drawn),
         *(JumpWarning(name, x, run.scales[name]) for name, x in clusters.items()),
         *_of_measured_parts(drawn),
     )
+
+
+def _far_limits(drawn: Drawn) -> Iterator[FarLimit]:
+    """Yield ends of limits of another order of magnitude than all trials.
+
+    Where they are typed in a unit that no contributor of this kind is written in.
+    """
+    run = drawn.run
+    for response in run.responses:
+        name, limit = response.name, run.limits.get(response.name)
+        alike = (p.name for p in run.contributors if p.unit == response.unit != "1")
+        units = {run.scales[part].shown for part in alike}
+        if limit is None or not units or _typed_in(limit.words, units):
+            continue
+        done = drawn.done(name)
+        sizes = np.abs(done)
+        for end in limit.asked if sizes.any() else ():
+            size = abs(end)
+            if size >= FAR_ABOVE * sizes.max() or size <= FAR_BELOW * sizes.min():
+                ends = float(done.min()), float(done.max())
+                yield FarLimit(name, end, *ends, run.scales[name])
+
+
+def _typed_in(words: str, units: Iterable[str]) -> bool:
+    return any(re.search(rf"[\d. ]{re.escape(unit)}$", words) for unit in units)
 
 
 def _of_measured_parts(drawn: Drawn) -> Iterator[PartsWarning | AllPartsWarning]:
