@@ -11,7 +11,11 @@ import pytest
 from click.testing import CliRunner
 
 import tolstat
-from tolstat.answers.output_file import check_output, replace
+from tolstat.answers.answer import ENDINGS
+from tolstat.answers.output_file import check_ending, check_output, replace
+from tolstat.answers.run_entries import RunIndex
+from tolstat.answers.views.animation import ANIMATIONS, Animation
+from tolstat.answers.views.view_file import VIEWS, save_view
 from tolstat.cli.main import main
 from tolstat.errors import RunFileError
 
@@ -135,3 +139,22 @@ def test_a_figure_of_a_page_alone(folder, tmp_path):
         assert done.exit_code == 2 and words in done.stderr
     done = call("runs", folder, "-o", picture)
     assert done.exit_code == 2 and "no figure" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("kind", "endings", "save"),
+    [
+        ("an answer", ENDINGS, RunIndex("", Path(), ()).save),
+        ("an animation", ANIMATIONS, Animation("", "", None).save),
+        ("a view", VIEWS, lambda path: save_view(None, path, "")),
+    ],
+)
+def test_endings_that_commands_check_are_those_that_are_written(
+    tmp_path, kind, endings, save
+):
+    path = tmp_path / "page.txt"
+    with pytest.raises(RunFileError) as early:
+        check_ending(path, kind, endings)
+    with pytest.raises(RunFileError) as late:
+        save(path)
+    assert str(early.value) == str(late.value)

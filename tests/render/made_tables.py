@@ -1,7 +1,7 @@
 """Tables made of columns and rows, to be shown."""
 
 from tolstat.document.blocks import Cell, Column, Table
-from tolstat.document.inline import text
+from tolstat.document.sentences import text
 
 
 def table(columns, rows, title="", **others):

@@ -37,16 +37,7 @@ from tolstat.document.blocks import (
     note,
     paragraph,
 )
-from tolstat.document.inline import (
-    Link,
-    Name,
-    Number,
-    Typed,
-    Word,
-    counted,
-    listed,
-    text,
-)
+from tolstat.document.inline import Link, Name, Number, Typed, Word
 from tolstat.document.plot import (
     Bars,
     Histogram,
@@ -56,6 +47,7 @@ from tolstat.document.plot import (
     PlotPanel,
     curve,
 )
+from tolstat.document.sentences import counted, listed, text
 from tolstat.model.view import Band, Level, Region, Span
 from tolstat.render.figures import as_svg, draw
 from tolstat.render.page import page

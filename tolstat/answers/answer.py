@@ -17,20 +17,20 @@ if TYPE_CHECKING:
     import pandas as pd
 
 ENDINGS = (".html", ".csv", ".json", ".xlsx", *PICTURES)
-# by the name of an answer: the module of this folder that has its document, and the
-# function there. An answer is types, and knows none of its words.
+# by the name of an answer: the module of this folder that has its document, made by the
+# function of that name. An answer is types, and knows none of its words.
 DOCUMENTS = {
-    "allocate": ("allocate.allocation_document", "allocation_document"),
-    "compare": ("compare.comparison_document", "comparison_document"),
-    "extremes": ("sweep.extremes_document", "extremes_document"),
-    "parts": ("parts.parts_document", "parts_document"),
-    "rare": ("rare.rare_document", "rare_document"),
-    "report": ("report.report_document", "report_document"),
-    "runs": ("runs_document", "runs_document"),
-    "scenarios": ("what_if.what_if_document", "several_document"),
-    "summary": ("report.summary_document", "summary_document"),
-    "trial": ("views.replay_document", "replay_document"),
-    "what_if": ("what_if.what_if_document", "what_if_document"),
+    "allocate": "allocate.allocation_document",
+    "compare": "compare.comparison_document",
+    "extremes": "sweep.extremes_document",
+    "parts": "parts.parts_document",
+    "rare": "rare.rare_document",
+    "report": "report.report_document",
+    "runs": "runs_document",
+    "scenarios": "what_if.scenarios_document",
+    "summary": "report.summary_document",
+    "trial": "views.replay_document",
+    "what_if": "what_if.what_if_document",
 }
 
 
@@ -50,9 +50,9 @@ class Answer(ABC):
 
     def document(self) -> Document:
         """Return its document: headings, sentences, tables, figures."""
-        module, function = DOCUMENTS[self.answers]
-        module = f"tolstat.answers.{module}"
-        document: Document = getattr(import_module(module), function)(self)
+        path = DOCUMENTS[self.answers]
+        module = import_module(f"tolstat.answers.{path}")
+        document: Document = getattr(module, path.rpartition(".")[2])(self)
         return document
 
     @abstractmethod
@@ -138,24 +138,12 @@ class Answer(ABC):
         QuestionError
             If its page has no such figure.
         """
-        from tolstat.answers.output_file import check_ending, replace
+        from tolstat.answers.output_file import as_pictures, save
 
-        path = Path(path)
-        check_ending(path, "an answer", ENDINGS)
-        match ending := path.suffix.lower():
-            case ".html":
-                content = self.html().encode()
-            case ".csv":
-                content = self.csv().encode()
-            case ".json":
-                content = self.json().encode()
-            case _ if ending in PICTURES:
-                from tolstat.render.picture import picture  # slow to import
-
-                content = picture(self.plot(figure), ending)
-            case _:
-                content = self.workbook()
-        return replace(path, content)
+        return save(path, "an answer", {
+            ".html": self.html, ".csv": self.csv, ".json": self.json,
+            ".xlsx": self.workbook, **as_pictures(lambda: self.plot(figure)),
+        })  # fmt: skip
 
     def __repr__(self) -> str:
         """Return a description in one line."""

@@ -4,16 +4,8 @@ import math
 from collections.abc import Mapping
 
 from tolstat.document.blocks import Cell, Given
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    Word,
-    counted,
-    listed,
-    say,
-    text,
-)
+from tolstat.document.inline import Name, Number, Parts, Word
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import UNDECIDED, Yield

@@ -1,7 +1,7 @@
 """A model examined by a few of its trials: their steps, their errors, their audit."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from enum import Enum, auto
 from pathlib import Path
 from typing import Any
@@ -12,16 +12,12 @@ from tolstat import catalogue
 from tolstat.answers.report.finding_words import movement_words
 from tolstat.arrays import Array
 from tolstat.document import blocks
-from tolstat.document.inline import Name, Number, Parts, say, text
+from tolstat.document.inline import Name, Number, Parts
+from tolstat.document.sentences import say, text
 from tolstat.execution.diagnostics.audit import finer, phased
 from tolstat.execution.run_loop import other_answers
 from tolstat.integrator.branches import kink_words
-from tolstat.integrator.examination import (
-    MOST_STEPS,
-    PERMITTED,
-    Examination,
-    examine,
-)
+from tolstat.integrator.examination import MOST_STEPS, PERMITTED, Examination, examine
 from tolstat.integrator.integrate import observed
 from tolstat.integrator.problem import Residual
 from tolstat.integrator.residual import largest_residual
@@ -201,43 +197,40 @@ def _state_names(model: Model, number: int) -> list[str]:
 
 def _advice(
     examination: Examination, names: list[str], rtol: float, failure: str
-) -> list[str]:
-    advice = list[str]()
+) -> Iterator[str]:
     first = f"State {names[examination.demanding]} demands most steps."
     if examination.failed.any() and examination.stiff:
-        advice.append(f"{failure}. {examination.stiffness.words}".lstrip(". "))
+        yield f"{failure}. {examination.stiffness.words}".lstrip(". ")
     elif examination.failed.any():
-        advice.append(
+        yield (
             f"{failure}. Look at the rates of this state there: a branch without a "
             "crossing, a division by zero, or a stiff part."
             if failure
             else f"{first} A trial needs more than {MOST_STEPS} steps."
         )
     elif examination.stiff:
-        advice.append(
-            f"{first} The steps hardly depend on rtol. {examination.stiffness.words}"
-        )
+        yield f"{first} The steps hardly depend on rtol. {examination.stiffness.words}"
     elif examination.by_longest:
-        advice.append("The longest step decides: a longer one saves steps.")
+        yield "The longest step decides: a longer one saves steps."
     elif examination.by_rtol:
-        advice.append(f"{first} Accuracy decides: a larger rtol saves steps.")
+        yield f"{first} Accuracy decides: a larger rtol saves steps."
     else:
-        advice.append(
+        yield (
             "A larger rtol or a longer step saves few steps: they end at samples, "
             "marks and crossings, or stability limits them."
         )
     if examination.undamped is not None:
         times = f"{examination.undamped:.2g} times the steps"
         pays = "pays" if examination.undamped > 1.0 else "does not pay"
-        advice.append(f"Damping {pays}: without it the trials need {times}.")
+        yield f"Damping {pays}: without it the trials need {times}."
     if examination.sensitive:
-        advice.append(
+        yield (
             f"The motion is sensitive: a small change of its start is "
             f"{examination.growth:.2g} times as large at the end, and so are errors. A "
             "smaller rtol or a shorter motion makes them smaller."
         )
     elif not examination.accurate:
-        advice.append(
+        yield (
             f"Errors exceed {PERMITTED:.0f} times rtol = {rtol:g}. A branch of the "
             "rates without a crossing, or a lambda that is too large, does this."
         )
@@ -245,11 +238,10 @@ def _advice(
     unusual = (ratio >= OTHER) | (ratio <= 1.0 / OTHER)
     odd = [name for name, is_odd in zip(names, unusual, strict=True) if is_odd]
     if declared := [name for name in odd if not name.startswith(EVENT)]:
-        advice.append(
+        yield (
             f"The scale of state {', '.join(declared)} differs {OTHER:.0f} times or "
             "more from its largest value. Keep it where small parts of it count."
         )
-    return advice
 
 
 def _states(examination: Examination, names: list[str]) -> blocks.Table:

@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 
 from tolstat.answers.report.report_warnings import AllPartsWarning, PartsWarning
-from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
+from tolstat.document.inline import Name, Number, Parts
+from tolstat.document.sentences import counted, listed, say, text
+from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import Caveat, PartsUncertainty, Yield
 from tolstat.statistics.measured.populations import LEAST_PARTS
 from tolstat.units.scale import PPM
@@ -15,18 +17,15 @@ ALL_THERE_ARE = "All numbers hold only if these parts are all there are."
 
 def ends(share: PartsUncertainty) -> Parts:
     """Write the intervals of a fraction out of limit, each with what it assumes."""
-    whatever = _interval(share.for_any.lower, share.for_any.upper)
+    whatever = _interval(share.for_any)
     if not share.assumed:
         return text(whatever, " ppm by the parts alone")
-    fitted = _interval(share.if_fitted.lower, share.if_fitted.upper)
-    return say(
-        f"{{}} ppm if they are {share.assumed} ({{}} by the parts alone)",
-        fitted, whatever,
-    )  # fmt: skip
+    words = f"{{}} ppm if they are {share.assumed} ({{}} by the parts alone)"
+    return say(words, _interval(share.if_fitted), whatever)
 
 
-def _interval(lower: float, upper: float) -> Parts:
-    return text(" to ".join(PPM.number(end, FIGURES) for end in (lower, upper)))
+def _interval(share: Estimate) -> str:
+    return " to ".join(PPM.number(end, FIGURES) for end in share[1:3])
 
 
 def condition(judged: Yield) -> Parts:
@@ -36,8 +35,8 @@ def condition(judged: Yield) -> Parts:
     """
     share = judged.measured
     if share and judged.reason and judged.reason in Caveat.of_parts():
-        whatever = _interval(share.for_any.lower, share.for_any.upper)
-        return say(f"({judged.reason}; {{}} ppm by the parts alone)", whatever)
+        whatever = _interval(share.for_any)
+        return text(f"({judged.reason}; {whatever} ppm by the parts alone)")
     return text(f"({judged.reason_words})")
 
 
@@ -68,15 +67,10 @@ def few_entries(share: PartsUncertainty) -> list[str]:
 
 
 def warning_words(warning: PartsWarning | AllPartsWarning) -> Parts:
-    """Say what the measured parts leave undecided."""
+    """Say what the measured parts leave undecided, and how many would decide."""
     if isinstance(warning, AllPartsWarning):
         return measured_alone(warning.entries)
-    return few_parts(warning.response, warning.share)
-
-
-def few_parts(response: str, share: PartsUncertainty) -> Parts:
-    """Say what a limit is in uncertainty by, and how many parts would decide."""
-    few = few_entries(share)
+    response, share, few = warning.response, warning.share, few_entries(warning.share)
     if share.fewest < LEAST_PARTS:
         return say(
             "Only {} measured: at least 10 are needed for a verdict, 50 decide most "

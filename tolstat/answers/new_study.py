@@ -27,53 +27,9 @@ from tolstat.study.study_schema import RESPONSES, RESULTS, TABLES
 
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
 BEGIN = 34
-# example tolerances by SI unit; 1 of any other unit, 1 % of a relative one
 SMALL = 1e-9  # SI: a deviation that any part may have on both sides
+# example tolerances by SI unit; 1 of any other unit, 1 % of a relative one
 EXAMPLES = {"m": "0.1 mm", "rad": "0.1 deg", "s": "1 ms", "N m": "1 N m"}
-LINK_TEXTS = """\
-# as drawings have them: "25 +0.1/-0.05 mm", "30 g6 mm", "11.9..12.1 mm",
-# "8 mm ISO 2768-m", "45°30' +-15'"; with more keys
-# { nominal = "25 +-0.1 mm", cp = 1.33 }; a fit, pair = "30 H7/g6 mm", is two links,
-# pair_hole and pair_shaft; [gaps] has several closing links; [cases] has other
-# conditions for the same parts, hot = { d = "10.1 mm" }; [deviations] may have means of
-# lots, d_lot = "+-0.02 mm"
-"""
-HEAD = """\
-# {title}
-# {run}, then tolstat report STUDY.h5
-# Settings have their default values: delete those that you keep. Remove the # before
-# deviations and limits that you need, and set your numbers.
-
-title = {name}
-model = {name}
-trials = 4096
-seed = 1
-"""
-
-
-OF_RESULTS = """\
-# results from elsewhere: the rows of a file are the trials
-# tolstat run STUDY.toml, then tolstat report STUDY.h5
-
-title = "results"
-model = "results"
-
-[table]
-data = "results.csv"        # or XLSX, ODS, XLS, Parquet, HDF5, beside the study
-sampled = "random"          # or latin, grid, unknown: the last two have no statistics
-# failed = "state"          # the column that tells failed rows: true, yes or 1
-# done = "converged"        # or what it has in rows that did not fail
-# columns = { force = "F max" }   # columns with other names than here
-
-[links]                     # inputs, by their columns: sizes or deviations
-rod = "150 +-0.2 mm"        # a tolerance is how the rows were sampled; what-if needs it
-
-[responses]                 # by their columns, with units; "1" for a plain number
-stroke = "mm"
-
-[limits]  # 99.73 % within, unless said otherwise
-stroke = "99..101 mm"
-"""
 
 
 def new_study(model: str | Model) -> str:
@@ -96,7 +52,7 @@ def new_study(model: str | Model) -> str:
     """
     model = catalogue.find(model)
     if model.name == RESULTS:  # what it has stands in a file
-        return OF_RESULTS
+        return _template("results.toml")
     settings = model_settings.make(model)
     contributors, responses = described(model, settings)
     links = _links(model)
@@ -110,7 +66,8 @@ def new_study(model: str | Model) -> str:
     )
     title = " ".join((model.title or model.name).split())
     run = command("run", "STUDY.toml", machine=catalogue.place_of(model))
-    lines = [HEAD.format(title=title, run=visible(run.text), name=toml_of(model.name))]
+    words = {"title": title, "run": visible(run.text), "name": toml_of(model.name)}
+    lines = [_template("study.toml").format(**words)]
     for head, section in sections:
         if entries := [*section]:
             lines += [head, *entries, ""]
@@ -154,7 +111,7 @@ def _links(model: Model) -> list[str] | None:
     if [*kind.columns] == [NOMINAL]:
         sizes = {n: row[NOMINAL].replace(" ", " +-0.1 ") for n, row in rows.items()}
         return [
-            LINK_TEXTS.rstrip(),
+            _template("links.toml").rstrip(),
             *(f"{n} = {toml_of(size)}" for n, size in sizes.items()),
         ]
     links = {name: {**row, "tolerance": "+-0.1 mm"} for name, row in rows.items()}
@@ -248,8 +205,12 @@ def new_model(path: Path | str) -> str:
             "such as slider_crank.py"
         )
     model = "".join(part.capitalize() for part in name.split("_"))
-    template = files("tolstat.answers").joinpath("templates", "model.py.txt")
-    text = template.read_text("utf-8")
+    text = _template("model.py")
     for key, value in {"name": name, "file": str(path), "model": model}.items():
         text = text.replace(f"{{{key}}}", value)
     return text
+
+
+def _template(name: str) -> str:
+    file = files("tolstat.answers").joinpath("templates", f"{name}.txt")
+    return file.read_text("utf-8")

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
+from typing import Any
 
+from tolstat.document.blocks import PICTURES
 from tolstat.errors import RunFileError
 from tolstat.operating_system import held_open
 from tolstat.regular_files import content as content_of
@@ -16,6 +19,8 @@ from tolstat.store.integrity import is_run
 
 KEPT = {".h5": "a run", ".toml": "a study"}  # by the ending of its name
 MEGABYTES = 1  # of a study
+PathLike = str | os.PathLike[str]
+Contents = Mapping[str, Callable[[], str | bytes]]  # by the ending of the file
 
 
 def check_folder(path: Path) -> None:
@@ -74,6 +79,31 @@ def check_ending(path: Path, kind: str, endings: Sequence[str]) -> None:
         raise RunFileError(
             f"{path}: the name of {kind} ends in {', '.join(others)} or {last}"
         )
+
+
+def save(path: PathLike, kind: str, contents: Contents) -> Path:
+    """Write the content that belongs to the ending of a file; return its path.
+
+    Raises
+    ------
+    RunFileError
+        If the ending is not allowed, or the file cannot be written or replaced.
+    """
+    path = Path(path)
+    check_ending(path, kind, [*contents])
+    content = contents[path.suffix.lower()]()
+    return replace(path, content.encode() if isinstance(content, str) else content)
+
+
+def as_pictures(draw: Callable[[], Any]) -> Contents:
+    """Return a figure of Matplotlib as the content of each kind of picture."""
+
+    def content(ending: str) -> bytes:
+        from tolstat.render.picture import picture  # slow to import
+
+        return picture(draw(), ending)
+
+    return {ending: partial(content, ending) for ending in PICTURES}
 
 
 def _reader(path: Path) -> Path | None:

@@ -49,11 +49,11 @@ def summary(
     <tolstat summary: stack-up.h5, 10000 trials; gap undecided>
     """
     run = open_run(run)
-    if other := _not_sampled(run, rare=bool(run.ended)):
-        return other
-    drawn = drawn_trials(run, model)
-    assert drawn
-    return summary_of(drawn, responses_in_focus(run))
+    if run.aim and run.ended:
+        return _rare_summary(run)
+    if drawn := drawn_trials(run, model):
+        return summary_of(drawn, responses_in_focus(run))
+    return _extremes(run)
 
 
 def report(
@@ -101,26 +101,23 @@ def report(
     0.005
     """
     run = open_run(run)
-    if other := _not_sampled(run, responses):
-        return other
+    if run.aim:
+        return _rare_summary(run, responses)
+    if run.sampled is None:
+        return _extremes(run, responses)
     from tolstat.answers.report.full_report import report_of  # a summary needs none
 
     return report_of(run, responses, quantiles, model)
 
 
-def _not_sampled(
-    run: Run, responses: Sequence[str] = (), *, rare: bool = True
-) -> RareSummary | Extremes | None:
-    """Return the answer about a run whose trials are no sample of production.
+# trials that are no sample of production: each is loaded for its kind of run alone
+def _rare_summary(run: Run, responses: Sequence[str] = ()) -> RareSummary:
+    from tolstat.answers.rare.rare_answer import rare_summary
 
-    Each is loaded for its kind of run alone.
-    """
-    if run.aim and rare:
-        from tolstat.answers.rare.rare_answer import rare_summary
+    return rare_summary(run, responses)
 
-        return rare_summary(run, responses)
-    if drawn_trials(run) is None:
-        from tolstat.answers.sweep.extremes import extremes_of
 
-        return extremes_of(run, responses)
-    return None
+def _extremes(run: Run, responses: Sequence[str] = ()) -> Extremes:
+    from tolstat.answers.sweep.extremes import extremes_of
+
+    return extremes_of(run, responses)

@@ -151,7 +151,7 @@ def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
 
 
 def predicted_seconds(run: Run, trials: int) -> float:
-    """Return the same, s."""
+    """Return how many seconds a run takes until it has so many trials."""
     seconds: float = run.times["seconds"]
     return seconds / max(run.ended, 1) * max(trials - run.ended, 0)
 
@@ -169,44 +169,42 @@ def predicted_time(run: Run, trials: int) -> str:
     return "less than a minute"
 
 
-def notes_of(run: Run, sample: Sample | None) -> list[str]:
-    """Return the notes for readers of a run's numbers, failures first.
+def notes_of(run: Run, sample: Sample | None) -> Iterator[str]:
+    """Yield the notes for readers of a run's numbers, failures first.
 
     `sample`: the trials that its statistics rest on; None where they were not sampled.
     """
-    notes = []
     if run.ended and not run.aim:  # trials of a search fail more often than production
-        notes.append(_failed(run, sample))
-        notes += _outputs(run)
+        yield _failed(run, sample)
+        yield from _outputs(run)
     if run.rerun:
-        notes.append(_rerun(run, run.rerun))
+        yield _rerun(run, run.rerun)
     if run.deciding:
-        notes.append(f"{run.ended} trials have run; {NOT_DECIDED}")
+        yield f"{run.ended} trials have run; {NOT_DECIDED}"
     elif run.ended < run.trials:
         missing = run.trials - run.ended
-        notes.append(f"{missing} of {run.trials} trials have not run")
+        yield f"{missing} of {run.trials} trials have not run"
     if run.complete and run.steps is not None and run.audited is None:
         why = run.diagnostics.missing or "the model has no tighter settings"
-        notes.append(f"integration errors are not audited: {why}")
+        yield f"integration errors are not audited: {why}"
     nominal = run.nominal_values["status"]
     if nominal != Status.DONE.word:
-        notes.append(f"the nominal trial: {nominal}")
-    notes += [*run.warnings, *run.notes]
+        yield f"the nominal trial: {nominal}"
+    yield from (*run.warnings, *run.notes)
     if numbers := [_in_words(run, number) for number in run.numbers if number.of]:
         more = "" if len(numbers) <= MOST_NUMBERS else ", and others"
         words = ", ".join(numbers[:MOST_NUMBERS])
         sources = (
             "tolerances and measured parts" if run.measured else "tolerances alone"
         )
-        notes.append(f"from {sources}: {words}{more}")
+        yield f"from {sources}: {words}{more}"
     if run.stopped:
-        notes.append(_stopped(run, run.stopped))
+        yield _stopped(run, run.stopped)
     if run.path == IN_MEMORY:
-        notes.append(
+        yield (
             f'commands name {SAVED}, which tolstat.save(run, "{SAVED}") writes: the '
             "run is in memory"
         )
-    return notes
 
 
 def _stopped(run: Run, stopped: Stopped) -> str:

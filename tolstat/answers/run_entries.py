@@ -166,14 +166,7 @@ def entry_of(run: Run) -> Entry:
     """Return the row of a run."""
     yields = judged(run)
     verdicts = _by_verdict(run, yields)
-    worst = min(
-        yields,
-        key=lambda name: (
-            WORST_FIRST.index(yields[name].verdict),
-            -yields[name].fraction_out_of_limit.value,
-        ),
-        default="",
-    )
+    worst = min(yields, key=lambda name: yields[name].urgency, default="")
     words = (f"{word}: {', '.join(names)}" for word, names in verdicts.items())
     return Entry(
         run.path.stem, run.title, run.model,

@@ -6,7 +6,8 @@ from datetime import datetime
 from tolstat.answers.cells import ppm
 from tolstat.answers.run_entries import Entry, RunIndex
 from tolstat.document import blocks
-from tolstat.document.inline import Link, Name, Number, Word, counted, listed, text
+from tolstat.document.inline import Link, Name, Number, Word
+from tolstat.document.sentences import counted, listed, text
 from tolstat.statistics.limits.yields import WORST_FIRST
 from tolstat.units.scale import AS_IS
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from tolstat.answers.next_steps import to_resume, to_run_again
 from tolstat.document import blocks
-from tolstat.document.inline import counted, listed, text
+from tolstat.document.sentences import counted, listed, text
 from tolstat.execution.compatibility import why_sampled_differently
 from tolstat.execution.self_check import Check
 from tolstat.execution.verification import Verification

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from tolstat.document.inline import Inline, Number, Parts, Said, text
+from tolstat.document.inline import Inline, Number, Parts, Said
+from tolstat.document.sentences import text
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import Scale
 

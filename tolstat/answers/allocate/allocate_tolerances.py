@@ -8,14 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.answers.allocate import search as searching
-from tolstat.answers.allocate.allocation import (
-    DRAWING,
-    EQUAL_COST,
-    FOUND,
-    TIGHTEST,
-    AllocatedEntry,
-    Allocation,
-)
+from tolstat.answers.allocate.allocation import AllocatedEntry, Allocation, Role
 from tolstat.answers.allocate.fresh_runs import LONGEST, FreshRuns
 from tolstat.answers.allocate.linear_schemes import linear_choices, means_off_limit
 from tolstat.answers.allocate.search import Search
@@ -182,12 +175,12 @@ def _answer(search: Search, lengths: _Lengths) -> Allocation:
         or runs.prove(search.tightest, search.next_seed(), most=runs.longest)
     )
     choice, scheme = proof.choice, proof.scheme
-    proofs = {DRAWING: runs.prove(search.specified, seed)}
-    name = FOUND if proof.met else TIGHTEST
+    proofs = {Role.DRAWING: runs.prove(search.specified, seed)}
+    name = Role.FOUND if proof.met else Role.TIGHTEST
     proofs[name] = runs.prove(choice, seed) if proof.met else proof
     points = searching.points_about(search, choice)
     if proof.met:
-        proofs[EQUAL_COST] = searching.at_equal_cost(search, points, seed)
+        proofs[Role.EQUAL_COST] = searching.at_equal_cost(search, points, seed)
     proofs |= {name: runs.prove(other, seed) for name, other in linear.items()}
     listed = all(entry.offered for entry in search.priced)
     chosen = zip(search.priced, search.specified, choice, strict=True)

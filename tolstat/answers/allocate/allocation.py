@@ -12,8 +12,17 @@ from tolstat.document.inline import Number, Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import Scale
 
-DRAWING, FOUND, PROOF = "drawing", "found", "proof"
-TIGHTEST, EQUAL_COST = "tightest", "equal_cost"
+
+class Role(StrEnum):
+    """What tolerances are compared."""
+
+    DRAWING = "drawing"
+    FOUND = "found"
+    TIGHTEST = "tightest"  # where none meet the limits
+    EQUAL_COST = "equal_cost"  # the best at the drawing's cost, where they are met
+    ROOT_SUM_SQUARE = "root_sum_square"
+    WORST_CASE = "worst_case"
+    PROOF = "proof"  # of those found, by which they were chosen
 
 
 class Omission(StrEnum):
@@ -60,11 +69,9 @@ class Allocation(Answer):
     half_widths: dict[str, float]  # SI; of the tightest where none meet the limits
     met: bool  # whether a fresh run shows that they meet every limit
     entries: tuple[AllocatedEntry, ...]
-    # "drawing", "found" or "tightest", "equal_cost" where the limits are met,
-    # "root_sum_square", "worst_case": all but the tightest by runs of one seed, by
-    # which nothing was chosen
-    schemes: dict[str, Scheme]
-    omitted_schemes: dict[str, Omission]  # of the last two, and why
+    # all but the tightest by runs of one seed, by which nothing was chosen
+    schemes: dict[Role, Scheme]
+    omitted_schemes: dict[Role, Omission]  # of the last two, and why
     proof: Scheme  # the answer, by the fresh run that its verdicts are of
     verdicts: dict[str, str]  # of each limit, by the proof
     # limits that a step looser of some tolerance would break: a tenth, as far as it may
@@ -93,7 +100,7 @@ class Allocation(Answer):
         """Return a row for each scheme: cost, fractions out of limit, tolerances."""
         rows = list[Row]()
         for name, scheme in self.with_proof.items():
-            row: dict[str, Number | str | int] = {"scheme": name}
+            row: dict[str, Number | str | int] = {"scheme": str(name)}
             row["cost"] = Number(scheme.cost)
             row["out of any limit [ppm]"] = ppm(scheme.fraction_out_of_any_limit)
             for limit, share in scheme.fraction_out_of_limit.items():
@@ -105,16 +112,16 @@ class Allocation(Answer):
         return rows
 
     @property
-    def with_proof(self) -> dict[str, Scheme]:
+    def with_proof(self) -> dict[Role, Scheme]:
         """The schemes, and the proof of the one that meets the limits."""
-        return self.schemes | ({PROOF: self.proof} if self.met else {})
+        return self.schemes | ({Role.PROOF: self.proof} if self.met else {})
 
     def study_file(self, found_by: str = "", proved_by: str = "") -> str:
         """Return the study with these tolerances, and above it where they come from.
 
         `found_by` and `proved_by` are commands that find and prove them again.
         """
-        proof, drawing = self.proof, self.schemes[DRAWING]
+        proof, drawing = self.proof, self.schemes[Role.DRAWING]
         cost = f"{proof.cost:.6g} (drawing: {drawing.cost:.6g})"
         verdict = "All limits are met" if self.met else "NOT all limits are met"
         lines = [

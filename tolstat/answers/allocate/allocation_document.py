@@ -5,30 +5,14 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from tolstat.answers.allocate.allocation import (
-    DRAWING,
-    EQUAL_COST,
-    FOUND,
-    PROOF,
-    TIGHTEST,
-    Allocation,
-    OffLimit,
-)
+from tolstat.answers.allocate.allocation import Allocation, OffLimit, Role
 from tolstat.answers.allocate.fresh_runs import Scheme
 from tolstat.answers.allocate.search import Point
 from tolstat.answers.cells import ppm
 from tolstat.answers.measured_words import measured_alone
 from tolstat.document import blocks
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    Word,
-    counted,
-    listed,
-    say,
-    text,
-)
+from tolstat.document.inline import Name, Number, Parts, Word
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.document.view_content import plot_of
 from tolstat.model.view import Axis, Chart, Curve, Mark, Picture
 from tolstat.statistics.limits.yields import MET
@@ -42,13 +26,13 @@ WIDEN = (
     "limits. "
 )
 WORDS = {
-    DRAWING: "drawing",
-    FOUND: "found",
-    PROOF: "found, its proof",
-    TIGHTEST: "tightest",
-    EQUAL_COST: "best at the drawing's cost",
-    "root_sum_square": "root sum square",
-    "worst_case": "worst case",
+    Role.DRAWING: "drawing",
+    Role.FOUND: "found",
+    Role.PROOF: "found, its proof",
+    Role.TIGHTEST: "tightest",
+    Role.EQUAL_COST: "best at the drawing's cost",
+    Role.ROOT_SUM_SQUARE: "root sum square",
+    Role.WORST_CASE: "worst case",
 }
 
 
@@ -66,9 +50,7 @@ def allocation_document(allocation: Allocation) -> blocks.Document:
 
 def _lead(allocation: Allocation) -> Parts:
     proof = allocation.proof
-    cost, drawing = (
-        Number(scheme.cost) for scheme in (proof, allocation.schemes[DRAWING])
-    )
+    cost, drawing = Number(proof.cost), Number(allocation.schemes[Role.DRAWING].cost)
     if allocation.met:
         return say(
             "{} at cost {} (drawing: {}). Proof: a fresh run of {} with seed {}; "
@@ -110,7 +92,7 @@ def _off_limit(response: str, mean: OffLimit) -> Parts:
 
 
 def _tolerances(allocation: Allocation) -> blocks.Table:
-    result = FOUND if allocation.met else TIGHTEST
+    result = (Role.FOUND if allocation.met else Role.TIGHTEST).value
     rows: list[dict[str, blocks.Given]] = [
         {
             "entry": Name(entry.name),
@@ -185,9 +167,9 @@ def _notes(allocation: Allocation) -> Iterator[Parts]:
         )
 
 
-def equal_cost_words(schemes: Mapping[str, Scheme]) -> Parts:
+def equal_cost_words(schemes: Mapping[Role, Scheme]) -> Parts:
     """Return the gain of the best tolerances for the drawing's cost."""
-    drawing, best = schemes[DRAWING], schemes[EQUAL_COST]
+    drawing, best = schemes[Role.DRAWING], schemes[Role.EQUAL_COST]
     if best.tolerances == drawing.tolerances:
         return text(
             "No tolerances were found for the drawing's cost with fewer trials out of "
@@ -202,9 +184,9 @@ def equal_cost_words(schemes: Mapping[str, Scheme]) -> Parts:
 
 def chart_of(allocation: Allocation) -> Chart:
     """Return the trade-off with all schemes; the found one by its proof."""
-    schemes = allocation.schemes | ({FOUND: allocation.proof} if allocation.met else {})
-    by_words = {WORDS[name]: scheme for name, scheme in schemes.items()}
-    return trade_off_chart(allocation.trade_off, by_words, listed=allocation.listed)
+    proof = {Role.FOUND: allocation.proof} if allocation.met else {}
+    schemes = {WORDS[name]: x for name, x in (allocation.schemes | proof).items()}
+    return trade_off_chart(allocation.trade_off, schemes, listed=allocation.listed)
 
 
 def trade_off_chart(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.special import log_ndtr
 
-from tolstat.answers.allocate.allocation import OffLimit, Omission, PermittedShift
+from tolstat.answers.allocate.allocation import OffLimit, Omission, PermittedShift, Role
 from tolstat.answers.allocate.fresh_runs import FreshRuns, Proof
 from tolstat.answers.allocate.optimizer import Choice, cheapest
 from tolstat.answers.allocate.search import Search
@@ -103,22 +103,22 @@ def _above(mean: float, sigma: float, limit: Limit) -> float:
     return float(np.logaddexp(low, high) - np.log(1 - limit.demanded))
 
 
-def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, Omission]]:
+def linear_choices(search: Search) -> tuple[dict[Role, Choice], dict[Role, Omission]]:
     """Return choices by linear analysis, and why others are not possible.
 
     The search begins at the shifts of this analysis.
     """
     linear = LinearSchemes(search.runs.study, search.runs.workers)
     bounds = {
-        "root_sum_square": linear.root_sum_square,
-        "worst_case": linear.worst_case,
+        Role.ROOT_SUM_SQUARE: linear.root_sum_square,
+        Role.WORST_CASE: linear.worst_case,
     }
     numbers = [*linear.nominal.values()]
     numbers += [slope for row in linear.slopes.values() for slope in row.values()]
     if not np.all(np.isfinite(numbers)):
         return {}, dict.fromkeys(bounds, Omission.NO_SLOPE)
     search.centre(linear.root_sum_square)
-    choices, omitted = dict[str, Choice](), dict[str, Omission]()
+    choices, omitted = dict[Role, Choice](), dict[Role, Omission]()
     for name, excess in bounds.items():
         if best := cheapest(search.variables, excess, search.tightest):
             choices[name] = search.runs.as_written(best.choice)

@@ -21,16 +21,9 @@ from tolstat.answers.report.response_figures import (
 )
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell, Given, Section, Table, note, table_of
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    counted,
-    listed,
-    say,
-    text,
-)
+from tolstat.document.inline import Name, Number, Parts
 from tolstat.document.plot import Histogram, PlotAxis
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import PER_CENT, Scale, share_words
 

@@ -1,6 +1,5 @@
 """Distributions as tables: deviations in half widths of their zone, by normal score."""
 
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,23 +24,17 @@ UNIT = Tolerance(-1.0, 1.0)
 EQUAL = 1e-9  # half widths
 
 
-@dataclass(frozen=True)
-class Standard:
-    """A distribution in half widths of its zone, from the middle."""
+def tolerance_of(distribution: Distribution) -> Tolerance:
+    """Return the zone of a distribution that has one, SI."""
+    zone = zone_of(distribution)
+    assert zone is not None
+    return zone
 
-    distribution: Distribution
 
-    @property
-    def zone(self) -> Tolerance:
-        """Its zone, SI."""
-        zone = zone_of(self.distribution)
-        assert zone is not None
-        return zone
-
-    def deviations(self, u: Array) -> Array:
-        """Return deviations at unit samples."""
-        parts = self.distribution.deviations(u)
-        return (parts - self.zone.middle) / self.zone.half
+def standard_deviations(distribution: Distribution) -> Array:
+    """Return deviations at `SCORES`, in half widths of the zone from its middle."""
+    zone = tolerance_of(distribution)
+    return (distribution.deviations(ndtr(SCORES)) - zone.middle) / zone.half
 
 
 class Kind(NamedTuple):
@@ -67,11 +60,10 @@ OFFERED = {
 
 def distribution_table(kind: Kind) -> dict[str, Any]:
     """Return a kind as data; without densities where parts have equal deviations."""
-    standard = Standard(kind.distribution)
-    deviations = np.asarray(standard.deviations(ndtr(SCORES)), np.float64)
+    deviations = standard_deviations(kind.distribution)
     increasing = bool(np.all(np.diff(deviations) > 0))
     slope = np.gradient(deviations, SCORES) if increasing else None
-    spread, zone = spread_of(kind.distribution), standard.zone
+    spread, zone = spread_of(kind.distribution), tolerance_of(kind.distribution)
     return {
         "label": kind.label,
         "keys": kind.keys,
@@ -84,10 +76,9 @@ def distribution_table(kind: Kind) -> dict[str, Any]:
 
 def offered_kind(distribution: Distribution) -> str:
     """Return the name of the offered kind that a distribution is; empty if none."""
-    scores = ndtr(SCORES)
-    deviations = Standard(distribution).deviations(scores)
+    deviations = standard_deviations(distribution)
     for name, kind in OFFERED.items():
-        other = kind.distribution.deviations(scores)
+        other = standard_deviations(kind.distribution)
         if np.allclose(deviations, other, rtol=0, atol=EQUAL):
             return name
     return ""
@@ -99,7 +90,7 @@ def keys_in_zone(keys: dict[str, Any], distribution: Distribution) -> dict[str, 
     Those that follow its zone are shares of it: `across`, places in half widths from
     the middle, or `times`, half widths.
     """
-    zone, moving = Standard(distribution).zone, dict[str, Any]()
+    zone, moving = tolerance_of(distribution), dict[str, Any]()
     for key, value in keys.items():
         if key not in KEYS or key in OF_THE_TOLERANCE:
             continue

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from tolstat.answers.explore.page_data import PageData
 from tolstat.answers.next_steps import command
-from tolstat.answers.output_file import check_ending, replace
+from tolstat.answers.output_file import save
 from tolstat.answers.report.summaries import reportable
 from tolstat.answers.what_if.reweighted_trials import check_assumed
 from tolstat.errors import Advice, QuestionError, Remedy
@@ -20,17 +19,6 @@ from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
-
-READINGS = (
-    "Readings of many scenarios: the best of them is read too good. A verdict that "
-    "counts is that of a run."
-)
-
-IN_PART = ". The verdicts are of a run in part: its other trials have not run."
-
-RANDOM_TRIALS = (
-    ". Only the random trials: a report has the verdicts of all that were decided"
-)
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,13 +31,8 @@ class Explore:
 
     def html(self) -> str:
         """Return the page: one file, which asks for no other."""
-        run, folder = self.run, files(__package__)
-        sample = self.data.sampled.sample
-        ran, all_trials = int(sample.ran.sum()), len(sample.ran)
-        in_part = ran < all_trials
-        trials = f"{ran} of {all_trials} trials" if in_part else f"{ran} trials"
-        how = "evaluated again" if self.data.evaluated else "weighted"
-        data = self.data.data
+        run, data, folder = self.run, self.data.data, files(__package__)
+        ran = self.data.sampled.sample.ran
         return explore_page(
             {
                 name: folder.joinpath(file).read_text("utf-8")
@@ -57,25 +40,18 @@ class Explore:
             },
             title=run.title,
             data=self.data.text(),
-            entries=[*map(self._offered, data["entries"])],
+            entries=data["entries"],
+            labels={"": "no grade"}
+            | {name: kind["label"] for name, kind in data["distributions"].items()},
             responses=data["responses"],
             evaluated=self.data.evaluated,
-            lead=f"{run.path.name}: {trials}, {how} at each move; {run.model}"
-            + (IN_PART if in_part else "")
-            + (RANDOM_TRIALS if self.thinned else ""),
+            run_name=run.path.name,
+            model_name=run.model,
+            ran=int(ran.sum()),
+            trials=len(ran),
+            thinned=self.thinned,
             report=command("report", run.path, machine=run.machine).text,
-            note=READINGS,
         )
-
-    def _offered(self, entry: dict[str, Any]) -> dict[str, Any]:
-        """Return an entry with its choices as value and words."""
-        kinds, grades = self.data.data["distributions"], entry["grades"]
-        return {
-            **entry,
-            "kinds": [(name, kinds[name]["label"]) for name in entry["kinds"]],
-            "grades": [("", "no grade"), *((x, x) for x in grades)] if grades else [],
-            "sized": entry["sized"] and self.data.evaluated,
-        }
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page to a file that ends in .html.
@@ -85,9 +61,7 @@ class Explore:
         RunFileError
             If the ending is another, or the file cannot be written or replaced.
         """
-        path = Path(path)
-        check_ending(path, "a page", (".html", ".htm"))
-        return replace(path, self.html().encode())
+        return save(path, "a page", {".html": self.html, ".htm": self.html})
 
     def __repr__(self) -> str:
         """Return a description in one line."""

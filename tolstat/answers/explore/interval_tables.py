@@ -6,14 +6,7 @@ import numpy as np
 from scipy.special import gammaincinv, log_ndtr, ndtr
 
 from tolstat.answers.explore.packed import packed
-from tolstat.deviations.density_ratio import (
-    FARTHEST,
-    HEAVIEST_SHARE,
-    MOST_HEAVIEST,
-    MOST_UNCOVERED,
-    NONE_MET,
-    SCORES,
-)
+from tolstat.deviations import density_ratio
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.statistics.intervals.weights import LEAST_EFFECTIVE
@@ -34,7 +27,7 @@ def interval_tables(trials: int) -> dict[str, Any]:
     larger = np.geomspace(max(len(first) - 1, 1), trials, COUNTED)
     counts = np.unique(np.concatenate([first, larger.round()])).astype(int)
     shares = [anytime_valid(int(count), trials) for count in counts]
-    scores = SCORES[::EVERY]
+    scores = density_ratio.SCORES[::EVERY]
     areas = np.pad(ndtr(scores), 1, "edge")
     shapes = np.logspace(0, LAST_DECADE, LAST_DECADE * PER_DECADE + 1)
     miss = (1 - CONFIDENCE) / 2
@@ -51,10 +44,10 @@ def interval_tables(trials: int) -> dict[str, Any]:
         },
         "log_areas": packed(log_ndtr(scores), "f8"),
         "masses": packed(0.5 * (areas[2:] - areas[:-2]), "f8"),
-        "farthest": FARTHEST,
+        "farthest": density_ratio.FARTHEST,
         "least_effective": LEAST_EFFECTIVE,
-        "most_uncovered": MOST_UNCOVERED,
-        "heaviest": [HEAVIEST_SHARE, MOST_HEAVIEST],
-        "none_met": NONE_MET,
+        "most_uncovered": density_ratio.MOST_UNCOVERED,
+        "heaviest": [density_ratio.HEAVIEST_SHARE, density_ratio.MOST_HEAVIEST],
+        "none_met": density_ratio.NONE_MET,
         "most_units": MOST_UNITS,
     }

@@ -49,10 +49,10 @@ class PageData:
         self.entries = PageEntries(
             run, study, evaluated=self.evaluated, fixed_sizes=formulas.changed
         )
-        self.parts = self._parts()
 
-    def _parts(self) -> list[str]:
-        """Return the contributors whose scores or deviations the page needs."""
+    @cached_property
+    def parts(self) -> list[str]:
+        """The contributors whose scores or deviations the page needs."""
         moving = self.entries.moving
         if self.evaluated:
             return [*self.study.deviating.distributions]
@@ -96,22 +96,17 @@ class PageData:
 
         def urgency(name: str) -> tuple[int, float]:
             limited = self.summaries[name].limited
-            if limited is None:
-                return len(WORST_FIRST), 0.0
-            yields = limited.yields
-            out = yields.fraction_out_of_limit.value
-            return WORST_FIRST.index(yields.verdict), -out
+            return limited.yields.urgency if limited else (len(WORST_FIRST), 0.0)
 
         return sorted(responses_in_focus(self.run), key=urgency)
 
     def _part(
         self, name: str, moving: dict[str, int], places: Integers
     ) -> dict[str, Any]:
-        sizes = {x.name: x.size for x in self.run.contributors}
         part: dict[str, Any] = {
             "name": name,
             "entry": moving.get(name, -1),
-            "nominal": sizes[name] or 0.0,
+            "nominal": self.entries.contributors[name].size or 0.0,
         }
         if self.evaluated and name not in moving:  # it stays as it was sampled
             spread = spread_of(self.study.deviating.distributions[name])
@@ -143,6 +138,8 @@ class PageData:
         reach = REACH * summary.sigma.value
         written, demand = self._limit_entry(name)
         limit, scale = run.limits.get(name), run.scales[name]
+        # whether Ppk by moments holds, as the report shows it
+        normal = limited and limited.moments.ppk.sure and summary.normal_tails
         data: dict[str, Any] = {
             "name": name,
             "limit_entry": written,
@@ -156,7 +153,7 @@ class PageData:
             "demand": demand,
             "track": track(mean - reach, mean + reach, scale.factor),
             "run": None,
-            "normal": self._is_normal(name),
+            "normal": bool(normal),
         }
         if limited:
             data["run"] = {
@@ -169,12 +166,6 @@ class PageData:
         else:
             data["values"] = packed(self.sampled.values(name)[places], "f4")
         return data
-
-    def _is_normal(self, name: str) -> bool:
-        """Tell whether Ppk by moments holds, as the report shows it."""
-        summary = self.summaries[name]
-        limited = summary.limited
-        return bool(limited and limited.moments.ppk.sure and summary.normal_tails)
 
     def _limit_entry(self, name: str) -> tuple[str, str]:
         """Return the entry that limits a response, and its keys beside the ends.

@@ -11,6 +11,7 @@ from tolstat.answers.explore.distribution_tables import (
     distribution_table,
     keys_in_zone,
     offered_kind,
+    tolerance_of,
 )
 from tolstat.deviations.density_ratio import Density
 from tolstat.deviations.dependence import dependent_groups, equal_parts
@@ -173,9 +174,7 @@ class PageEntries:
         """Return the data of an entry that moves; its distribution joins the others."""
         keys, first = entry.written.keys, entry.members[0]
         distribution, part = self.distributions[first], self.contributors[first]
-        zone = zone_of(distribution)
-        assert zone is not None
-        name = offered_kind(distribution)
+        zone, name = tolerance_of(distribution), offered_kind(distribution)
         if not name:
             name = f"own_{entry.written.name}"
             label = str(keys.get("distribution", "normal")).replace("_", " ")

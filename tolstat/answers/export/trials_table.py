@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,15 +48,8 @@ def export(run: Run, path: Path, *, units: str = "", force: bool = False) -> Non
         from tolstat.answers.export.run_workbook import run_workbook
 
         content: Any = run_workbook(run, path, table)
-    elif ending == ".csv":
-
-        def content(aside: Path) -> None:
-            _as_cells(table).to_csv(aside, lineterminator="\n")
     else:
-
-        def content(aside: Path) -> None:
-            _write_parquet(table, aside)
-
+        content = partial(_write_csv if ending == ".csv" else _write_parquet, table)
     try:
         replace(path, content)
     except ImportError as error:
@@ -99,10 +93,10 @@ def _write_parquet(table: pd.DataFrame, path: Path) -> None:
     parquet.write_table(arrow.cast(schema), path)
 
 
-def _as_cells(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table in which no text is a formula to a spreadsheet."""
+def _write_csv(table: pd.DataFrame, path: Path) -> None:
+    """Write a table in which no text is a formula to a spreadsheet."""
     cells = table.copy(deep=False)
     for name, column in table.items():
         if column.dtype.kind not in "iuf":
             cells[name] = column.astype(object).map(csv_cell)
-    return cells.rename(columns=csv_cell)
+    cells.rename(columns=csv_cell).to_csv(path, lineterminator="\n")

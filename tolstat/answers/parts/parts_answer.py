@@ -139,7 +139,8 @@ def _judged(
     """Return a column, judged by what is typed, or else by what its file tells."""
     unit = unit_of_column(column, typed, "the key unit")
     with _naming("nominal and tolerance", nominal, tolerance):
-        unit = unit or next(_units(nominal, tolerance), PLAIN)
+        units = (unit_of(text) for text in (nominal, tolerance) if text)
+        unit = unit or next(units, PLAIN)
     si = si_unit(dimension(unit))
     factor = to_si(1.0, unit, si)
     with _naming("nominal", nominal):
@@ -170,10 +171,6 @@ def _naming(key: str, *texts: str) -> Iterator[None]:
     except (UnitError, DistributionError) as error:
         typed = ", ".join(f'"{text}"' for text in texts if text)
         raise DataError(f"{key} = {typed}: {error}") from None
-
-
-def _units(*texts: str) -> Iterator[str]:
-    yield from (unit_of(text) for text in texts if text)
 
 
 def _tolerance(

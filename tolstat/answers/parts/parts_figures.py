@@ -5,12 +5,7 @@ import math
 import numpy as np
 
 from tolstat.answers.parts.judged_parts import JudgedParts
-from tolstat.answers.report.response_figures import (
-    bars_of,
-    bell_of,
-    figure_of,
-    line_at,
-)
+from tolstat.answers.report.response_figures import bars_of, bell_of, figure_of, line_at
 from tolstat.document import blocks, plot
 from tolstat.model.view import Level
 

@@ -9,7 +9,8 @@ from tolstat.answers.parts.parts_figures import figures_of
 from tolstat.answers.parts.parts_words import finding_words
 from tolstat.document import blocks
 from tolstat.document.blocks import Block, Cell, Given, Section
-from tolstat.document.inline import Name, Number, Word, text
+from tolstat.document.inline import Name, Number, Word
+from tolstat.document.sentences import text
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import AS_IS, PER_CENT, Scale
 

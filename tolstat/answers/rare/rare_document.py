@@ -9,16 +9,8 @@ from tolstat.answers.report.first_page import INTERVAL, limits_table, ranges_sec
 from tolstat.answers.report.report_document import assumptions_section, sheet
 from tolstat.answers.report.summary_document import assumption, responses_table
 from tolstat.document import blocks
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    Word,
-    counted,
-    listed,
-    say,
-    text,
-)
+from tolstat.document.inline import Name, Number, Parts, Word
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.statistics.limits.yields import MET
 from tolstat.units.scale import PART, PER_CENT, PPM
 

@@ -6,7 +6,8 @@ from tolstat.answers.rare.rare_answer import FailurePoint, RareSummary
 from tolstat.answers.report.response_figures import figure_of, limit_marks
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document import blocks, plot
-from tolstat.document.inline import Name, say, text
+from tolstat.document.inline import Name
+from tolstat.document.sentences import say, text
 from tolstat.units.scale import PPM
 
 HEIGHT = 1.9  # inches

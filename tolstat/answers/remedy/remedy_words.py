@@ -9,7 +9,8 @@ from tolstat.answers.remedy.remedy_finding import (
     Unavoidable,
 )
 from tolstat.document.blocks import Cell
-from tolstat.document.inline import Name, Number, Parts, listed, say, text
+from tolstat.document.inline import Name, Number, Parts
+from tolstat.document.sentences import listed, say, text
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import KNOWN, PER_CENT, figures
 

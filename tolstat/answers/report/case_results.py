@@ -11,7 +11,8 @@ from tolstat.answers.report.full_report import Report
 from tolstat.answers.report.response_summary import ReportedResponse
 from tolstat.deviations.names import IN_CASE
 from tolstat.document import blocks, plot
-from tolstat.document.inline import Number, text
+from tolstat.document.inline import Number
+from tolstat.document.sentences import text
 from tolstat.model.case_changes import CaseAxis, case_axis, changes_of
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.view import Band, Level

@@ -11,7 +11,7 @@ from tolstat.answers.report.full_report import Report
 from tolstat.answers.report.response_figures import limit_marks
 from tolstat.answers.report.response_summary import ReportedResponse
 from tolstat.document import blocks, plot
-from tolstat.document.inline import text
+from tolstat.document.sentences import text
 from tolstat.statistics.summary import HIGH, LOW
 
 MOST_LINKS = 8  # that have rows; of more the narrowest are one row

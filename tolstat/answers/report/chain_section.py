@@ -8,7 +8,8 @@ from tolstat.answers.report.full_report import Report
 from tolstat.answers.sketches import sketch_of
 from tolstat.document import blocks
 from tolstat.document.blocks import Block, Cell, Given
-from tolstat.document.inline import Name, Number, text, with_unit
+from tolstat.document.inline import Name, Number
+from tolstat.document.sentences import text, with_unit
 from tolstat.model.description import Contributor
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit

@@ -28,16 +28,8 @@ from tolstat.answers.report.report_warnings import (
 )
 from tolstat.answers.run_answer import predicted_time
 from tolstat.document import blocks
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    Word,
-    counted,
-    listed,
-    say,
-    text,
-)
+from tolstat.document.inline import Name, Number, Parts, Word
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.statistics.integration_error import Movement
 from tolstat.statistics.limits.yields import Caveat
 from tolstat.store.stored_run import Run

@@ -21,16 +21,8 @@ from tolstat.answers.run_answer import NOT_DECIDED
 from tolstat.deviations.names import IN_CASE
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell, Sketch
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    Word,
-    counted,
-    listed,
-    say,
-    text,
-)
+from tolstat.document.inline import Name, Number, Parts, Word
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.model.case_changes import changes_of, condition_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import MET, NOT_MET

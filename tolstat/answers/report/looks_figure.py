@@ -5,7 +5,7 @@ import numpy as np
 from tolstat.answers.report.full_report import Report
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document import blocks, plot
-from tolstat.document.inline import text
+from tolstat.document.sentences import text
 from tolstat.model.view import Band, Level
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit, within

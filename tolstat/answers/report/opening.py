@@ -21,7 +21,8 @@ from tolstat.answers.sampled_trials import Drawn, drawn_trials
 from tolstat.answers.sketches import sketch_of
 from tolstat.document import blocks, plot
 from tolstat.document.blocks import Cell, Columns, Sketch, Tile, Tiles
-from tolstat.document.inline import Name, Number, say, text
+from tolstat.document.inline import Name, Number
+from tolstat.document.sentences import say, text
 from tolstat.model.view import Level
 from tolstat.statistics.summary import Performance
 from tolstat.units.scale import PER_CENT, PPM

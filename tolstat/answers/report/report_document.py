@@ -27,7 +27,8 @@ from tolstat.answers.report.summary_document import assumption, responses_table
 from tolstat.answers.run_answer import AboutRun
 from tolstat.deviations.dependence import scores_of_rank
 from tolstat.document import blocks
-from tolstat.document.inline import Number, Parts, listed, say, text
+from tolstat.document.inline import Number, Parts
+from tolstat.document.sentences import listed, say, text
 from tolstat.model.setting_kinds import NO_ROWS
 from tolstat.units.scale import PER_CENT
 

@@ -11,7 +11,8 @@ from tolstat.answers.report.response_summary import ReportedResponse
 from tolstat.answers.sampled_trials import Drawn, drawn_trials
 from tolstat.arrays import Array
 from tolstat.document import blocks, plot
-from tolstat.document.inline import Said, text
+from tolstat.document.inline import Said
+from tolstat.document.sentences import text
 from tolstat.model.view import Curve, Level, Span
 from tolstat.statistics.limits.limit import within
 from tolstat.statistics.summary import Limited, Summary

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.yields import WORST_FIRST
 from tolstat.statistics.point_mass import PointMass
 from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.statistics.sensitivity.linear import Departure, Linear
@@ -226,9 +225,7 @@ def by_what_decides(responses: Mapping[str, ResponseSummary]) -> dict[str, Limit
 
     def rank(item: tuple[str, Limited]) -> tuple[int, float, float]:
         yields, ppk = item[1].yields, item[1].percentiles.ppk.value
-        distance = math.inf if math.isnan(ppk) else ppk
-        verdict = WORST_FIRST.index(yields.verdict)
-        return verdict, -yields.fraction_out_of_limit.value, distance
+        return *yields.urgency, math.inf if math.isnan(ppk) else ppk
 
     limits = {name: response.limited for name, response in responses.items()}
     return dict(sorted(((n, x) for n, x in limits.items() if x), key=rank))

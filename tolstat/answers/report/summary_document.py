@@ -27,16 +27,8 @@ from tolstat.answers.report.response_summary import ResponseSummary
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    Said,
-    counted,
-    listed,
-    say,
-    text,
-)
+from tolstat.document.inline import Name, Number, Parts, Said
+from tolstat.document.sentences import counted, listed, say, text
 from tolstat.statistics.limits.limit import Limit, margins
 from tolstat.statistics.summary import QUANTILES
 from tolstat.units.scale import share_words

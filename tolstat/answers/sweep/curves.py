@@ -8,17 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tolstat.answers.output_file import check_ending, replace
+from tolstat.answers.output_file import as_pictures, save
 from tolstat.arrays import Array
-from tolstat.document.blocks import PICTURES, Figure
-from tolstat.document.plot import (
-    CURVE_COLOURS,
-    Layer,
-    Plot,
-    PlotAxis,
-    PlotPanel,
-    curve,
-)
+from tolstat.document.blocks import Figure
+from tolstat.document.plot import CURVE_COLOURS, Layer, Plot, PlotAxis, PlotPanel, curve
 from tolstat.errors import QuestionError, allowed_names
 from tolstat.model.view import Level
 from tolstat.statistics.limits.limit import NO_LIMIT, within
@@ -166,12 +159,10 @@ def save_sweeps(runs: Sequence[Run], path: Path, responses: Sequence[str] = ()) 
         If a run is no grid, they do not sweep the same, or nothing is to be shown.
     """
     from tolstat.render.figures import draw
-    from tolstat.render.picture import picture
 
-    check_ending(path, "a picture", PICTURES)
     title = "\n".join(run.title for run in runs)
-    figure = draw(sweep_plot(runs, responses), title)
-    replace(path, picture(figure, path.suffix.lower()))
+    pictures = as_pictures(lambda: draw(sweep_plot(runs, responses), title))
+    save(path, "a picture", pictures)
 
 
 def sweep_plot(runs: Sequence[Run], responses: Sequence[str] = ()) -> Plot:

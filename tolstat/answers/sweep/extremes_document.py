@@ -9,26 +9,12 @@ from tolstat.answers.next_steps import command
 from tolstat.answers.report.finding_words import in_words, step_words, what_next
 from tolstat.answers.report.report_document import sheet
 from tolstat.answers.run_answer import responses_in_focus
-from tolstat.answers.sweep.curves import (
-    grid_axis,
-    point_figure,
-    point_words,
-    sweeps,
-)
+from tolstat.answers.sweep.curves import grid_axis, point_figure, point_words, sweeps
 from tolstat.answers.sweep.extremes import Extreme, Extremes, Point
 from tolstat.document import blocks
 from tolstat.document.blocks import Document, Given, Section, Table, table_of
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    Word,
-    counted,
-    listed,
-    say,
-    text,
-    with_unit,
-)
+from tolstat.document.inline import Name, Number, Parts, Word
+from tolstat.document.sentences import counted, listed, say, text, with_unit
 from tolstat.statistics.limits.limit import margins
 from tolstat.statistics.limits.yields import MET, NOT_MET
 from tolstat.status import Status

@@ -10,7 +10,7 @@ import numpy as np
 
 from tolstat import catalogue
 from tolstat.answers.answer import in_frame
-from tolstat.answers.output_file import check_ending, replace
+from tolstat.answers.output_file import save
 from tolstat.arrays import Array
 from tolstat.document.blocks import Animated, Document, paragraph
 from tolstat.document.scene import Scene, scene_of
@@ -49,13 +49,12 @@ class Animation:
         RunFileError
             If the ending is not allowed, or the file cannot be written or replaced.
         """
-        path = Path(path)
-        check_ending(path, "an animation", ANIMATIONS)
-        if path.suffix.lower() == ".html":
-            return replace(path, self.html().encode())
+        return save(path, "an animation", {".html": self.html, ".gif": self._gif})
+
+    def _gif(self) -> bytes:
         from tolstat.render.gif import gif  # seldom needed
 
-        return replace(path, gif(self.scene, self.title))
+        return gif(self.scene, self.title)
 
     def __repr__(self) -> str:
         """Return a description in one line."""

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 from tolstat.answers.views.replay import Replay
 from tolstat.document import blocks
-from tolstat.document.inline import Name, listed
+from tolstat.document.inline import Name
+from tolstat.document.sentences import listed
 from tolstat.document.view_content import plot_of
 
 

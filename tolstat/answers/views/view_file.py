@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from tolstat.answers.output_file import check_ending, replace
+from tolstat.answers.output_file import as_pictures, save
 from tolstat.document.blocks import Document, Figure, Table, paragraph, table_of
-from tolstat.document.inline import counted, say
+from tolstat.document.sentences import counted, say
 from tolstat.document.view_content import plot_of, view_columns, view_table
 from tolstat.model.view import Chart, View
 from tolstat.render.serialize import csv_text
@@ -76,16 +76,11 @@ def save_view(view: View, path: Path, title: str, sentence: str = "") -> None:
     RunFileError
         If the ending is another, or it cannot be written.
     """
-    check_ending(path, "a view", VIEWS)
-    ending = path.suffix.lower()
-    if ending == ".csv":
-        content = as_csv(view).encode()
-    elif ending == ".html":
-        from tolstat.render.page import page
 
-        content = page(view_document(view, title, sentence)).encode()
-    else:
-        from tolstat.render.picture import picture
+    def html() -> str:
+        from tolstat.render.page import page  # seldom needed
 
-        content = picture(draw_view(view, title), ending)
-    replace(path, content)
+        return page(view_document(view, title, sentence))
+
+    pictures = as_pictures(lambda: draw_view(view, title))
+    save(path, "a view", {**pictures, ".csv": lambda: as_csv(view), ".html": html})

@@ -72,16 +72,7 @@ def reweighted_scenario(
     if not deviations:
         problems.add("[deviations]", None, "no entry is given; name a contributor")
     problems.raise_if_any()
-    overlaps, expected, weights = reweighted(scenario, study, trials, problems)
-    changes = {
-        name: Change(run.assumed[name].words, words, overlaps[name])
-        for name, words in scenario.words.items()
-    }
-    return ReweightedScenario(
-        replace(trials, sample=trials.sample._replace(weights=weights)),
-        changes, expected, weights,
-        (*scenario.warnings, *_without(run, weights)),
-    )  # fmt: skip
+    return reweighted(scenario, study, trials, problems)
 
 
 def _without(run: Run, weights: Weights) -> Iterator[str]:
@@ -147,19 +138,10 @@ def read_scenario(
     return read_deviations(changed, {}, contributors, folder, problems)
 
 
-class Reweighted(NamedTuple):
-    """The trials of a run, weighted as those of a scenario."""
-
-    # by contributor: effective sample size per trial, with its change alone
-    overlaps: dict[str, float]
-    expected: float  # effective sample size by the distributions
-    weights: Weights
-
-
 def reweighted(
     scenario: Deviations, study: Study, trials: Drawn, problems: Problems
-) -> Reweighted:
-    """Return the weighted trials.
+) -> ReweightedScenario:
+    """Return the trials weighted for a scenario that was read; see above.
 
     Raises
     ------
@@ -181,15 +163,27 @@ def reweighted(
                 sampled = baseline.words[name]
                 raise DistributionError(f"{error}; sampled: {sampled}") from None
     problems.raise_if_any()
-    return problems.required(
+    expected, weights = problems.required(
         "all together", None, lambda: _together(scenario, study, trials, overlaps)
     )
+    changes = {
+        name: Change(baseline.words[name], words, overlaps[name])
+        for name, words in scenario.words.items()
+    }
+    return ReweightedScenario(
+        replace(trials, sample=trials.sample._replace(weights=weights)),
+        changes, expected, weights,
+        (*scenario.warnings, *_without(trials.run, weights)),
+    )  # fmt: skip
 
 
 def _together(
     scenario: Deviations, study: Study, trials: Drawn, overlaps: dict[str, float]
-) -> Reweighted:
-    """Return the trials weighted for all changes at once."""
+) -> tuple[float, Weights]:
+    """Return expected effective sample size and weights for all changes at once.
+
+    `overlaps`: effective sample size per trial, by contributor whose change is alone.
+    """
     new, baseline = scenario.distributions, study.deviating
     before = trials.sample.weights
     number = before.number if before else len(trials.trials)
@@ -215,4 +209,4 @@ def _together(
         )  # fmt: skip
     elif weights.too_few:
         raise DistributionError(weights.too_few)
-    return Reweighted(overlaps, expected, weights)
+    return expected, weights

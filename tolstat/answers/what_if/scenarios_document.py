@@ -16,14 +16,21 @@ from tolstat.answers.what_if.what_if_answer import Method, Scenarios, WhatIf
 from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, Word
 from tolstat.document.plot import CURVE_COLOURS, Layer, PlotAxis, curve
+from tolstat.document.sentences import counted, listed, say, text
+from tolstat.statistics.intervals.weighted_estimates import ENOUGH
 from tolstat.units.scale import PER_CENT, share_words
 
 MOST_DRAWN = 12  # responses: as on the page of a run
 Row = dict[str, blocks.Given]
+EVALUATED = (
+    "{} of the scenario were evaluated with the seed of the run: the same parts, trial "
+    "by trial. Worse: within in the baseline and out of limit in the scenario."
+)
 
 
-def scenarios_document(answer: Scenarios, notes: Sequence[Parts]) -> blocks.Document:
+def scenarios_document(answer: Scenarios) -> blocks.Document:
     """Return yields, limits and responses of all scenarios, figures, notes."""
+    notes = dict.fromkeys(note for x in answer.scenarios for note in notes_of(x))
     sides = ["baseline", *(scenario.words for scenario in answer.scenarios)]
     rows = _yields(answer), _limits(answer), _numbers(answer)
     titles = "Yield", "Limits", "Responses"
@@ -158,3 +165,46 @@ def _histograms(scenarios: Sequence[WhatIf], name: str) -> blocks.Figure | None:
         caption=f"{name}, trials done: "
         + ", ".join(f"{len(x)} of {words}" for words, x in columns.items()),
     )  # fmt: skip
+
+
+def notes_of(answer: WhatIf) -> Iterator[Parts]:
+    """Yield the notes for readers of the numbers."""
+    stored = counted(answer.trials, "stored trial")
+    if answer.method is Method.EVALUATED:
+        trials = counted(answer.trials, "trial")
+        yield say(EVALUATED, trials)
+    elif answer.method is Method.STORED:
+        yield say("Limits change alone: of the {} of the run.", stored)
+    else:
+        yield say(
+            "Nothing was simulated: {}, reweighted, have an effective sample size of "
+            "{}.",
+            stored,
+            Number(answer.effective_sample_size),
+        )
+    sizes = {name: x.out_of_limit_sample_size for name, x in answer.responses.items()}
+    small = [
+        (Name(name), " ", Number(size))
+        for name, size in sizes.items()
+        if size is not None and size < ENOUGH
+    ]
+    if small:
+        yield say(
+            "Few out-of-limit trials decide these fractions; their effective sample "
+            "size: {}. A fresh run tells more (`tolstat what-if ... --write "
+            "STUDY.toml`).",
+            listed(small),
+        )
+    yield from map(text, answer.notes)
+    if answer.method is not Method.REWEIGHTED:
+        yield text("Each number has its 95 % interval below it.")
+        return
+    weighted = any(x.baseline.weighted for x in answer.responses.values())
+    yield text(
+        "Each number has its 95 % interval below it: of fractions out of limit from "
+        "weighted counts, of all others for any distribution.",
+        None
+        if weighted
+        else " Fractions and verdicts of the baseline are anytime-valid, those of the "
+        "scenario for a single look. So they may differ although the trials are equal.",
+    )

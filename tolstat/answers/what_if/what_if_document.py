@@ -3,36 +3,14 @@
 from collections.abc import Iterator, Sequence
 
 from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm
-from tolstat.answers.what_if.scenarios_document import (
-    figures_of,
-    scenarios_document,
-)
-from tolstat.answers.what_if.what_if_answer import (
-    Method,
-    ResponseWhatIf,
-    Scenarios,
-    WhatIf,
-)
+from tolstat.answers.what_if.scenarios_document import figures_of, notes_of
+from tolstat.answers.what_if.what_if_answer import ResponseWhatIf, WhatIf
 from tolstat.document import blocks
-from tolstat.document.inline import (
-    Name,
-    Number,
-    Parts,
-    Word,
-    counted,
-    listed,
-    say,
-    text,
-    with_unit,
-)
-from tolstat.statistics.intervals.weighted_estimates import ENOUGH
+from tolstat.document.inline import Name, Number, Parts, Word
+from tolstat.document.sentences import say, text, with_unit
 from tolstat.statistics.summary import QUANTILES, Summary
 from tolstat.units.scale import PER_CENT, share_words
 
-EVALUATED = (
-    "{} of the scenario were evaluated with the seed of the run: the same parts, trial "
-    "by trial. Worse: within in the baseline and out of limit in the scenario."
-)
 ON_SCREEN = (0.5, 0.95)  # quantiles
 
 
@@ -56,17 +34,11 @@ def what_if_document(answer: WhatIf) -> blocks.Document:
         _differences(answer),
         _responses(answer),
         figures_of([answer]),
-        *map(blocks.note, _notes(answer)),
+        *map(blocks.note, notes_of(answer)),
     )
     return blocks.Document(
         f"{answer.title}: what if", parts, (answer.run, answer.model)
     )
-
-
-def several_document(answer: Scenarios) -> blocks.Document:
-    """Return the document of several scenarios, with the notes of each once."""
-    notes = dict.fromkeys(note for x in answer.scenarios for note in _notes(x))
-    return scenarios_document(answer, [*notes])
 
 
 def _yields(answer: WhatIf) -> Parts:
@@ -150,46 +122,3 @@ def _responses(answer: WhatIf) -> blocks.Table:
     others = [share_words(share) for share in QUANTILES if share not in ON_SCREEN]
     page_only = ["nominal", "mean", "sigma", *others]
     return blocks.table_of(rows, "Responses", page_only=page_only, keys=3, look="dense")
-
-
-def _notes(answer: WhatIf) -> Iterator[Parts]:
-    """Yield the notes for readers of the numbers."""
-    stored = counted(answer.trials, "stored trial")
-    if answer.method is Method.EVALUATED:
-        trials = counted(answer.trials, "trial")
-        yield say(EVALUATED, trials)
-    elif answer.method is Method.STORED:
-        yield say("Limits change alone: of the {} of the run.", stored)
-    else:
-        yield say(
-            "Nothing was simulated: {}, reweighted, have an effective sample size of "
-            "{}.",
-            stored,
-            Number(answer.effective_sample_size),
-        )
-    sizes = {name: x.out_of_limit_sample_size for name, x in answer.responses.items()}
-    small = [
-        (Name(name), " ", Number(size))
-        for name, size in sizes.items()
-        if size is not None and size < ENOUGH
-    ]
-    if small:
-        yield say(
-            "Few out-of-limit trials decide these fractions; their effective sample "
-            "size: {}. A fresh run tells more (`tolstat what-if ... --write "
-            "STUDY.toml`).",
-            listed(small),
-        )
-    yield from map(text, answer.notes)
-    if answer.method is not Method.REWEIGHTED:
-        yield text("Each number has its 95 % interval below it.")
-        return
-    weighted = any(x.baseline.weighted for x in answer.responses.values())
-    yield text(
-        "Each number has its 95 % interval below it: of fractions out of limit from "
-        "weighted counts, of all others for any distribution.",
-        None
-        if weighted
-        else " Fractions and verdicts of the baseline are anytime-valid, those of the "
-        "scenario for a single look. So they may differ although the trials are equal.",
-    )

@@ -167,6 +167,11 @@ class Yield(NamedTuple):
         return worded(self.verdict, self.reason_words)
 
     @property
+    def urgency(self) -> tuple[int, float]:
+        """Its rank, the least first: the worst verdict, then most out of limit."""
+        return WORST_FIRST.index(self.verdict), -self.fraction_out_of_limit.value
+
+    @property
     def jumping(self) -> Yield:
         """The same of a response that jumps as an angle: trials decide nothing."""
         return self._replace(verdict=UNDECIDED, needed=0, reason=JUMP)
