@@ -24,12 +24,11 @@ from tolstat.answers.remedy.remedy_finding import (
 )
 from tolstat.answers.remedy.tightened_causes import Causes, tightened_causes
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.answers.trial_time import seconds_per_trial
 from tolstat.arrays import Array
 from tolstat.catalogue import custom_names
 from tolstat.document.inline import Typed
 from tolstat.errors import TolstatError
-from tolstat.execution.compatibility import study_of
+from tolstat.execution.compatibility import seconds_per_trial, study_of
 from tolstat.execution.run_loop import evaluate_stages
 from tolstat.execution.stages import SampledStages
 from tolstat.execution.workers.block_scheduler import Workers

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from tolstat.answers.trial_time import seconds_per_trial
 from tolstat.answers.what_if.fresh_study import edited
+from tolstat.execution.compatibility import seconds_per_trial
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.store.stored_run import Run

@@ -10,13 +10,12 @@ import numpy as np
 
 from tolstat.answers.relimit import problems_of
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
-from tolstat.answers.trial_time import seconds_per_trial
 from tolstat.answers.what_if.reweighted_trials import (
     read_scenario,
     reweighted,
 )
 from tolstat.errors import QuestionError, StudyError, TolstatError
-from tolstat.execution.compatibility import study_of
+from tolstat.execution.compatibility import seconds_per_trial, study_of
 from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.sample_size import (

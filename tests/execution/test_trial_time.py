@@ -9,8 +9,7 @@ import pytest
 
 import tolstat
 from tests.conftest import Toy
-from tolstat.answers.trial_time import seconds_per_trial
-from tolstat.execution.compatibility import study_of
+from tolstat.execution.compatibility import seconds_per_trial, study_of
 
 
 class Slow(Toy):
