@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 
 import matplotlib as mpl
 import pytest
@@ -13,7 +12,7 @@ from rich.table import Table
 
 from tolstat.literal import csv_cell, visible
 from tolstat.render.page import environment
-from tolstat.render.picture import PAGE_STYLE, STYLE, inline, logarithmic, picture
+from tolstat.render.picture import STYLE, picture
 from tolstat.render.screen import Screen
 from tolstat.render.serialize import csv_text
 
@@ -77,16 +76,3 @@ def test_in_pictures(tmp_path):
         (tmp_path / "title.svg").write_bytes(picture(figure, ".svg"))
     words = "".join(ElementTree.parse(tmp_path / "title.svg").getroot().itertext())
     assert SHOWN in words
-
-
-@pytest.mark.parametrize("options", [{}, {"linthresh": 10}])
-def test_logarithmic_axes_have_plain_numbers(options):
-    with mpl.rc_context(PAGE_STYLE):
-        figure = Figure()
-        axes = figure.subplots()
-        axes.plot([1, 2], [0.5 if not options else 0.0, 1e5])
-        logarithmic(axes.yaxis, **options)
-        drawn = inline(figure, "numbers")
-        numbers = [t.get_text() for t in axes.get_yticklabels() if t.get_text()]
-    assert "$" not in drawn and "mathdefault" not in drawn
-    assert len(numbers) > 3 and all(math.isfinite(float(each)) for each in numbers)

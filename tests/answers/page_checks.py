@@ -9,15 +9,12 @@ import re
 import shlex
 import shutil
 import subprocess
-from contextlib import contextmanager
 from html import escape, unescape
 
 import matplotlib.image as image
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.text import Text
 
 from tests.answers.browser import Page, asked, look, printed, scroll_widths
 from tolstat.answers.report.first_page import first_page
@@ -34,41 +31,26 @@ from tolstat.document.blocks import (
     Table,
     Tiles,
     Verbatim,
+    figures_in,
 )
 from tolstat.document.inline import Number, in_cell, plain
-from tolstat.render import figures
 from tolstat.render.page import page
-from tolstat.render.picture import SMALLEST
+from tolstat.render.panels import SIZE
 from tolstat.render.screen import as_text
 
 
 class Made:
-    """An answer, its document, its page, and the figures that were drawn for it."""
+    """An answer, its document, its page, and its figures as data."""
 
     def __init__(self, answer, path):
         self.answer, self.path = answer, path
         self.json = json.loads(answer.json())
         self.document = answer.document()
-        with drawn() as self.figures:
-            self.text = page(self.document)
+        self.text = page(self.document)
+        figures = figures_in(*self.document.blocks)
+        self.figures = [(figure.alt, figure.picture) for figure in figures]
         path.write_text(self.text, encoding="utf-8")
         self.page = Page(self.text)
-
-
-@contextmanager
-def drawn():
-    """Keep what is drawn, with its words."""
-    kept, original = [], figures.inline
-
-    def keep(figure, alternative):
-        kept.append((alternative, figure))
-        return original(figure, alternative)
-
-    figures.inline = keep
-    try:
-        yield kept
-    finally:
-        figures.inline = original
 
 
 def blocks_of(document):
@@ -223,39 +205,29 @@ def every_picture_has_words_and_names_of_its_own(made, least=10):
         assert name in names, name
 
 
-def _texts_of(figure):
-    """Bounding boxes of all words of a figure."""
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    renderer = canvas.get_renderer()
-    found = []
-    for axes in figure.axes:
-        if not axes.axison:
-            continue
-        shown = [axes.xaxis.label, axes.yaxis.label]
-        for axis in (axes.xaxis, axes.yaxis):
-            low, high = sorted(axis.get_view_interval())
-            ticks = [t for t in axis.get_major_ticks() if low <= t.get_loc() <= high]
-            shown += [label for t in ticks for label in (t.label1, t.label2)]
-        found += [t for t in shown if t.get_text() and t.get_visible()]
-    for legend in figure.legends:
-        found += legend.get_texts()
-    width, height = canvas.get_width_height()
-    return [(t.get_text(), t.get_window_extent(renderer)) for t in found], width, height
+LEADING = 3  # pixels of a box of words that are empty
+WORDS = """[...document.querySelectorAll("figure svg")].map(svg => {
+  const box = e => (({left, top, right, bottom}) => [left, top, right, bottom])(
+    e.getBoundingClientRect());
+  const words = [...svg.querySelectorAll("text")].map(e => [e.textContent, box(e)]);
+  return [svg.getAttribute("aria-label"), box(svg), words];
+})"""
 
 
 def no_words_lie_over_others(made):
-    for alternative, figure in made.figures:
-        boxes, width, height = _texts_of(figure)
+    """Nor beyond the picture, as a browser draws them."""
+    pictures = asked(made.path, made.path.parent, 1200, WORDS)
+    assert len(pictures) == len(made.figures)
+    for name, edge, boxes in pictures:
         for i, (words, box) in enumerate(boxes):
-            assert box.x0 > -1 and box.y0 > -1, (alternative, words)
-            assert box.x1 < width + 1 and box.y1 < height + 1, (alternative, words)
+            assert box[0] > edge[0] - 1 and box[1] > edge[1] - 1, (name, words)
+            assert box[2] < edge[2] + 1 and box[3] < edge[3] + 1, (name, words)
             for other, there in boxes[i + 1 :]:
                 apart = (
-                    box.x1 <= there.x0 + 1 or there.x1 <= box.x0 + 1
-                    or box.y1 <= there.y0 + 1 or there.y1 <= box.y0 + 1
+                    box[2] <= there[0] + 1 or there[2] <= box[0] + 1
+                    or box[3] <= there[1] + LEADING or there[3] <= box[1] + LEADING
                 )  # fmt: skip
-                assert apart, (alternative, words, other)
+                assert apart, (name, words, other)
 
 
 def a_ppk_without_interval_stands_as_small_as_its_reason(rows, text, known):
@@ -343,10 +315,10 @@ def on_paper_no_word_has_less_than_8_points(made, folder):
     found = asked(made.path, folder, int(PAPER) + 1, SIZES, paper=True)
     assert found["scroll"] <= PAPER + 1
     assert found["words"] * 72 / 96 >= 8
-    assert found["pictures"] * 72 / 96 * SMALLEST >= 8
+    assert found["pictures"] * 72 / 96 * SIZE >= 8
     assert {*found["heads"]} == {"avoid"}
-    every = [text for _, figure in made.figures for text in figure.findobj(Text)]
-    assert min(text.get_fontsize() for text in every if text.get_text()) >= SMALLEST
+    drawn = [p for p in made.page.pictures if p.get("class") != "sketch"]
+    assert all(f"font:{SIZE}px" in picture["style"] for picture in drawn)
     return found["first"]
 
 

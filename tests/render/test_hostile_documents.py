@@ -49,7 +49,8 @@ from tolstat.document.plot import (
 )
 from tolstat.document.sentences import counted, listed, text
 from tolstat.model.view import Band, Level, Region, Span
-from tolstat.render.figures import as_svg, draw
+from tolstat.render.drawing import as_svg
+from tolstat.render.figures import draw
 from tolstat.render.page import page
 from tolstat.render.picture import picture
 from tolstat.render.screen import show

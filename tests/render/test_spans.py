@@ -7,7 +7,7 @@ import numpy as np
 from tolstat.answers.views.view_file import draw_view
 from tolstat.document.view_content import plot_of
 from tolstat.model.view import Axis, Chart, Curve, Span
-from tolstat.render.figures import as_svg
+from tolstat.render.drawing import as_svg
 
 AT = np.linspace(0.0, 10.0, 5)
 CURVES = (Curve("f", "Hz", "f", "", AT),)
@@ -34,5 +34,5 @@ def test_a_span_of_one_value_is_a_line_with_its_words():
 
 def test_a_shaded_span_has_a_colour_of_the_page():
     shaded, bare = (as_svg(plot_of(chart(*each)), "speeds") for each in (SPANS[:1], ()))
-    colour = "fill: var(--grid)"  # another in the dark
+    colour = "fill:var(--grid)"  # another in the dark
     assert shaded.count(colour) == bare.count(colour) + 1

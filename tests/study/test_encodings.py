@@ -8,7 +8,7 @@ import tolstat
 from tolstat.cli.main import main
 from tolstat.errors import DataError, StudyError
 from tolstat.execution.compatibility import study_differs
-from tolstat.study.data_files import read_data, si_values
+from tolstat.study.data_files import read_data, si_factor
 from tolstat.study.study import load
 from tolstat.study.study_schema import FileEntry
 
@@ -34,7 +34,8 @@ def test_a_byte_order_mark_names_the_encoding(tmp_path, encoding, end):
     assert (study.text, study.title) == (TEXT, "Spalt µ ü °")
     (tmp_path / "rods.csv").write_bytes(CSV.replace("\n", end).encode(encoding))
     table = read_data(tmp_path, FileEntry(data="rods.csv"))
-    assert si_values(table, "length", "m") == pytest.approx([1e-7, 3e-7])
+    factor = si_factor(table, "length", table.units["length"], "m")
+    assert factor * table.column("length") == pytest.approx([1e-7, 3e-7])
 
 
 def test_both_orders_of_utf_16(tmp_path):
@@ -84,7 +85,7 @@ def test_data_whose_encoding_no_rule_tells_are_refused(tmp_path, content, words)
 def test_data_of_windows_are_read_without_a_mark(tmp_path):
     (tmp_path / "rods.csv").write_bytes(CSV.encode("cp1252"))
     table = read_data(tmp_path, FileEntry(data="rods.csv"))
-    assert table.units["length"] == "µm" and "Windows-1252" in table.words()
+    assert table.units["length"] == "µm" and "Windows-1252" in table.words
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from tolstat.errors import DataError
-from tolstat.tables.read import Form, read_qdas
+from tolstat.tables.qdas import QdasFile
+from tolstat.tables.raw_file import Form, RawFile
 
 SI, DC4 = "\x0f", "\x14"
 HEAD = [
@@ -48,7 +49,7 @@ def by_keys():
 
 def file(lines, encoding="latin-1", end="\r\n", name="a.dfq", values=None, part=""):
     raw = (end.join(lines) + end).encode(encoding)
-    return read_qdas(Path(name), raw, values, Form(part=part))
+    return QdasFile(RawFile(Path(name), raw, Form(part=part)), values)
 
 
 @pytest.mark.parametrize("encoding", ["latin-1", "utf-8", "utf-8-sig", "utf-16"])
@@ -56,7 +57,7 @@ def file(lines, encoding="latin-1", end="\r\n", name="a.dfq", values=None, part=
 @pytest.mark.parametrize("end", ["\r\n", "\n", "\r"], ids=repr)
 def test_a_file_tells_values_nominal_limits_and_unit(encoding, rows, end):
     read = file([*HEAD, *rows], encoding, end)
-    assert read.names == ["Bohrung Ø20", "Länge", "Rauheit Rz"]
+    assert read.names() == ["Bohrung Ø20", "Länge", "Rauheit Rz"]
     bore, length = read.measured("Bohrung Ø20"), read.measured("20")
     assert bore.numbers == (20.004, 19.991, 20.013)
     assert (bore.nominal, bore.lower, bore.upper, bore.unit) == (20, 19.98, 20.02, "mm")

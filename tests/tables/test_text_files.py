@@ -7,7 +7,8 @@ from pstats import Stats
 import pytest
 
 from tolstat.errors import DataError
-from tolstat.tables.read import Form, read_table
+from tolstat.tables.raw_file import Form
+from tolstat.tables.read import read_table
 
 SPIEL = "Wanddicke [mm]"
 FILES = {  # content, column, its values, words of how it was read

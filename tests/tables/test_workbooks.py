@@ -17,7 +17,8 @@ import xlwt
 
 from tolstat.errors import DataError
 from tolstat.tables import workbook_reader
-from tolstat.tables.read import Form, read_table
+from tolstat.tables.raw_file import Form
+from tolstat.tables.read import read_table
 
 LENGTHS = [20.01, 20.003, 19.998]
 

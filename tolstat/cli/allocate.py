@@ -74,7 +74,7 @@ def allocate(
         if plot:
             title = f"{loaded.title}: cost over ppm"
             save_view(chart_of(allocation), plot, title, CHART)
-        options.deliver(allocation, None, form)
+        options.Delivery(None, form, "").deliver(allocation)
     if output and not form:
         written = f"written to {output}; repeat the proof: {proved}"
         missed = f"{output} is not written: limits are not met"

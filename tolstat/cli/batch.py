@@ -56,10 +56,7 @@ HEADS = ",".join(COLUMNS[:5])  # how the table of an index begins
 )
 @options.checking
 def batch(
-    studies: tuple[Path, ...],
-    crew: options.Crew,
-    output: Path | None,
-    check: bool,
+    studies: tuple[Path, ...], crew: options.Crew, output: Path | None, check: bool
 ) -> None:
     """Run studies one after the other, each on all workers.
 

@@ -9,11 +9,7 @@ from typing import ClassVar, NamedTuple
 import click
 
 from tolstat.answers.report.finding_words import sentences
-from tolstat.answers.report.report_warnings import (
-    jumping,
-    warnings_of,
-    warnings_of_run,
-)
+from tolstat.answers.report.report_warnings import jumping, warnings_of, warnings_of_run
 from tolstat.answers.run_entries import judged
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
 from tolstat.cli import options

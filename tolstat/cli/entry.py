@@ -1,5 +1,6 @@
 """Start of the command line, and its end by Ctrl-C: finished work is stored."""
 
+import gc
 import os
 import signal
 import sys
@@ -23,6 +24,9 @@ Handler = Callable[[int, FrameType | None], object]
 def entry() -> None:
     """Run the command line; the entry point of the package."""
     on_interrupt(leave)
+    # workers and answers have threads already: those of BLAS would wait, and busily
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(100_000, 50, 100)  # answers are many small objects without cycles
     # only now: loading click takes as long as Python itself
     import warnings
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -47,9 +47,19 @@ def plot_option(help: str) -> Decorator:
     return path_option("--plot", help=help)
 
 
+def flag(help: str, *names: str) -> Decorator:
+    """Return an option without a value."""
+    return click.option(*names, is_flag=True, help=help)
+
+
 def force(help: str) -> Decorator:
     """Return the option that replaces an existing file."""
-    return click.option("--force", is_flag=True, help=help)
+    return flag(help, "--force")
+
+
+def repeated(help: str, metavar: str | None, *names: str) -> Decorator:
+    """Return an option of several values, each with the option before it."""
+    return click.option(*names, multiple=True, metavar=metavar, help=help)
 
 
 def form(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -71,9 +81,6 @@ def form(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-also_written = output_option(
-    "Also write a file: .html, .csv, .json, .xlsx, .svg, .png or .pdf."
-)
 figure = click.option(
     "--figure",
     default="",
@@ -81,32 +88,79 @@ figure = click.option(
     help="The figure that -o FILE.svg, .png or .pdf holds, by how its name begins; "
     "default: the first one.",
 )
+
+
+class Delivery(NamedTuple):
+    """How an answer is delivered: on the screen, or as a file."""
+
+    output: Path | None
+    form: str | None  # "json" or "csv": its numbers alone
+    figure: str  # that the file holds, by how its name begins
+
+    def check(self) -> None:
+        """Refuse a file that cannot be written, before the answer is computed."""
+        from tolstat.answers.answer import ENDINGS
+        from tolstat.answers.output_file import check_ending, check_output
+        from tolstat.document.blocks import PICTURES
+
+        output, form, figure = self
+        if figure and (form or not output or output.suffix.lower() not in PICTURES):
+            raise click.UsageError("--figure needs -o with a .svg, .png or .pdf file")
+        if output and form:
+            check_output(output)
+        elif output:
+            check_ending(output, "an answer", ENDINGS)
+
+    def deliver(self, answer: Answer) -> None:
+        """Show an answer, or write its numbers; into a file if one is given."""
+        from tolstat.answers.output_file import replace
+        from tolstat.render.screen import show
+
+        if self.form:
+            text = answer.json() if self.form == "json" else answer.csv()
+            if self.output:
+                replace(self.output, text.encode())
+            else:
+                click.echo(text, nl=False)
+            return
+        show(answer.document())
+        if self.output:
+            say(f"written to {answer.save(self.output, self.figure)}")
+
+
+def delivered(
+    help: str = "Also write a file: .html, .csv, .json, .xlsx, .svg, .png or .pdf.",
+) -> Decorator:
+    """Add -o, --json, --csv and --figure to a command: its argument `delivery`."""
+
+    def with_options(command: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(command)
+        def delivering(
+            *arguments: Any, output: Path | None, form: str | None, figure: str,
+            **options: Any,
+        ) -> Any:  # fmt: skip
+            delivery = Delivery(output, form, figure)
+            return command(*arguments, delivery=delivery, **options)
+
+        return output_option(help)(form(figure(delivering)))
+
+    return with_options
+
+
 run_file = path_argument("source", "RUN.h5")
-regardless = click.option(
-    "--regardless",
-    is_flag=True,
-    help="Continue although source, processor or study file have changed.",
+regardless = flag(
+    "Continue although source, processor or study file have changed.", "--regardless"
 )
-closely = click.option(
-    "--response",
-    "responses",
-    multiple=True,
-    help="A response in focus; default: all with a limit. May be repeated.",
-    metavar="NAME",
-)
-limits = click.option(
-    "--limit",
-    "limits",
-    multiple=True,
-    metavar='"NAME <= VALUE"',
-    help="Add a limit, or replace one of the study. May be repeated.",
-)
-
-
-checking = click.option(
-    "--check",
-    is_flag=True,
-    help="End as `tolstat check`: 3 if a limit is not met, 4 if one is undecided.",
+closely = repeated(
+    "A response in focus; default: all with a limit. May be repeated.",
+    "NAME", "--response", "responses",
+)  # fmt: skip
+limits = repeated(
+    "Add a limit, or replace one of the study. May be repeated.",
+    '"NAME <= VALUE"', "--limit", "limits",
+)  # fmt: skip
+checking = flag(
+    "End as `tolstat check`: 3 if a limit is not met, 4 if one is undecided.", "--check"
 )
 
 
@@ -180,20 +234,6 @@ def say(words: str) -> None:
     click.echo(visible(words))
 
 
-def check_delivery(output: Path | None, form: str | None, figure: str = "") -> None:
-    """Refuse a file that cannot be written, before the answer is computed."""
-    from tolstat.answers.answer import ENDINGS
-    from tolstat.answers.output_file import check_ending, check_output
-    from tolstat.document.blocks import PICTURES
-
-    if figure and (form or not output or output.suffix.lower() not in PICTURES):
-        raise click.UsageError("--figure needs -o with a .svg, .png or .pdf file")
-    if output and form:
-        check_output(output)
-    elif output:
-        check_ending(output, "an answer", ENDINGS)
-
-
 def check_study_output(path: Path) -> None:
     """Refuse a file that cannot hold a study, before anything is computed."""
     from tolstat.answers.output_file import check_folder
@@ -201,22 +241,3 @@ def check_study_output(path: Path) -> None:
     check_folder(path)
     if path.suffix != ".toml":
         raise RunFileError(f"{path}: the name of a study ends in .toml")
-
-
-def deliver(
-    answer: Answer, output: Path | None, form: str | None, figure: str = ""
-) -> None:
-    """Show an answer, or write its numbers; into a file if one is given."""
-    from tolstat.answers.output_file import replace
-    from tolstat.render.screen import show
-
-    if form:
-        text = answer.json() if form == "json" else answer.csv()
-        if output:
-            replace(output, text.encode())
-        else:
-            click.echo(text, nl=False)
-        return
-    show(answer.document())
-    if output:
-        say(f"written to {answer.save(output, figure)}")

@@ -10,13 +10,10 @@ from tolstat.cli import options
 
 @click.command()
 @options.path_argument("file", "FILE")
-@click.option(
-    "--column",
-    "columns",
-    multiple=True,
-    metavar="NAME",
-    help="A column or a characteristic; default: all. May be repeated.",
-)
+@options.repeated(
+    "A column or a characteristic; default: all. May be repeated.",
+    "NAME", "--column", "columns",
+)  # fmt: skip
 @click.option(
     "--tolerance",
     default="",
@@ -31,21 +28,13 @@ from tolstat.cli import options
 @click.option("--encoding", metavar="NAME", help="Of a text, such as cp850.")
 @click.option("--sheet", metavar="NAME", help="The sheet of a workbook.")
 @click.option("--part", metavar="NUMBER", help="The part of a Q-DAS file.")
-@click.option(
-    "--rows",
-    multiple=True,
-    metavar="COLUMN=WORD",
-    help='Only rows that have this word, such as "id=Bore 1".',
+@options.repeated(
+    'Only rows that have this word, such as "id=Bore 1".', "COLUMN=WORD", "--rows"
 )
-@click.option(
-    "--no-value",
-    multiple=True,
-    metavar="TEXT",
-    help='What cells without a value have, such as -999; "" for none.',
+@options.repeated(
+    'What cells without a value have, such as -999; "" for none.', "TEXT", "--no-value"
 )
-@options.also_written
-@options.form
-@options.figure
+@options.delivered()
 def parts(
     file: Path,
     columns: tuple[str, ...],
@@ -54,9 +43,7 @@ def parts(
     lots: str,
     rows: tuple[str, ...],
     no_value: tuple[str, ...],
-    output: Path | None,
-    form: str | None,
-    figure: str,
+    delivery: options.Delivery,
     **keys: str | None,
 ) -> None:
     """Judge measured parts of a file by the tolerance of their drawing.
@@ -66,7 +53,7 @@ def parts(
     """
     from tolstat.answers.parts.parts_answer import parts as judged
 
-    options.check_delivery(output, form, figure)
+    delivery.check()
     typed: dict[str, Any] = {k: value for k, value in keys.items() if value is not None}
     if wrong := [text for text in rows if "=" not in text]:
         raise click.BadParameter(f"'{wrong[0]}': COLUMN=WORD is expected")
@@ -76,4 +63,4 @@ def parts(
     answer = judged(
         file, columns, tolerance=tolerance, nominal=nominal, lots=lots, **typed
     )
-    options.deliver(answer, output, form, figure)
+    delivery.deliver(answer)

@@ -20,23 +20,16 @@ from tolstat.units.grammar import quantity
 
 @click.command()
 @options.run_file
-@options.output_option("The page to write; default: the run's name ending in .html.")
-@options.form
-@options.figure
+@options.delivered("The page to write; default: the run's name ending in .html.")
 @options.closely
-@click.option(
-    "--quantile",
-    "quantiles",
-    multiple=True,
-    metavar="PERCENT",
-    help='A quantile, such as "2.5 %". May be repeated.',
-)
+@options.repeated(
+    'A quantile, such as "2.5 %". May be repeated.',
+    "PERCENT", "--quantile", "quantiles",
+)  # fmt: skip
 @options.limits
 def report(
     source: Path,
-    output: Path | None,
-    form: str | None,
-    figure: str,
+    delivery: options.Delivery,
     responses: tuple[str, ...],
     quantiles: tuple[str, ...],
     limits: tuple[str, ...],
@@ -46,7 +39,7 @@ def report(
     With --json or --csv it writes the numbers alone, to the screen or to a file (-o).
     """
     gc.disable()  # the process ends with the page: nothing needs collecting
-    options.check_delivery(output, form, figure)
+    delivery.check()
     run = open_run(source)
     if limits:
         try:
@@ -55,10 +48,11 @@ def report(
             advice = fresh_run_advice(source, (), limits)
             raise QuestionError(f"{error}{advice}", *error.advice) from None
     answer = reports.report(run, responses, [_share(text) for text in quantiles])
-    if form:
-        options.deliver(answer, output, form)
+    if delivery.form:
+        delivery.deliver(answer)
     else:
-        path = answer.save(output or run.path.with_suffix(".html"), figure)
+        page = delivery.output or run.path.with_suffix(".html")
+        path = answer.save(page, delivery.figure)
         options.say(f"{'figure' if path.suffix in PICTURES else 'report'} in {path}")
 
 
@@ -72,24 +66,18 @@ def _share(text: str) -> float:
 
 @click.command()
 @options.path_argument("runs", "A.h5 B.h5...", nargs=-1, required=True)
-@options.also_written
-@options.form
-@options.figure
+@options.delivered()
 @options.closely
 def compare(
-    runs: tuple[Path, ...],
-    output: Path | None,
-    form: str | None,
-    figure: str,
-    responses: tuple[str, ...],
+    runs: tuple[Path, ...], delivery: options.Delivery, responses: tuple[str, ...]
 ) -> None:
     """Compare each run with the first: B less A.
 
     It compares trial by trial if seed and sampling are the same. A Latin hypercube also
     needs the same number of trials.
     """
-    options.check_delivery(output, form, figure)
-    options.deliver(comparison(*runs, responses=responses), output, form, figure)
+    delivery.check()
+    delivery.deliver(comparison(*runs, responses=responses))
 
 
 @click.command()

@@ -25,12 +25,10 @@ from tolstat.study.study import Study, load
 @options.path_argument("study")
 @click.option("--trials", type=options.COUNT, help="Replaces that of the study.")
 @click.option("--seed", type=click.IntRange(min=0), help="Replaces that of the study.")
-@click.option(
-    "--decide",
-    "decided",
-    is_flag=True,
-    help="Run until every limit is met or not met, as `tolstat decide`.",
-)
+@options.flag(
+    "Run until every limit is met or not met, as `tolstat decide`.",
+    "--decide", "decided",
+)  # fmt: skip
 @options.computing
 @options.output_option("Run file; default: the study's name ending in .h5.")
 @options.force(
@@ -122,12 +120,10 @@ def decide(
 @click.command()
 @options.run_file
 @options.computing
-@click.option(
-    "--rerun-failed",
-    "rerun",
-    is_flag=True,
-    help="Evaluate failed trials again with tighter settings, stored separately.",
-)
+@options.flag(
+    "Evaluate failed trials again with tighter settings, stored separately.",
+    "--rerun-failed", "rerun",
+)  # fmt: skip
 @options.regardless
 @options.checking
 def resume(
@@ -144,10 +140,7 @@ def resume(
 @click.command()
 @options.run_file
 @click.option(
-    "--trials",
-    type=options.COUNT,
-    required=True,
-    help="Number of trials in all.",
+    "--trials", type=options.COUNT, required=True, help="Number of trials in all."
 )
 @options.computing
 @options.regardless

@@ -16,17 +16,12 @@ from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.output_file import check_ending, replace
 from tolstat.answers.reports import summary
-from tolstat.answers.run_entries import (
-    RunIndex,
-    entry_of,
-    stored_runs,
-    with_reports,
-)
+from tolstat.answers.run_entries import RunIndex, entry_of, stored_runs, with_reports
 from tolstat.answers.runs_document import progress_table
 from tolstat.answers.sweep.curves import save_sweeps
 from tolstat.answers.sweep.extremes_document import comparisons
 from tolstat.cli.entry import INTERRUPTED, stop_on_interrupt
-from tolstat.cli.options import output_option, path_argument, plot_option, say
+from tolstat.cli.options import output_option, path_argument, plot_option, repeated, say
 from tolstat.document.blocks import Document
 from tolstat.render.screen import Screen, as_rich
 from tolstat.render.screen import show as print_document
@@ -41,12 +36,10 @@ SHARE = 5.0  # times the duration of a read, at least
 @click.command()
 @click.argument("sources", metavar="RUN.h5...|MODEL", nargs=-1, required=True)
 @plot_option("Draw grid runs as curves: a .png, .svg or .pdf file.")
-@click.option(
-    "--response",
-    "responses",
-    multiple=True,
-    help="A response to draw; default: all with a limit. May be repeated.",
-)
+@repeated(
+    "A response to draw; default: all with a limit. May be repeated.",
+    None, "--response", "responses",
+)  # fmt: skip
 @click.option("--follow", is_flag=True, help="Follow a run while it is being written.")
 def show(
     sources: tuple[str, ...],

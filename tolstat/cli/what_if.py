@@ -4,6 +4,7 @@ import os
 import re
 import tomllib
 from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -25,15 +26,12 @@ NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 @click.command("what-if")
 @options.run_file
 @click.argument("deviations", metavar="NAME=TOLERANCE...", nargs=-1)
-@options.also_written
-@options.form
-@options.figure
+@options.delivered()
 @options.limits
 @options.isolate
-@click.option(
+@options.flag(
+    "Weight the stored trials, although the model is cheap enough to evaluate.",
     "--reweight",
-    is_flag=True,
-    help="Weight the stored trials, although the model is cheap enough to evaluate.",
 )
 @options.path_option(
     "--write",
@@ -43,9 +41,7 @@ NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 def what_if(
     source: Path,
     deviations: tuple[str, ...],
-    output: Path | None,
-    form: str | None,
-    figure: str,
+    delivery: options.Delivery,
     limits: tuple[str, ...],
     reweight: bool,
     write: Path | None,
@@ -66,13 +62,13 @@ def what_if(
     """
     scenarios, limited = scenarios_in(deviations), limits_in(limits)
     if write:
-        if output or form or figure:
+        if any(delivery):
             raise click.UsageError("--write takes no -o, --json or --csv")
         if len(scenarios) > 1:
             raise click.UsageError("--write takes one scenario")
         _write(write, source, scenarios[0], limited)
         return
-    options.check_delivery(output, form, figure)
+    delivery.check()
     asked: Any = scenarios if len(scenarios) > 1 else scenarios[0]
     try:
         answer = estimate(
@@ -82,7 +78,7 @@ def what_if(
         one = len(scenarios) == 1
         advice = fresh_run_advice(source, deviations, limits) if one else ""
         raise type(error)(f"{error}{advice}", *error.advice) from None
-    options.deliver(answer, output, form, figure)
+    delivery.deliver(answer)
 
 
 def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:
@@ -118,13 +114,9 @@ def fresh_run_advice(
 def scenarios_in(texts: Sequence[str]) -> list[dict[str, Any]]:
     """Return scenarios: separated by "or", or one for each change of a name."""
     if SEPARATOR in texts:
-        groups: list[list[str]] = [[]]
-        for text in texts:
-            if text == SEPARATOR:
-                groups.append([])
-            else:
-                groups[-1].append(text)
-        if not all(groups):
+        parted = groupby(texts, SEPARATOR.__eq__)
+        groups = [[*changes] for is_separator, changes in parted if not is_separator]
+        if len(groups) <= texts.count(SEPARATOR):
             raise StudyError(f'"{SEPARATOR}" stands between two scenarios')
         return [deviations_in(group) for group in groups]
     names = [named[1] for text in texts if (named := NAMED.fullmatch(text))]

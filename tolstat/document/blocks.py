@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from tolstat.document.inline import Inline, Number, Parts, Said
+from tolstat.document.inline import Inline, Name, Number, Parts, Said
 from tolstat.document.sentences import text
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import Scale
@@ -116,6 +116,8 @@ def table_of(
 
 def cell_of(content: Given) -> Cell:
     """Return the cell of a content; None is empty."""
+    if isinstance(content, Number | Name):  # most cells
+        return Cell((content,))
     return content if isinstance(content, Cell) else Cell(text(content))
 
 

@@ -10,14 +10,7 @@ from numpy.typing import ArrayLike
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import ModelError, UnitError, told
 from tolstat.literal import visible
-from tolstat.model.contract import (
-    NO_OUTPUT,
-    Answers,
-    Model,
-    Outcome,
-    Spreads,
-    guarded,
-)
+from tolstat.model.contract import NO_OUTPUT, Answers, Model, Outcome, Spreads, guarded
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.model.view import Offer
 from tolstat.status import Status, words_of

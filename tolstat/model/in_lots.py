@@ -45,18 +45,11 @@ class ModelInLots(Wrapped):
         """Return contributors, lots behind them, and responses."""
         contributors, responses = described(self.base, settings)
         parts = {part.name: part for part in contributors}
-        lots = [
-            replace(
-                parts[lot.parts[0]],
-                name=lot.name,
-                symbol="",
-                sentence=f"mean of the lot of {', '.join(lot.parts)}",
-                size=None,
-                gear=None,
-                part="",
-            )
-            for lot in self.lots
-        ]
+        lots = []
+        for lot in self.lots:
+            words = f"mean of the lot of {', '.join(lot.parts)}"
+            mean = replace(parts[lot.parts[0]], name=lot.name, sentence=words)
+            lots.append(replace(mean, symbol="", size=None, gear=None, part=""))
         return Description((*contributors, *lots), responses)
 
     def evaluate(self, deviations: Array, settings: Any) -> Outcome:

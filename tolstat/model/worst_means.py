@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tolstat.arrays import Array
+from tolstat.deviations.spread import Spread
 from tolstat.model.checked import described, simulate
 from tolstat.model.contract import Answers, History, Model, Spreads
 from tolstat.model.description import StudyNumber
@@ -41,15 +42,8 @@ class AtWorstMeans(ModelInCases):
         numbers = list[StudyNumber]()
         for condition, shifts in zip(self.conditions, self.shifts, strict=True):
             for response, shift in zip(responses, shifts, strict=True):
-                by_name = {c.name: x for c, x in zip(contributors, shift, strict=True)}
-                moved = {
-                    name: spread._replace(
-                        mean=spread.mean + float(by_name[name]),
-                        lower=spread.lower + float(by_name[name]),
-                        upper=spread.upper + float(by_name[name]),
-                    )
-                    for name, spread in spreads.items()
-                }
+                ends = zip(contributors, shift.tolist(), strict=True)
+                moved = _moved(spreads, {part.name: (x, x, x, 0.0) for part, x in ends})
                 numbers += [
                     number._replace(
                         name=condition.of(number.name), of=condition.of(number.of)
@@ -65,15 +59,11 @@ class AtWorstMeans(ModelInCases):
         """Return the warnings of the model, of what parts reach at any mean."""
         contributors, _ = described(self.base, settings)
         shifts = np.concatenate(self.shifts)
-        ends = zip(contributors, shifts.min(axis=0), shifts.max(axis=0), strict=True)
-        by_name = {part.name: (float(low), float(high)) for part, low, high in ends}
-        wide = {
-            name: spread._replace(
-                lower=spread.lower + by_name[name][0],
-                upper=spread.upper + by_name[name][1],
-            )
-            for name, spread in spreads.items()
-        }
+        lower, upper = shifts.min(axis=0).tolist(), shifts.max(axis=0).tolist()
+        ends = zip(contributors, lower, upper, strict=True)
+        wide = _moved(
+            spreads, {part.name: (low, up, 0.0, 0.0) for part, low, up in ends}
+        )
         return self.base.warnings(settings, wide)
 
     def history(self, deviations: Array, settings: Any, step: float) -> History:
@@ -112,6 +102,14 @@ class AtWorstMeans(ModelInCases):
                 of_trial = Answers(responses, status, steps, output)
             assert of_trial is not None  # there is a response
             yield of_trial
+
+
+def _moved(spreads: Spreads, shifts: Mapping[str, tuple[float, ...]]) -> Spreads:
+    """Return spreads to which shifts of their numbers are added, by contributor."""
+    return {
+        name: Spread._make(np.add(spread, shifts[name]).tolist())
+        for name, spread in spreads.items()
+    }
 
 
 def at_worst_means(

@@ -8,9 +8,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from tolstat.document.scene import FRAME, ROW, WIDE, Scene
 from tolstat.literal import visible
-from tolstat.render.figures import ROLES
+from tolstat.render.colours import INK, ROLES
 from tolstat.render.moving import GREY, HALF, MIDDLE, NUMBERS, TEXT
-from tolstat.render.picture import INK
 
 PIXELS = 720  # of its width
 FINER = 2  # times as many are drawn, for smooth lines

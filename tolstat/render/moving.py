@@ -10,8 +10,7 @@ from markupsafe import Markup
 
 from tolstat.document.scene import FRAME, ROW, WIDE, Bar, Places, Scene
 from tolstat.literal import visible
-from tolstat.render.figures import ROLES
-from tolstat.render.picture import INK
+from tolstat.render.colours import INK, ROLES
 
 GREY = "#8a929c"
 TEXT = 170  # size of letters

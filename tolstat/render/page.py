@@ -94,7 +94,7 @@ def environment() -> Environment:
 
 
 def _svg(figure: Figure) -> Markup:
-    from tolstat.render.figures import as_svg  # a page without figures needs no engine
+    from tolstat.render.drawing import as_svg  # a page without figures needs none
 
     return as_svg(figure.picture, figure.alt)
 
@@ -115,7 +115,7 @@ def _inline(part: Inline) -> Markup:
         case Number():
             return _written(in_line(part))
         case Name(text, link):
-            words = Markup("<bdi>{}</bdi>").format(_breaking(text))
+            words = Markup(f"<bdi>{_breaking(text)}</bdi>")
             return Markup('<a href="#{}">{}</a>').format(link, words) if link else words
         case Word(text, tone):
             if tone == "strong":
@@ -137,15 +137,13 @@ def _inline(part: Inline) -> Markup:
 
 def _written(written: Written) -> Markup:
     """Return a number as HTML; no line ends between its digits and its unit."""
-    html = Markup("").join(
+    html = "".join(
         escape(part)
         if isinstance(part, str)
-        else Markup('<span data-value="{}">{}</span>').format(
-            repr(part.value), _digits(part.text)
-        )
+        else f'<span data-value="{part.value!r}">{_digits(part.text)}</span>'
         for part in written
     )
-    return Markup('<span class="whole">{}</span>').format(html)
+    return Markup(f'<span class="whole">{html}</span>')
 
 
 def _digits(text: str) -> Markup:
@@ -163,11 +161,11 @@ def _cell(cell: Cell) -> Markup:
         main += _written(value) if value else ""
         if under:
             words = _written(under) if len(under) > 1 else escape(visible(str(*under)))
-            below += Markup('<span class="range">{}</span>').format(words)
+            below += Markup(f'<span class="range">{words}</span>')
     else:
         main += _parts(cell.main)
     if cell.below:
-        below += Markup('<span class="range">{}</span>').format(_parts(cell.below))
+        below += Markup(f'<span class="range">{_parts(cell.below)}</span>')
     return main + below + (_sketch(cell.sketch) if cell.sketch else "")
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, islice
 from typing import Any, NamedTuple
 
-from tolstat.document.blocks import Block, Cell, Document, Section, Table
+from tolstat.document.blocks import Cell, Document, Section, Table
 from tolstat.document.inline import Number, Row
 from tolstat.errors import RunFileError
 from tolstat.literal import visible
@@ -67,23 +67,20 @@ def workbook_of(sheets: Iterable[Sheet], created: str = "") -> bytes:
     return file.getvalue()
 
 
-def sheets_of_document(document: Document) -> Iterator[Sheet]:
+def sheets_of_document(part: Document | Section, title: str = "") -> Iterator[Sheet]:
     """Yield the tables of a document, each as a sheet under its title or section."""
-    yield from _tables(document.blocks, document.title)
+    title = part.title or title
+    for block in part.blocks:
+        if isinstance(block, Table):
+            yield _sheet(block, block.title or title)
+        elif isinstance(block, Section):
+            yield from sheets_of_document(block, title)
 
 
 def sheet_of_rows(name: str, rows: Sequence[Row]) -> Sheet:
     """Return the wide table of an answer as a sheet, in the units shown."""
     heads, cells = table_of_rows(rows) if rows else ([], [])
     return Sheet(name, heads, cells)
-
-
-def _tables(blocks: Iterable[Block], title: str) -> Iterator[Sheet]:
-    for block in blocks:
-        if isinstance(block, Table):
-            yield _sheet(block, block.title or title)
-        elif isinstance(block, Section):
-            yield from _tables(block.blocks, block.title or title)
 
 
 def _sheet(table: Table, name: str) -> Sheet:

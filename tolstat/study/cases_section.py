@@ -34,13 +34,11 @@ def read_cases(
     problems: Problems,
     swept: Container[str] = (),
 ) -> Model:
-    """Return a model in the cases of a study; the model itself without any.
+    """Return a model in the cases of a study.
 
     Problems are noted: a name that is neither a setting nor a link, a setting that is
     also swept, a value that cannot be read or fits no other.
     """
-    if not cases:
-        return model
     before = len(problems.found)
     conditions = list[Condition]()
     with problems.noting("[cases]", None):

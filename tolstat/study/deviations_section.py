@@ -1,6 +1,7 @@
 """The sections [deviations] and [correlation] of a study, read."""
 
 from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import combinations, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -46,25 +47,28 @@ class Typed(NamedTuple):
     pearson: float | None = None  # where this was typed
 
 
-class Deviations(NamedTuple):
+INDEPENDENT = Dependence()
+
+
+@dataclass(frozen=True)
+class Deviations:
     """Distributions of the deviations, and their correlations."""
 
-    distributions: dict[str, Distribution]  # by contributor, SI
-    dependence: Dependence  # batches and correlations
-    words: dict[str, str]  # the distribution of each, as the study writes it
-    entries: dict[str, str]  # name of the entry of each
-    units: dict[str, str]  # the unit in which each is written
-    notes: tuple[str, ...]  # for the summary of the run
-    priced: "tuple[Priced, ...]" = ()  # by a cost: tolerances and shifts
-    warnings: tuple[str, ...] = ()  # that stand before the verdicts
+    distributions: dict[str, Distribution] = field(default_factory=dict)  # by part, SI
+    dependence: Dependence = INDEPENDENT  # batches and correlations
+    # the distribution of each, as the study writes it
+    words: dict[str, str] = field(default_factory=dict)
+    entries: dict[str, str] = field(default_factory=dict)  # name of the entry of each
+    units: dict[str, str] = field(default_factory=dict)  # in which each is written
+    notes: list[str] = field(default_factory=list)  # for the summary of the run
+    priced: "list[Priced]" = field(default_factory=list)  # tolerances and shifts
+    # sentences that stand before the verdicts
+    warnings: dict[str, None] = field(default_factory=dict)
     # contributors with a nominal value: see `tolstat.deviations.spread.fixed_point`
-    sized: frozenset[str] = frozenset()
+    sized: set[str] = field(default_factory=set)
     # how far the mean of each may move, SI, where it lies anywhere within a range
-    means: Mapping[str, Tolerance] = {}
-    measured: Mapping[str, InOrder] = {}  # by contributor of measured parts
-
-
-NOTHING = Deviations({}, Dependence({}, {}), {}, {}, {}, ())
+    means: dict[str, Tolerance] = field(default_factory=dict)
+    measured: dict[str, InOrder] = field(default_factory=dict)  # by measured part
 
 
 def read_deviations(
@@ -80,17 +84,8 @@ def read_deviations(
     `linked` are those of the section [links].
     """
     parts = {part.name: part for part in contributors}
-    distributions: dict[str, Distribution] = {}
-    batches: dict[str, Batch] = {}
-    words: dict[str, str] = {}
-    written: dict[str, str] = {}
-    units: dict[str, str] = {}
-    notes: list[str] = []
-    warnings: dict[str, None] = {}
-    priced: list[Priced] = []
-    sized: set[str] = set()
-    means = dict[str, Tolerance]()
-    measured: dict[str, InOrder] = {}
+    read, batches = Deviations(), dict[str, Batch]()
+    distributions = read.distributions
     for name, entry in entries.items():
         section = "links" if name in linked else "deviations"
         with problems.noting(f"[{section}] {name}", entry):
@@ -113,37 +108,34 @@ def read_deviations(
                     from tolstat.study.measured_parts import read_parts
 
                     parts_of = read_parts(keys, reader, folder)
-                    distribution, unit, fit, measured[member] = parts_of
+                    distribution, unit, fit, read.measured[member] = parts_of
                 else:
                     distribution, fit = read_distribution(keys, reader), ""
                     unit = written_unit(keys, reader)
-                distributions[member], written[member] = distribution, name
+                distributions[member], read.entries[member] = distribution, name
                 if unit:
-                    units[member] = unit
+                    read.units[member] = unit
                 if batch:
                     batches[member] = batch
                 if reader.is_sized(keys):
-                    sized.add(member)
-                words[member] = _in_words(keys, fit, batch)
+                    read.sized.add(member)
+                read.words[member] = _in_words(keys, fit, batch)
                 if within is not None:
-                    means[member] = _range_of_mean(within, reader, distribution)
-                    words[member] += f", mean within {within}"
+                    read.means[member] = _range_of_mean(within, reader, distribution)
+                    read.words[member] += f", mean within {within}"
             if cost is not None:
                 from tolstat.study.cost_entry import read_costs  # for `allocate`
 
-                priced += read_costs(name, cost, keys, readers, distributions)
+                costs = read_costs(name, cost, keys, readers, distributions)
+                read.priced.extend(costs)
             for reader in readers.values():
-                warnings |= dict.fromkeys(reader.warnings)
-                notes += reader.notes
+                read.warnings.update(dict.fromkeys(reader.warnings))
+                read.notes.extend(reader.notes)
     pairs = _pairs(correlations, [*parts], distributions, batches, problems)
     noted = [*pairs.items()][:MOST_NOTED]
-    notes += [_noted(pair, typed, distributions) for pair, typed in noted]
+    read.notes.extend(_noted(pair, typed, distributions) for pair, typed in noted)
     ranks = {pair: typed.rank for pair, typed in pairs.items()}
-    return Deviations(
-        distributions, Dependence(batches, ranks), words, written, units, tuple(notes),
-        priced=tuple(priced), warnings=tuple(warnings), sized=frozenset(sized),
-        means=means, measured=measured,
-    )  # fmt: skip
+    return replace(read, dependence=Dependence(batches, ranks))
 
 
 def _noted(

@@ -333,10 +333,8 @@ def with_shift(
     DistributionError
         If the entry has no tolerance to shift.
     """
-    reader, fields = (
-        DeviationReader(part),
-        _FIELDS_OF[keys.get("distribution", DEFAULT)],
-    )
+    reader = DeviationReader(part)
+    fields = _FIELDS_OF[keys.get("distribution", DEFAULT)]
     if wrong := [subject for key, subject in WITHOUT.items() if key in keys]:
         raise DistributionError(f"{wrong[0]} no tolerance to shift")
     if zone_of(distribution_of(keys, part)) is None:

@@ -1,7 +1,6 @@
 """Rows of a file as trials, which a model evaluates."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,28 +8,15 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.deviations.names import expand
 from tolstat.deviations.rows import ROWS
-from tolstat.errors import (
-    DataError,
-    DistributionError,
-    ModelError,
-    UnitError,
-)
-from tolstat.model.contract import Model
-from tolstat.model.description import Description
+from tolstat.errors import DataError, ModelError
 from tolstat.study import study_schema as schema
-from tolstat.study.given_points import Case, Points
+from tolstat.study.given_points import Case, Points, Setup
 from tolstat.study.nominal_size import HOLDS, DeviationReader, Holds
 
 NAMED = 5  # columns in a sentence
 
 
-def read_table(
-    document: schema.Document,
-    folder: Path | None,
-    model: Model,
-    settings: Any,
-    description: Description,
-) -> Points:
+def read_table(setup: Setup) -> Points:
     """Return the trials of a file, which the model evaluates.
 
     Heads are contributors with their unit, `rod_length_1 [mm]`, or have their names by
@@ -39,21 +25,22 @@ def read_table(
     """
     from tolstat.study.data_files import (  # few studies do
         named_column,
+        naming_column,
         read_data,
         source_words,
     )
     from tolstat.study.repeated_rows import SAMPLES, repeated_rows
 
-    entry = table_entry(document)
+    entry = table_entry(setup.document)
     for key in schema.OF_RESULTS:
         if getattr(entry, key):
             raise DataError(f'{key}: only model = "{schema.RESULTS}" has this key')
-    table = read_data(folder, entry, [*entry.columns.values()])
+    table = read_data(setup.folder, entry, [*entry.columns.values()])
     path, renamed, typed_units = table.path, dict[str, str](), dict[str, str]()
     for name, typed in entry.columns.items():
         head, typed_units[head] = named_column(table, name, typed)
         renamed[head] = name
-    parts = {part.name: part for part in description.contributors}
+    parts = {part.name: part for part in setup.description.contributors}
     deviations = np.zeros((len(table.rows), len(parts)))
     names, units, warnings = [*parts], dict[str, str](), dict[str, None]()
     columns, unnamed = list[Array](), list[str]()
@@ -67,17 +54,15 @@ def read_table(
                 unnamed += [] if table.counts_rows(head) else [head]
                 continue
             raise DataError(f"{path}, column {head}: {error}") from None
-        columns.append(np.array(table.column(head)))
+        columns.append(table.column(head))
         for member in members:
             if member in units:
                 raise DataError(f"{path}: {member} is given twice")
             reader = DeviationReader(parts[member])
-            try:
+            with naming_column(table, head):
                 column, sizes = reader.column(
                     columns[-1].tolist(), written, holds, table.places
                 )
-            except (UnitError, DistributionError) as error:
-                raise DataError(f"{path}, column {head}: {error}") from None
             warnings |= dict.fromkeys(reader.warnings)
             units[member] = reader.shown_unit(written)
             deviations[:, names.index(member)] = column
@@ -89,7 +74,7 @@ def read_table(
         repeated_rows(table, entry, columns, ())
     return Points(
         deviations,
-        (Case(0, len(deviations), settings),),
+        (Case(0, len(deviations), setup.settings),),
         units,
         note=f"{len(deviations)} trials of {path.name} ({source_words(table)})",
         warnings=tuple(warnings),

@@ -14,11 +14,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array
 from tolstat.deviations.names import expand
 from tolstat.deviations.samplers import Sampler
-from tolstat.errors import (
-    DataError,
-    ModelError,
-    allowed_names,
-)
+from tolstat.errors import DataError, ModelError, allowed_names
 from tolstat.model.checked import described
 from tolstat.model.contract import Answers, Model
 from tolstat.model.description import Description
@@ -87,13 +83,17 @@ class Points:
     answers: Answers | None = None
 
 
-def read_grid(
-    document: schema.Document,
-    model: Model,
-    settings: Any,
-    description: Description,
-    problems: Problems,
-) -> Points | None:
+class Setup(NamedTuple):
+    """A study as it is read before its points."""
+
+    document: schema.Document
+    folder: Path | None  # of its data files
+    model: Model
+    settings: Any  # of the model
+    description: Description  # with these settings
+
+
+def read_grid(setup: Setup, problems: Problems) -> Points | None:
     """Return the points of the section [grid]; None if something is wrong.
 
     Each contributor or setting has a list, or a table with from, to and points. A swept
@@ -101,27 +101,27 @@ def read_grid(
     """
     axes: list[Swept] = []
     before = len(problems.found)
-    for name, values, deviation in _axes(document.grid):
+    for name, values, deviation in _axes(setup.document.grid):
         with problems.noting(f"[grid] {name}", values):
-            axes.append(_axis(name, values, deviation, model, description))
+            axes.append(_axis(name, values, deviation, setup))
             taken = [m for axis in axes[:-1] for m in axis.members]
             if double := [m for m in axes[-1].members if m in taken]:
                 raise ModelError(f"{double[0]} is given twice")
             swept = axes[-1].name
-            if not axes[-1].members and setting_name(swept) in document.settings:
+            given = setting_name(swept) in setup.document.settings
+            if not axes[-1].members and given:
                 problems.add(f"[grid] {swept}", None, "is also in [settings]")
     if len(problems.found) > before:
         return None
     # settings outermost: trials of the same settings are integrated together
     axes.sort(key=lambda axis: bool(axis.members))
     with problems.noting("[grid]", None):
-        return _product(axes, model, settings, description)
+        return _product(axes, setup)
     return None
 
 
-def _product(
-    axes: list[Swept], model: Model, settings: Any, description: Description
-) -> Points:
+def _product(axes: list[Swept], setup: Setup) -> Points:
+    description = setup.description
     chosen = [axis for axis in axes if not axis.members]
     trials = math.prod(len(axis.values) for axis in axes)
     number = math.prod(len(axis.values) for axis in chosen)
@@ -145,8 +145,8 @@ def _product(
     for i, values in enumerate(product(*(axis.values for axis in chosen))):
         swept = (setting_name(axis.name) for axis in chosen)
         changes = dict(zip(swept, values, strict=True))
-        case = Case(i * size, (i + 1) * size, replace(settings, **changes))
-        if columns_of(described(model, case.settings)) != columns_of(description):
+        case = Case(i * size, (i + 1) * size, replace(setup.settings, **changes))
+        if columns_of(described(setup.model, case.settings)) != columns_of(description):
             raise ModelError(
                 f"{', '.join(changes)}: these settings change which contributors or "
                 "responses the model has; write a study for each"
@@ -181,14 +181,12 @@ def _axes(grid: Mapping[str, Any]) -> Iterator[tuple[str, Any, bool]]:
             yield name, values, False
 
 
-def _axis(
-    name: str, values: Any, deviation: bool, model: Model, description: Description
-) -> Swept:
+def _axis(name: str, values: Any, deviation: bool, setup: Setup) -> Swept:
     """Return the axis of a setting or contributor; a setting has precedence."""
-    parts = {part.name: part for part in description.contributors}
-    settings = settings_of(model)
+    parts = {part.name: part for part in setup.description.contributors}
+    settings = settings_of(setup.model)
     if name in settings and not deviation:
-        return _setting_axis(name, values, model, taken=name in parts)
+        return _setting_axis(name, values, setup.model, taken=name in parts)
     try:
         members = tuple(expand(name, [*parts]))
     except ModelError:
@@ -254,10 +252,7 @@ def _steps(values: list[float], points: int) -> list[float]:
 
 
 def read_reference(
-    keys: Mapping[str, Any],
-    swept: Sequence[Swept],
-    description: Description,
-    folder: Path | None,
+    setup: Setup, swept: Sequence[Swept]
 ) -> tuple[str, dict[str, Array]]:
     """Return the label of the section [reference], and the columns of its points, SI.
 
@@ -265,10 +260,11 @@ def read_reference(
     several axes. Each head has its unit; `columns` renames heads, and others are not
     read then.
     """
-    from tolstat.study.data_files import named_column, read_data, si_values
+    from tolstat.study.data_files import named_column, read_data, si_factor
 
+    keys = setup.document.reference
     entry = schema.read_entry(schema.ReferenceEntry, keys, "there is")
-    table = read_data(folder, entry, [*entry.columns.values()])
+    table = read_data(setup.folder, entry, [*entry.columns.values()])
     columns = {head: (head, unit) for head, unit in table.units.items()}
     if entry.columns:
         columns = {n: named_column(table, n, head) for n, head in entry.columns.items()}
@@ -278,11 +274,11 @@ def read_reference(
             f"{table.path}: the first column, '{first}', must be swept by [grid]; "
             f"{allowed_names(first, units)}"
         )
-    units |= {response.name: response.unit for response in description.responses}
+    units |= {response.name: response.unit for response in setup.description.responses}
     if wrong := [name for name in columns if name not in units]:
         allowed = allowed_names(wrong[0], units)
         raise DataError(f"{table.path}, column {wrong[0]}: {allowed}")
     return entry.label, {
-        name: si_values(table, head, units[name], written)
+        name: si_factor(table, head, written, units[name]) * table.column(head)
         for name, (head, written) in columns.items()
     }

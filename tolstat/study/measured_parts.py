@@ -8,9 +8,15 @@ import numpy as np
 
 from tolstat.deviations.distributions import Distribution, Tolerance
 from tolstat.deviations.measured import DOUBTFUL, Fitted, InOrder, Measured, fit
-from tolstat.study.data_files import MeasuredFile, source_words, unit_of_column
+from tolstat.study.data_files import (
+    measured_file,
+    source_words,
+    torn_by_commas,
+    unit_of_column,
+)
 from tolstat.study.files import beside
 from tolstat.study.nominal_size import DeviationReader
+from tolstat.study.repeated_rows import copied_parts
 from tolstat.study.study_schema import PartsEntry, read_entry
 from tolstat.tables.table import MeasuredColumn
 from tolstat.units.conversion import to_si
@@ -39,7 +45,7 @@ def read_parts(
     """
     entry = read_entry(PartsEntry, keys, "measured parts have")
     contributor = reader.contributor
-    file = MeasuredFile(beside(folder, entry.data), entry, (entry.column,))
+    file = measured_file(beside(folder, entry.data), entry, (entry.column,))
     column = file.measured(entry.column, entry.lots or "")
     written = unit_of_column(column, entry.unit, "the study")
     nominal = entry.nominal
@@ -48,12 +54,12 @@ def read_parts(
     sized = reader.with_nominal(nominal) if nominal is not None else reader
     holds = entry.holds or ("sizes" if sized is not reader else "")
     values, sizes = sized.column(column.numbers, written, holds, column.places)
-    if torn := file.torn(column.name):
+    if torn := torn_by_commas(file, column.name):
         reader.warnings.append(
             f"{entry.data}: {torn} may be one number with a decimal comma, in two "
             "columns; if so, write it with a point"
         )
-    if copies := file.copies(column.name):
+    if copies := copied_parts(file, column.name):
         (row, first), more = copies[0], len(copies) - 1
         others = f"; {more} more rows repeat others" if more else ""
         reader.warnings.append(
@@ -93,12 +99,10 @@ def _tolerance(
         return reader.zone(entry.tolerance)
     unit = reader.contributor.unit
     lower, upper = (
-        None if end is None else to_si(end - (column.nominal or 0.0), written, unit)
-        for end in (column.lower, column.upper)
+        none if end is None else to_si(end - (column.nominal or 0.0), written, unit)
+        for end, none in ((column.lower, -math.inf), (column.upper, math.inf))
     )
-    return Tolerance(
-        -math.inf if lower is None else lower, math.inf if upper is None else upper
-    )
+    return Tolerance(lower, upper)
 
 
 def _fitted_in_words(fitted: Fitted, scale: Scale) -> str:

@@ -10,6 +10,7 @@ from tolstat.errors import DataError
 from tolstat.statistics.repeats import repeats_of
 from tolstat.study.study_schema import TableEntry
 from tolstat.tables.heads import is_empty
+from tolstat.tables.qdas import QdasFile
 from tolstat.tables.table import Table
 
 NAMED = 5  # rows in a sentence
@@ -54,12 +55,14 @@ def repeated_rows(
     return f"{sentence}: a row that stands twice counts twice"
 
 
-def copied_parts(table: Table, name: str) -> list[tuple[str, str]]:
+def copied_parts(table: Table | QdasFile, name: str) -> list[tuple[str, str]]:
     """Return rows of parts that are copies: the place of each, and of the earlier row.
 
     All their cells are equal. A column that names or counts the parts, or numbers that
     agree more often than by rounding, tell copies from equal parts.
     """
+    if isinstance(table, QdasFile):
+        return []
     index, seen = table.columns[name], dict[tuple[str, ...], int]()
     rows = [i for i, row in enumerate(table.rows) if not is_empty(row.cells[index])]
     earlier = [seen.setdefault((*map(str, table.rows[i].cells),), i) for i in rows]
@@ -87,7 +90,7 @@ def _named_parts(table: Table, rows: Sequence[int]) -> bool:
 
 def _by_numbers(table: Table) -> bool:
     """Return whether rounding does not explain that numbers repeat."""
-    columns = list[list[float]]()
+    columns = list[Array]()
     for name in table.numeric:
         with suppress(DataError):  # another column, which cannot be read
             columns.append(table.numbers(name))

@@ -2,37 +2,29 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.deviations.rows import ROWS
-from tolstat.errors import (
-    DataError,
-    DistributionError,
-    StudyError,
-    UnitError,
-    allowed_names,
-)
+from tolstat.errors import DataError, StudyError, allowed_names
 from tolstat.machines.results.machine import FAILED
 from tolstat.model.checked import complete
-from tolstat.model.contract import Model, Outcome
-from tolstat.model.description import Description
-from tolstat.study.data_files import named_column, read_data, source_words
-from tolstat.study.evaluated_table import (
-    not_read,
-    part_of_head,
-    table_entry,
+from tolstat.model.contract import Outcome
+from tolstat.study.data_files import (
+    named_column,
+    naming_column,
+    read_data,
+    si_factor,
+    source_words,
 )
-from tolstat.study.given_points import Case, Points
+from tolstat.study.evaluated_table import not_read, part_of_head, table_entry
+from tolstat.study.given_points import Case, Points, Setup
 from tolstat.study.nominal_size import DeviationReader, Holds
 from tolstat.study.repeated_rows import repeated_rows
-from tolstat.study.study_schema import Document, TableEntry
+from tolstat.study.study_schema import TableEntry
 from tolstat.tables.table import Table
-from tolstat.units.conversion import to_si
 
 LEAST, FEW = 2, 30  # rows: fewer are refused, warned of
 # what a column of failures says, if the study does not tell the word of `done`
@@ -57,13 +49,7 @@ UNKNOWN = (
 )
 
 
-def read_results(
-    document: Document,
-    folder: Path | None,
-    model: Model,
-    settings: Any,
-    description: Description,
-) -> Points:
+def read_results(setup: Setup) -> Points:
     """Return the trials of a file with their answers.
 
     Each input and each response of the description is a column, by its name or by that
@@ -75,6 +61,7 @@ def read_results(
     DataError
         If a column is missing, or a cell cannot be used: the message has its address.
     """
+    document, folder, model, settings, description = setup
     entry, (contributors, responses) = table_entry(document), description
     if not document.responses:
         raise StudyError(
@@ -108,23 +95,17 @@ def read_results(
     for number, part in enumerate(contributors):
         head, unit, holds = columns.of_input(part.name)
         unit, reader = unit or part.shown, DeviationReader(part)
-        written = table.column(head)
-        inputs.append(np.array(written))
-        try:
+        inputs.append(table.column(head))
+        with naming_column(table, head):
+            written = inputs[-1].tolist()
             deviations[:, number], _ = reader.column(written, unit, holds, table.places)
-        except (UnitError, DistributionError) as error:
-            raise DataError(f"{table.path}, column {head}: {error}") from None
         units[part.name] = reader.shown_unit(unit)
         warnings |= dict.fromkeys(reader.warnings)
     answers = np.full((rows, len(responses)), np.nan)
     for number, response in enumerate(responses):
         head, unit = columns.of_response(response.name)
-        unit = unit or response.shown
-        try:
-            factor = to_si(1.0, "" if unit == "1" else unit, response.unit)
-        except UnitError as error:
-            raise DataError(f"{table.path}, column {head}: {error}") from None
-        outputs.append(np.array(table.column(head, without)))
+        factor = si_factor(table, head, unit or response.shown, response.unit)
+        outputs.append(table.column(head, without))
         answers[:, number] = factor * outputs[-1]
     unnamed = [n for n in table.columns if n not in {*columns.read, entry.failed}]
     if unnamed := [n for n in unnamed if not table.counts_rows(n)]:

@@ -259,9 +259,7 @@ def _read_deciding(keys: Rule, limited: Collection[str]) -> Until:
 
 
 def read_until(
-    keys: Rule,
-    description: Description,
-    limited: Mapping[str, Any],
+    keys: Rule, description: Description, limited: Mapping[str, Any]
 ) -> Until:
     """Return a stopping rule: `until`, one or a list of them, and `at_most`.
 

@@ -18,19 +18,11 @@ from tolstat.model.description import Contributor
 from tolstat.model.setting_kinds import Text
 from tolstat.model.settings import read, settings_of
 from tolstat.study.deviations_section import MEAN_WITHIN
-from tolstat.study.distribution_entry import (
-    REMEDY_KEYS,
-    keys_of,
-    read_distribution,
-)
+from tolstat.study.distribution_entry import REMEDY_KEYS, keys_of, read_distribution
 from tolstat.study.limits_section import read_limit
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.problems import Problems
-from tolstat.study.settings_section import (
-    NOMINAL,
-    link_columns,
-    settings_with_links,
-)
+from tolstat.study.settings_section import NOMINAL, link_columns, settings_with_links
 from tolstat.study.study_schema import Document
 from tolstat.units.conversion import dimension, si_unit
 

@@ -1,43 +1,33 @@
 """Rows of a file as trials, and whether they are what the study states of them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tolstat.deviations.rows import Correlated, Misfit, Outside, contradictions
-from tolstat.model.contract import Model
 from tolstat.model.description import Contributor, Description
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.evaluated_table import read_table
-from tolstat.study.given_points import Points
-from tolstat.study.study_schema import RESULTS, Document
+from tolstat.study.given_points import Points, Setup
+from tolstat.study.study_schema import RESULTS
 from tolstat.units.scale import figures, scale_of
 
 MOST_PAIRS = 8  # of correlated inputs, in warnings
 
 
-def read_rows(
-    document: Document,
-    folder: Path | None,
-    model: Model,
-    settings: Any,
-    description: Description,
-    deviating: Deviations,
-) -> Points:
+def read_rows(setup: Setup, deviating: Deviations) -> Points:
     """Return the trials of a file, with results from elsewhere where it has them.
 
     Their warnings say what contradicts the study.
     """
-    read: Callable[..., Points] = read_table
-    if document.model == RESULTS:
+    read = read_table
+    if setup.document.model == RESULTS:
         from tolstat.study.results_table import read_results  # seldom needed
 
         read = read_results
-    points = read(document, folder, model, settings, description)
-    warnings = _contradicted(points, deviating, description)
+    points = read(setup)
+    warnings = _contradicted(points, deviating, setup.description)
     return replace(points, warnings=(*points.warnings, *warnings))
 
 

@@ -32,15 +32,10 @@ from tolstat.model.contract import Answers, Model
 from tolstat.model.description import Description
 from tolstat.model.setting_kinds import as_typed
 from tolstat.statistics.limits.limit import Limit
-from tolstat.study.deviations_section import NOTHING, Deviations, read_deviations
+from tolstat.study.deviations_section import Deviations, read_deviations
 from tolstat.study.editor import StudyEditor
 from tolstat.study.files import read_toml
-from tolstat.study.given_points import (
-    Case,
-    Points,
-    read_grid,
-    read_reference,
-)
+from tolstat.study.given_points import Case, Points, Setup, read_grid, read_reference
 from tolstat.study.limits_section import read_limits
 from tolstat.study.memory_needed import large, too_large
 from tolstat.study.nominal_size import SHARES
@@ -279,7 +274,7 @@ def load(
     text, table = read_toml(path or cast(Mapping[str, Any], source))
     typed = {"trials": with_slow(trials, table.get("trials")), "seed": seed}
     table |= {key: value for key, value in typed.items() if value is not None}
-    document = checked(table, problems, partial(_section_of, model=model))
+    document = checked(table, problems, partial(_section_of, model))
     document = with_link_tables(document, problems)
     note_two_scales(document.model_dump(), problems)
     shown = typed_units(document.model_dump())
@@ -305,7 +300,7 @@ def load(
     except StudyError:  # without these the rest cannot be read
         from tolstat.study.slips import note_readable
 
-        note_faults(document, sampling, NOTHING, None, problems)
+        note_faults(document, sampling, Deviations(), None, problems)
         note_readable(document, chosen, problems)
         raise problems.refusal from None
 
@@ -317,22 +312,19 @@ def load(
     if deviating.means:
         evaluated = _at_worst_means(chosen, settings, deviating)
         description = described_with_sizes(evaluated, settings)
-    points = None
+    points, setup = None, Setup(document, folder, evaluated, settings, description)
     if sampling == "grid" and document.grid:
-        points = read_grid(document, chosen, settings, description, problems)
+        points = read_grid(setup, problems)
     if sampling == "table" and document.table:
         from tolstat.study.stated_rows import read_rows  # few studies have rows
 
         with problems.noting("table", document.table):
-            points = read_rows(
-                document, folder, evaluated, settings, description, deviating
-            )
+            points = read_rows(setup, deviating)
     note_faults(document, sampling, deviating, points, problems)
     reference = None
     if document.reference:
         with problems.noting("[reference]", document.reference):
-            swept = points.swept if points else ()
-            reference = read_reference(document.reference, swept, description, folder)
+            reference = read_reference(setup, points.swept if points else ())
 
     limits = read_limits(document.limits, description.responses, problems)
     aim = ""
@@ -382,7 +374,7 @@ def load(
 
 
 def _section_of(
-    name: str, value: Any, table: Mapping[str, Any], model: Model | None
+    model: Model | None, name: str, value: Any, table: Mapping[str, Any]
 ) -> str:
     """Return the section where a key belongs that stands outside of one."""
     from tolstat.study.slips import section_of  # right studies have none

@@ -34,6 +34,7 @@ TABLES = (
 # for the names of all other sections
 DECISIVE = ("model", "settings", "links", *TABLES, CASES)
 UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
+Trials = Annotated[int, Field(ge=1)] | Literal["decide"] | dict[str, Any]
 AXIS = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
 
@@ -56,11 +57,8 @@ class Document(Entry):
     document: dict[TitleKey, str] = key(
         f'a text in quotes, such as revision = "B"; keys: {", ".join(TITLE_KEYS)}', {}
     )
-    trials: Annotated[int, Field(ge=1)] | Literal["decide"] | dict[str, Any] | None = (
-        key(
-            f'a whole number from 1, "decide", or a stopping rule such as {UNTIL}',
-            None,
-        )
+    trials: Trials | None = key(
+        f'a whole number from 1, "decide", or a stopping rule such as {UNTIL}', None
     )
     seed: int | None = key(
         f"a whole number from 0 to {MOST_SEED}", None, ge=0, le=MOST_SEED

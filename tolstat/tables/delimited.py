@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 from tolstat.errors import DataError
 from tolstat.tables.cell_units import is_unit
-from tolstat.tables.encodings import UTF_8, Decoded
+from tolstat.tables.encodings import UTF_8, text_of_data
 from tolstat.tables.grid import Grid, Head, Row
 from tolstat.tables.heads import head_of
 from tolstat.tables.numerals import COMMA, Proof, is_torn, proof
+from tolstat.tables.raw_file import RawFile
 
 LONGEST_CELL = 1000  # characters
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars", ",": "commas"}
@@ -21,6 +22,8 @@ NONE = "\x1f"  # in no line of a text
 TYPED = {"tab": "\t", "\\t": "\t", "space": " "}
 _END = re.compile(r"end|ende|eof|end of file|\(.*\)|[-=*_]+", re.IGNORECASE)
 _EXCEL = re.compile(r'"?sep=(.)"?\s*')  # as Excel begins a file
+
+Lines = Sequence[tuple[int, str]]  # with their numbers
 
 
 class Split(NamedTuple):
@@ -38,15 +41,7 @@ def usual_width(rows: Sequence[Row]) -> int:
     return max(counts, key=lambda width: (counts[width], width))
 
 
-def read_delimited(
-    path: Path,
-    digest: str,
-    decoded: Decoded,
-    *,
-    delimiter: str = "",
-    decimal: str = "",
-    requested: Sequence[str] = (),
-) -> Grid:
+def read_delimited(file: RawFile) -> Grid:
     """Return the rows of a text from its head on; `#` begins a remark.
 
     The last remark above the numbers may be the head.
@@ -57,6 +52,8 @@ def read_delimited(
         If there is no head above numbers, columns may be separated in two ways, or a
         row has more or fewer cells than its head.
     """
+    path, delimiter = file.path, file.form.delimiter
+    decoded = text_of_data(path, file.raw, file.form.encoding)
     filled = [
         (number, line)
         for number, line in enumerate(decoded.text.split("\n"), start=1)
@@ -68,12 +65,13 @@ def read_delimited(
         del lines[0]
     if len(lines) < 2:
         raise DataError(f"{path} is empty: a head and a row of numbers are expected")
-    split = _split(path, lines, TYPED.get(delimiter, delimiter), requested)
+    delimiter = TYPED.get(delimiter, delimiter)
+    split = _split(file, lines, delimiter)
     remarks = filled[: filled.index(lines[0])]
     if split.head is None and remarks:
         number, remark = remarks[-1]
         lines = [(number, remark.lstrip("# \t")), *lines]
-        split = _split(path, lines, TYPED.get(delimiter, delimiter), requested)
+        split = _split(file, lines, delimiter)
     separator, rows, head = split.separator, split.rows, split.head
     usual = [row for row in rows if len(row.cells) == split.width]
     if head is None:
@@ -99,7 +97,7 @@ def read_delimited(
                 f"{path}, line {row.line}: {len(row.cells)} cells under {split.width} "
                 f"heads{hint}"
             )
-    _check_decimal_comma(path, split, table, decimal)
+    _check_decimal_comma(file, split, table)
     skipped = len(rows) - len(table) - below
     words = [SEPARATORS.get(separator, f"'{separator}' between columns")]
     if separator in (NONE, " "):
@@ -110,19 +108,14 @@ def read_delimited(
         if count
     ]
     return Grid(
-        path, digest, table, head,
+        path, file.digest, table, head,
         separator="" if separator == NONE else separator,
         words=(*words, decoded.encoding, *outside),
         plain=separator in (COMMA, NONE) and decoded.encoding == UTF_8 and not outside,
     )  # fmt: skip
 
 
-def _split(
-    path: Path,
-    lines: Sequence[tuple[int, str]],
-    delimiter: str,
-    requested: Sequence[str],
-) -> Split:
+def _split(file: RawFile, lines: Lines, delimiter: str) -> Split:
     """Return the rows by the separator that fits, or the typed one."""
     if delimiter:
         if len(delimiter) != 1:
@@ -130,21 +123,21 @@ def _split(
                 f'delimiter = "{delimiter}": one character is expected, or "tab" or '
                 '"space"'
             )
-        return _by(path, lines, delimiter, requested)
+        return _by(file, lines, delimiter)
     used = [sign for sign in SEPARATORS if any(sign in line for _, line in lines)]
-    splits = [_by(path, lines, sign, requested) for sign in used]
+    splits = [_by(file, lines, sign) for sign in used]
     fits = [split for split in splits if split.width > 1 and split.head]
     strong = [split for split in fits if split.separator != COMMA]
     if len(strong) > 1:
         names = " or ".join(SEPARATORS[split.separator] for split in strong)
         raise DataError(
-            f"{path}: columns may be separated by {names}; give delimiter = "
+            f"{file.path}: columns may be separated by {names}; give delimiter = "
             f'"{strong[0].separator}"'.replace("\t", "tab")
         )
     if fits:
         return (strong or fits)[0]
     several = [split for split in splits if split.width > 1]
-    alone = _by(path, lines, NONE, requested)
+    alone = _by(file, lines, NONE)
     return alone if alone.head or not several else several[0]
 
 
@@ -161,22 +154,15 @@ def _refuse_short_head(path: Path, split: Split) -> None:
         )
 
 
-def _by(
-    path: Path,
-    lines: Sequence[tuple[int, str]],
-    separator: str,
-    requested: Sequence[str],
-) -> Split:
+def _by(file: RawFile, lines: Lines, separator: str) -> Split:
     """Return the rows by one separator."""
-    rows = [*_rows(path, lines, separator)]
+    rows = [*_rows(file.path, lines, separator)]
     width = usual_width(rows)
     usual = [row for row in rows if len(row.cells) == width]
-    return Split(separator, rows, width, head_of(usual, requested))
+    return Split(separator, rows, width, head_of(usual, file.requested))
 
 
-def _rows(
-    path: Path, lines: Sequence[tuple[int, str]], separator: str
-) -> Iterator[Row]:
+def _rows(path: Path, lines: Lines, separator: str) -> Iterator[Row]:
     """Yield rows with the number of the line in which they begin; refuse long cells."""
     if separator == " ":
         for number, line in lines:
@@ -203,15 +189,13 @@ def _rows(
         begun = reader.line_num
 
 
-def _check_decimal_comma(
-    path: Path, split: Split, table: Sequence[Row], decimal: str
-) -> None:
+def _check_decimal_comma(file: RawFile, split: Split, table: Sequence[Row]) -> None:
     """Refuse commas that are either a decimal sign or a separator."""
     assert split.head
     body = [row.cells for row in table[split.head.body - split.head.position :]]
     texts = [[str(cell) for cell in cells] for cells in body]
     either = False
-    if split.separator == NONE and not decimal:
+    if split.separator == NONE and not file.form.decimal:
         either = any(
             proof(cells[0]) is Proof.COMMA or "," in cells[0] for cells in texts
         )
@@ -221,6 +205,6 @@ def _check_decimal_comma(
     if either:
         example = ",".join(texts[0])
         raise DataError(
-            f"{path}: '{example}' may be one number with a decimal comma, or two "
+            f"{file.path}: '{example}' may be one number with a decimal comma, or two "
             'columns; give decimal = "," or delimiter = ","'
         )

@@ -5,13 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tolstat.errors import DataError
-from tolstat.regular_files import (
-    AS_UTF_8,
-    as_text,
-    decoded,
-    line_of,
-    marked_encoding,
-)
+from tolstat.regular_files import AS_UTF_8, as_text, decoded, line_of, marked_encoding
 
 UTF_8 = "UTF-8"
 

@@ -1,8 +1,7 @@
 """Tables whose columns are named arrays: Parquet, and HDF5 of other programs."""
 
 import io
-from collections.abc import Collection, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ from tolstat.errors import DataError, allowed_names
 from tolstat.tables.delimited import LONGEST_CELL
 from tolstat.tables.grid import Cell, Grid, Head, Row, Unusable
 from tolstat.tables.heads import split_head
+from tolstat.tables.raw_file import RawFile
 
 PARQUET = (".parquet", ".pq")
 HDF5 = (".h5", ".hdf5", ".hdf", ".he5")
@@ -29,7 +29,7 @@ class Column(NamedTuple):
     unit: str
 
 
-def read_parquet(path: Path, raw: bytes, digest: str) -> Grid:
+def read_parquet(file: RawFile) -> Grid:
     """Return the rows of a Parquet file.
 
     Units stand in the head, `t [mm]`, or in the metadata of the field, as `unit`.
@@ -39,11 +39,11 @@ def read_parquet(path: Path, raw: bytes, digest: str) -> Grid:
         from pyarrow import parquet
     except ImportError as error:
         raise DataError(
-            f"{path}: Parquet needs pyarrow, pip install 'tolstat[parquet]'; or save "
-            "the table as CSV"
+            f"{file.path}: Parquet needs pyarrow, pip install 'tolstat[parquet]'; or "
+            "save the table as CSV"
         ) from error
     try:
-        facts = parquet.read_metadata(pyarrow.BufferReader(raw))
+        facts = parquet.read_metadata(pyarrow.BufferReader(file.raw))
         groups = map(facts.row_group, range(facts.num_row_groups))
         _check_room(
             8 * facts.num_rows * facts.num_columns,
@@ -53,7 +53,7 @@ def read_parquet(path: Path, raw: bytes, digest: str) -> Grid:
         texts = [field.path for field in described if field.physical_type == TEXT]
         # each different text is held once: a long one may stand in every row
         table = parquet.read_table(
-            pyarrow.BufferReader(raw), read_dictionary=texts,
+            pyarrow.BufferReader(file.raw), read_dictionary=texts,
             use_threads=False, pre_buffer=False,  # threads may abort a short process
         )  # fmt: skip
         columns = {
@@ -66,26 +66,15 @@ def read_parquet(path: Path, raw: bytes, digest: str) -> Grid:
             for field in table.schema
         }
     except (pyarrow.ArrowException, OSError, ValueError) as error:
-        raise DataError(f"{path} cannot be read as Parquet: {error}") from None
-    return _grid(path, digest, columns, "Parquet")
+        raise DataError(f"{file.path} cannot be read as Parquet: {error}") from None
+    return _grid(file, columns, "Parquet")
 
 
-def read_hdf5(
-    path: Path,
-    raw: bytes,
-    digest: str,
-    *,
-    group: str = "",
-    requested: Sequence[str] = (),
-) -> Grid:
+def read_hdf5(file: RawFile) -> Grid:
     """Return the rows of an HDF5 file: datasets of one length, or one of fields.
 
-    Parameters
-    ----------
-    group : str
-        The group, or the dataset of fields; by default the only one with columns.
-    requested : sequence of str
-        Columns that will be read: others in a group may have another length.
+    Its sheet is the group, or the dataset of fields; by default the only one with
+    columns. Those that are not requested may have another length.
 
     Raises
     ------
@@ -94,10 +83,11 @@ def read_hdf5(
     """
     import h5py
 
+    path, group, requested = file.path, file.form.sheet, file.requested
     try:
-        with h5py.File(io.BytesIO(raw)) as file:
+        with h5py.File(io.BytesIO(file.raw)) as root:
             tables = dict[str, dict[str, Column]]()
-            _add_tables(file, tables, requested)
+            _add_tables(root, tables, requested)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise DataError(f"{path} cannot be read as HDF5: {error}") from None
     if not tables:
@@ -117,7 +107,7 @@ def read_hdf5(
             f"{path} has several tables: {', '.join(chosen)}; give sheet = "
             f'"{chosen[0]}"'
         )
-    return _grid(path, digest, tables[chosen[0]], f"HDF5, {chosen[0]}")
+    return _grid(file, tables[chosen[0]], f"HDF5, {chosen[0]}")
 
 
 def _add_tables(
@@ -183,8 +173,9 @@ def _names(columns: Mapping[str, Column]) -> list[str]:
     return [split_head(name)[0] for name in columns]
 
 
-def _grid(path: Path, digest: str, columns: Mapping[str, Column], words: str) -> Grid:
+def _grid(file: RawFile, columns: Mapping[str, Column], words: str) -> Grid:
     """Return named arrays of one length as rows, numbered from 1."""
+    path = file.path
     rows = len(next(iter(columns.values())).values) if columns else 0
     if not rows:
         raise DataError(f"{path} has no rows")
@@ -209,7 +200,7 @@ def _grid(path: Path, digest: str, columns: Mapping[str, Column], words: str) ->
         *([*map(_cell, c.values.tolist())] for c in columns.values()), strict=True
     )
     return Grid(
-        path, digest,
+        path, file.digest,
         [Row(0, [*columns]), *(Row(i, [*row]) for i, row in enumerate(cells, 1))],
         Head(0, 1, tuple(name for name, _ in heads), units),
         words=(words,), counted="row",

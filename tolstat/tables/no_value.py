@@ -48,11 +48,9 @@ def numbers_of_codes(codes: Sequence[str]) -> set[float]:
     return {value for code in codes if (value := _number(code)) is not None}
 
 
-def refuse_codes(
-    values: Sequence[float], addresses: Sequence[str], lines: Sequence[str]
-) -> None:
+def refuse_codes(values: Array, addresses: Sequence[str], lines: Sequence[str]) -> None:
     """Refuse numbers that look like a code for no value, by addresses and lines."""
-    suspected = suspected_codes(np.array(values, np.float64)).tolist()
+    suspected = suspected_codes(values).tolist()
     if not suspected:
         return
     code = f"{values[suspected[0]]:.10g}"

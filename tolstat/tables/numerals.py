@@ -110,13 +110,10 @@ def settled_decimal(
         proofs.setdefault(proved, (text.strip(), address))
         commas |= proved is Proof.EITHER and COMMA in text
     if Proof.POINT in proofs and Proof.COMMA in proofs:
-        (first, first_address), (second, second_address) = (
-            proofs[Proof.POINT],
-            proofs[Proof.COMMA],
-        )
+        first, address = proofs[Proof.POINT]
+        second, other = proofs[Proof.COMMA]
         raise DataError(
-            f"{first_address}: '{first}' has a decimal point; {second_address}: "
-            f"'{second}' has a "
+            f"{address}: '{first}' has a decimal point; {other}: '{second}' has a "
             'decimal comma; correct one, or give decimal = "." or decimal = ","'
         )
     for sign in (Proof.POINT, Proof.COMMA):

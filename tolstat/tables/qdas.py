@@ -9,15 +9,18 @@ each characteristic; a cell has value, attribute, time, events, batch.
 Not verified with the software of Q-DAS.
 """
 
+import hashlib
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+
+import numpy as np
 
 from tolstat.errors import DataError, UnitError, allowed_names
 from tolstat.tables.encodings import text_of_data
 from tolstat.tables.no_value import cells_with, refuse_codes
 from tolstat.tables.numerals import COMMA, POINT
+from tolstat.tables.raw_file import RawFile
 from tolstat.tables.table import MeasuredColumn
 from tolstat.units.grammar import bare_number
 
@@ -64,43 +67,46 @@ class _Part:
 
 
 class QdasFile:
-    """The characteristics of a Q-DAS file, by name or number."""
+    """The characteristics of a Q-DAS file, by name or number.
 
-    def __init__(
-        self,
-        path: Path,
-        raw: bytes,
-        digest: str,
-        *,
-        values: tuple[Path, bytes] | None = None,
-        encoding: str = "",
-        part: str = "",
-        codes: Sequence[str] | None = None,
-    ) -> None:
-        self.path, self.digest, self.codes = path, digest, codes
-        self._has_code = cells_with(codes or ())
-        decoded = text_of_data(path, raw, encoding)
-        self.encoding = decoded.encoding
-        texts = {path: decoded.text}
-        if values:
-            values_path, content = values
-            texts[values_path] = text_of_data(values_path, content, encoding).text
+    Parameters
+    ----------
+    file : RawFile
+        DFQ, or DFD.
+    values : tuple of Path and bytes, optional
+        The DFX file beside a DFD file.
+    """
+
+    def __init__(self, file: RawFile, values: tuple[Path, bytes] | None = None) -> None:
+        self.path, form = file.path, file.form
+        self.codes, self._has_code = form.no_value, cells_with(form.no_value or ())
+        contents = {file.path: file.raw, **dict([values] if values else [])}
+        self.digest = hashlib.sha256(b"".join(contents.values())).hexdigest()
+        texts = {
+            path: text_of_data(path, content, form.encoding)
+            for path, content in contents.items()
+        }
+        self.encoding = texts[file.path].encoding
         self._parts: list[_Part] = []
-        for file, text in texts.items():
-            for number, line in enumerate(text.split("\n"), start=1):
+        for path, decoded in texts.items():
+            for number, line in enumerate(decoded.text.split("\n"), start=1):
                 if line.strip():
-                    self._read(line, f"{file}, line {number}")
+                    self._read(line, f"{path}, line {number}")
         if not self._parts:
-            raise DataError(f"{path} is no Q-DAS file: K0100 is missing")
-        self.part = self._chosen(part)
+            raise DataError(f"{file.path} is no Q-DAS file: K0100 is missing")
+        self.part = self._chosen(form.part)
 
-    @property
-    def names(self) -> list[str]:
-        """The characteristics of the part."""
+    def names(self, lots: str = "") -> list[str]:
+        """Return the characteristics of the part; lots are no column."""
         return [self._name(i) for i in sorted(self._indices)]
 
-    def measured(self, name: str) -> MeasuredColumn:
+    def measured(self, name: str, lots: str = "") -> MeasuredColumn:
         """Return a characteristic by its name or number; values that count."""
+        if lots:
+            raise DataError(
+                f"{self.path}: a Q-DAS file has the batch of each value (K0006), and "
+                f"no columns; leave lots = '{lots}' out"
+            )
         part, index = self.part, self._index(name)
         if part.key(index, "K2004") not in ("", "0"):
             raise DataError(
@@ -123,7 +129,9 @@ class QdasFile:
             for value, address in zip(counted, places, strict=True)
         ]
         if self.codes is None:
-            refuse_codes(numbers, places, [text.rpartition(" ")[2] for text in places])
+            refuse_codes(
+                np.array(numbers), places, [text.rpartition(" ")[2] for text in places]
+            )
         nominal = self._number(index, "K2101")
         lower, upper = (
             self._limit(index, nominal, keys)
@@ -134,7 +142,7 @@ class QdasFile:
                 f"{self.path}, {name}: its lower limit {lower:g} is above its upper "
                 f"limit {upper:g}; correct K2110 to K2113"
             )
-        lots = [value.field(BATCH).lstrip("#") for value in counted]
+        batches = [value.field(BATCH).lstrip("#") for value in counted]
         times = [value.field(TIME) for value in counted]
         encoding = [] if self.encoding == "UTF-8" else [self.encoding]
         words = ["Q-DAS", *encoding]
@@ -153,7 +161,7 @@ class QdasFile:
             nominal=nominal,
             lower=lower,
             upper=upper,
-            lots=tuple(lots) if all(lots) and len({*lots}) > 1 else (),
+            lots=tuple(batches) if all(batches) and len({*batches}) > 1 else (),
             sequence=all(times),
         )
 
@@ -220,7 +228,7 @@ class QdasFile:
                 "the number (K2001)"
             )
         if not named:
-            allowed = allowed_names(name, self.names)
+            allowed = allowed_names(name, self.names())
             raise DataError(f"{self.path} has no characteristic '{name}'; {allowed}")
         return named[0]
 

@@ -2,14 +2,15 @@
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 import numpy as np
 
+from tolstat.arrays import Array
 from tolstat.errors import DataError, UnitError, allowed_names
 from tolstat.tables.cell_units import is_unit, split_cell
 from tolstat.tables.grid import Cell, Grid, Head, Row, Unusable
@@ -31,6 +32,7 @@ from tolstat.tables.numerals import (
     proof,
     settled_decimal,
 )
+from tolstat.tables.raw_file import Form
 from tolstat.units.conversion import same_unit
 
 
@@ -62,19 +64,13 @@ class Table:
     ----------
     grid : Grid
         Its head, and its rows from there on.
-    typed_decimal : str
-        The decimal sign that the study names; empty for none.
-    codes : sequence of str or None
-        Of cells without a value, which are empty here. None: the study names none, and
-        what looks like one is refused.
-    only : mapping of str to str
-        What its rows have, by column; others are not read.
+    form : Form
+        What the study says: cells with a code of `no_value` are empty here, and rows
+        that are not of `only` are not read.
     """
 
     grid: Grid
-    typed_decimal: str = ""
-    codes: Sequence[str] | None = None
-    only: Mapping[str, str] = field(default_factory=dict)
+    form: Form
 
     @property
     def head(self) -> Head:
@@ -124,7 +120,7 @@ class Table:
             )
         rows = self.grid.rows[self.head.body - self.head.position :]
         rows = [row for row in rows if not all(map(is_empty, row.cells))]
-        for name, word in self.only.items():
+        for name, word in self.form.only:
             index = self._index(name)
             words = [_text(row.cells[index]) for row in rows]
             rows = [row for row, text in zip(rows, words, strict=True) if text == word]
@@ -153,11 +149,15 @@ class Table:
         shares = self._shares_of_numbers
         return [name for name, share in shares.items() if share == 1.0]
 
-    @property
-    def mainly_numeric(self) -> list[str]:
-        """The columns in which as many cells are numbers as not, or more."""
-        shares = self._shares_of_numbers
-        return [name for name, share in shares.items() if share >= 0.5]
+    def names(self, lots: str = "") -> list[str]:
+        """Return the columns of measured parts: those of numbers.
+
+        Neither those that count 1, 2, 3 nor that of the lots. One with a word or
+        another unit in it is among them: reading it names that cell.
+        """
+        shares = self._shares_of_numbers.items()
+        names = [name for name, share in shares if share >= 0.5 and name != lots]
+        return [name for name in names if not self.counts_rows(name)]
 
     @cached_property
     def _shares_of_numbers(self) -> dict[str, float]:
@@ -195,8 +195,8 @@ class Table:
     @cached_property
     def decimal(self) -> str:
         """The decimal sign; empty where no number has one."""
-        if self.typed_decimal:
-            return self.typed_decimal
+        if self.form.decimal:
+            return self.form.decimal
         cells = (cell for name in self.numeric for cell in self._texts(name))
         between_commas = self.grid.separator == COMMA
         return settled_decimal(cells, between_commas=between_commas)
@@ -208,61 +208,54 @@ class Table:
             if isinstance(cell, str) and not is_empty(cell):
                 yield cell, self.grid.address(row.line, index, name)
 
-    def words(self, left_out: int = 0) -> str:
-        """Return how it was read: "semicolons, decimal comma, 3 lines skipped"."""
+    @property
+    def words(self) -> str:
+        """How it was read: "semicolons, decimal comma, 3 lines skipped"."""
         first, *rest = self.grid.words
         decimal = [NAMES[self.decimal]] if self.decimal else []
-        empty = [f"{left_out} empty"] if left_out else []
-        only = [f"rows with {name} = {word}" for name, word in self.only.items()]
-        return ", ".join((first, *decimal, *rest, *only, *empty))
+        only = [f"rows with {name} = {word}" for name, word in self.form.only]
+        return ", ".join((first, *decimal, *rest, *only))
 
     @property
     def plain(self) -> bool:
         """Whether it goes without saying how it was read."""
-        return self.grid.plain and not self.only and self.decimal in ("", POINT)
+        return self.grid.plain and not self.form.only and self.decimal in ("", POINT)
 
-    def column(self, name: str, without: Collection[int] = ()) -> list[float]:
+    def column(self, name: str, without: Collection[int] = ()) -> Array:
         """Return the numbers of a column, as written; refuse empty cells.
 
         Rows `without` one, by their index, are NaN.
         """
-        numbers = self._numbers(name, without)
+        numbers = self.numbers(name, without)
         self._refuse_codes(numbers, name)
-        for i, (row, value) in enumerate(zip(self.rows, numbers, strict=True)):
-            if value is None and i not in without:
-                cell = row.cells[self._index(name)]
-                address = self.grid.address(row.line, self._index(name), name)
-                raise DataError(f"{address}: '{cell}' is not a number")
-        return [math.nan if value is None else value for value in numbers]
-
-    def numbers(self, name: str) -> list[float]:
-        """Return the numbers of a column, as written; NaN for empty cells."""
-        numbers = self._numbers(name)
-        return [math.nan if value is None else value for value in numbers]
+        for i in np.flatnonzero(np.isnan(numbers)).tolist():
+            if i not in without:
+                cell = self.rows[i].cells[self._index(name)]
+                raise DataError(f"{self._address(i, name)}: '{cell}' is not a number")
+        return numbers
 
     def measured(self, name: str, lots: str = "") -> MeasuredColumn:
         """Return the measured values of a column; empty cells are left out."""
-        numbers = self._numbers(name)
+        numbers = self.numbers(name)
         self._refuse_codes(numbers, name)
-        filled = [i for i, value in enumerate(numbers) if value is not None]
-        if not filled:
+        empty = np.isnan(numbers)
+        if empty.all():
             raise DataError(f"{self.path}, column {name}: no number")
-        left_out = len(numbers) - len(filled)
-        if left_out and self.grid.doubtful:
-            row = next(i for i, value in enumerate(numbers) if value is None)
-            address = self.grid.address(self.rows[row].line, self._index(name), name)
+        if empty.any() and self.grid.doubtful:
             raise DataError(
-                f"{address} is empty, or an error that an XLS file hides; save the "
-                "file as XLSX"
+                f"{self._address(int(empty.argmax()), name)} is empty, or an error "
+                "that an XLS file hides; save the file as XLSX"
             )
         words = self.texts(lots) if lots else []
+        filled, left_out = np.flatnonzero(~empty).tolist(), int(empty.sum())
+        head = self.head.names[self._index(name)]
         return MeasuredColumn(
             self.path,
-            self.head.names[self._index(name)],
-            self.units[self.head.names[self._index(name)]],
-            tuple(x for x in numbers if x is not None),
+            head,
+            self.units[head],
+            tuple(numbers[filled].tolist()),
             tuple(self.places[i] for i in filled),
-            self.words(left_out),
+            f"{self.words}, {left_out} empty" if left_out else self.words,
             plain=self.plain and not left_out,
             digest=self.digest,
             left_out=left_out,
@@ -278,7 +271,8 @@ class Table:
         """Return whether a column counts the rows: 1, 2, 3."""
         if name not in self.numeric:
             return False
-        numbers = [value for value in self._numbers(name) if value is not None]
+        numbers = self.numbers(name)
+        numbers = numbers[~np.isnan(numbers)]
         return len(numbers) > 1 and bool((np.diff(numbers) == 1).all())
 
     def texts(self, name: str) -> list[str]:
@@ -293,20 +287,27 @@ class Table:
         allowed = allowed_names(name, self.columns)
         raise DataError(f"{self.path} has no column '{name}'; {allowed}")
 
-    def _numbers(self, name: str, without: Collection[int] = ()) -> list[float | None]:
-        """Return the numbers of a column; None for empty cells, and rows `without`."""
+    def _address(self, row: int, name: str) -> str:
+        """Return file and address of a cell, by the index of its row."""
+        return self.grid.address(self.rows[row].line, self._index(name), name)
+
+    def numbers(self, name: str, without: Collection[int] = ()) -> Array:
+        """Return the numbers of a column, as written, float64[row].
+
+        NaN for empty cells, and for rows `without` one.
+        """
         index = self._index(name)
-        cells = [*zip(self.rows, self._cells(index), strict=True)]
-        for i, (row, cell) in enumerate(cells):
+        cells = self._cells(index)
+        for i, cell in enumerate(cells):
             if is_number(cell) or is_empty(cell) or i in without:
                 continue
-            address, wrong = self.grid.address(row.line, index, name), f"'{cell}' is"
+            wrong = f"'{cell}' is"
             if split_cell(cell)[1]:
                 self._refuse_units(index, name)
             if isinstance(cell, Unusable):
                 wrong = f"{cell.text} is {cell.why}, and"
-            raise DataError(f"{address}: {wrong} not a number")
-        if not self.typed_decimal and any(
+            raise DataError(f"{self._address(i, name)}: {wrong} not a number")
+        if not self.form.decimal and any(
             self.decimal not in text and proof(text) is Proof.EITHER
             for text, _ in self._texts(name)
         ):  # thousands: another column may hold no numbers, such as 24.12 or 1.1
@@ -317,10 +318,11 @@ class Table:
                 f"{self.path}, column {name}: its cells are in {unit}, its head says "
                 f"{head}; correct one"
             )
-        return [
-            None if i in without else self._number(cell, row, index, name)
-            for i, (row, cell) in enumerate(cells)
+        numbers = [
+            math.nan if i in without else self._number(cell, i, name)
+            for i, cell in enumerate(cells)
         ]
+        return np.array(numbers, np.float64)
 
     def _refuse_units(self, index: int, name: str) -> NoReturn:
         """Refuse a column whose cells have several units: the first unusual cell."""
@@ -334,37 +336,29 @@ class Table:
             "cells, or in the head alone"
         )
 
-    def _refuse_codes(self, numbers: Sequence[float | None], name: str) -> None:
+    def _refuse_codes(self, numbers: Array, name: str) -> None:
         """Refuse a number that looks like a code for no value."""
-        if self.codes is not None:
-            return
-        index = self._index(name)
-        filled = [
-            (value, row.line)
-            for value, row in zip(numbers, self.rows, strict=True)
-            if value is not None
-        ]
-        refuse_codes(
-            [value for value, _ in filled],
-            [self.grid.address(line, index, name) for _, line in filled],
-            [str(line) for _, line in filled],
-        )
+        if self.form.no_value is None:
+            filled = np.flatnonzero(~np.isnan(numbers))
+            addresses = [self._address(i, name) for i in filled.tolist()]
+            lines = [str(self.rows[i].line) for i in filled.tolist()]
+            refuse_codes(numbers[filled], addresses, lines)
 
-    def _number(self, cell: Cell, row: Row, index: int, name: str) -> float | None:
+    def _number(self, cell: Cell, row: int, name: str) -> float:
         if isinstance(cell, float):
             return cell
         if not isinstance(cell, str) or is_empty(cell):
-            return None
+            return math.nan
         try:
             value = number(cell, self.decimal)
         except UnitError as error:
-            address = self.grid.address(row.line, index, name)
+            address = self._address(row, name)
             raise DataError(f"{address}: '{cell}' is not a number ({error})") from None
-        return None if value in self._coded else value
+        return math.nan if value in self._coded else value
 
     @cached_property
     def _coded(self) -> set[float]:
-        return numbers_of_codes(self.codes or ())
+        return numbers_of_codes(self.form.no_value or ())
 
 
 def _text(cell: Cell) -> str:

@@ -10,10 +10,9 @@ import io
 import posixpath
 import re
 import zipfile
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from decimal import Decimal
 from itertools import product
-from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -21,6 +20,7 @@ from tolstat.errors import LONGEST_MESSAGE, DataError, allowed_names
 from tolstat.regular_files import UNREADABLE_ARCHIVE
 from tolstat.tables.grid import Cell, Grid, Quantity, Row, Unusable
 from tolstat.tables.heads import head_of, is_empty
+from tolstat.tables.raw_file import RawFile
 
 ENDINGS = (".xlsx", ".xlsm", ".ods", ".xls")
 MOST_UNPACKED = 256_000_000  # bytes of all files of a workbook
@@ -41,14 +41,7 @@ class Marks(NamedTuple):
     cells: int  # of the smallest rectangle that holds all
 
 
-def read_workbook(
-    path: Path,
-    raw: bytes,
-    digest: str,
-    *,
-    sheet: str = "",
-    requested: Sequence[str] = (),
-) -> Grid:
+def read_workbook(file: RawFile) -> Grid:
     """Return the rows of a sheet from its head on.
 
     Raises
@@ -57,6 +50,7 @@ def read_workbook(
         If the file is no workbook, unpacks to too much, has several sheets with
         numbers and none is named, or python-calamine is not installed.
     """
+    path, sheet = file.path, file.form.sheet
     try:
         import python_calamine as calamine
     except ImportError as error:
@@ -64,9 +58,9 @@ def read_workbook(
             f"{path}: workbooks need python-calamine, pip install 'tolstat[excel]'; or "
             "save the sheet as CSV"
         ) from error
-    archive = _archive(path, raw)
+    archive = _archive(file)
     try:
-        book = calamine.CalamineWorkbook.from_filelike(io.BytesIO(raw))
+        book = calamine.CalamineWorkbook.from_filelike(io.BytesIO(file.raw))
         names = {part.name: part.visible for part in book.sheets_metadata}
         visible = calamine.SheetVisibleEnum.Visible
         shown = [name for name, seen in names.items() if seen == visible]
@@ -76,7 +70,7 @@ def read_workbook(
         chosen = {
             name: grid
             for name in ([sheet] if sheet else shown)
-            if (grid := _sheet(path, digest, archive, book, name, requested))
+            if (grid := _sheet(file, archive, book, name))
         }
     except DataError:
         raise
@@ -98,8 +92,9 @@ def read_workbook(
     return next(iter(chosen.values()))
 
 
-def _archive(path: Path, raw: bytes) -> zipfile.ZipFile | None:
+def _archive(file: RawFile) -> zipfile.ZipFile | None:
     """Return the files of XLSX and ODS, all of them as large as they say; else None."""
+    path, raw = file.path, file.raw
     if not raw.startswith(ZIP):
         return None
     try:
@@ -119,19 +114,14 @@ def _archive(path: Path, raw: bytes) -> zipfile.ZipFile | None:
 
 
 def _sheet(
-    path: Path,
-    digest: str,
-    archive: zipfile.ZipFile | None,
-    book: Any,
-    name: str,
-    requested: Sequence[str],
+    file: RawFile, archive: zipfile.ZipFile | None, book: Any, name: str
 ) -> Grid | None:
     """Return the rows of a sheet; None if it has no head above numbers."""
     marks = _marks(archive, name) if archive else Marks({}, set(), set(), 0)
     if marks.cells > MOST_CELLS:
         raise DataError(
-            f"{path}, {name}: {marks.cells} cells lie between the first and the last; "
-            f"at most {MOST_CELLS} are allowed"
+            f"{file.path}, {name}: {marks.cells} cells lie between the first and the "
+            f"last; at most {MOST_CELLS} are allowed"
         )
     values = book.get_sheet_by_name(name).to_python(skip_empty_area=False)
     rows = [
@@ -145,7 +135,7 @@ def _sheet(
         for i, cells in enumerate(values)
     ]
     rows = [row for row in rows if not all(map(is_empty, row.cells))]
-    if (head := head_of(rows, requested)) is None:
+    if (head := head_of(rows, file.requested)) is None:
         return None
     table = rows[head.position :]
     lines = [row.line for row in table]
@@ -157,7 +147,7 @@ def _sheet(
         which = f"{', '.join(hidden[:5])}{', ...' * (len(hidden) > 5)}"
         words.append(f"hidden row{'s' * (len(hidden) > 1)} {which} not left out")
     return Grid(
-        path, digest, table, head,
+        file.path, file.digest, table, head,
         sheet=name, words=tuple(words), doubtful=archive is None,
     )  # fmt: skip
 

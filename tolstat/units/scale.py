@@ -134,11 +134,7 @@ class Scale(NamedTuple):
         three = [self.factor * x for x in numbers]
         is_count = self.shown == COUNT and all(map(float.is_integer, three))
         if math.isnan(three[1]) or math.isnan(three[2]):
-            return (
-                self.number(value, BOUND),
-                self.number(lower),
-                self.number(upper),
-            )
+            return (self.number(value, BOUND), self.number(lower), self.number(upper))
         if math.isinf(three[1]) or math.isinf(three[2]):
             return (
                 self.number(value, BOUND),

@@ -250,8 +250,8 @@ def test_a_chain_is_drawn_and_fits_one_sheet(stack, tmp_path):
     assert "Contributions, the largest first" not in behind and len(behind) == 3
     tiles = tiles_of(document)
     assert words_of(tiles["yield, this limit, %"]).split()[0] == "99.50"
-    bars = found.plot("Waterfall").axes[0].containers[-1]
-    ends = [bar.get_x() + bar.get_width() for bar in bars]
+    waterfall = [*figures_in(document.blocks[0])][2].picture
+    ends = waterfall.panels[0].layers[0].values
     gap = found.responses["gap"]
     assert ends[0] == pytest.approx(1e3 * gap.nominal)
     assert ends[4] == pytest.approx(1e3 * gap.root_sum_square.mean)

@@ -28,6 +28,7 @@ from tolstat.answers.report.full_report import report_of
 from tolstat.answers.report.response_section import response_section
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Number, in_cell, plain
+from tolstat.document.plot import Histogram, Mark
 from tolstat.render.page import _cell
 from tolstat.render.screen import as_text
 from tolstat.statistics.estimate import Estimate
@@ -211,7 +212,8 @@ def test_a_histogram_shows_limit_and_mean(report):
     for name in report.answer.focus:
         each = report.answer.responses[name]
         words = next(w for w in figures if w.startswith(f"Histogram of {name}:"))
-        labels = [text.get_text() for text in figures[words].axes[0].texts]
+        layers = figures[words].panels[0].layers
+        labels = [layer.words for layer in layers if isinstance(layer, Mark)]
         factor = 10.0 ** {"kN": -3, "kN m": -3, "%": 2}[each.scale.shown]
         (upper,) = (label for label in labels if label.startswith("USL "))
         assert says(upper.split()[1], factor * each.limited.limit.upper)
@@ -222,18 +224,16 @@ def test_a_histogram_shows_limit_and_mean(report):
 
 def test_bars_out_of_limit_are_coloured(report):
     words = next(w for w, _ in report.figures if "Histogram of jam_share" in w)
-    within, out = (
-        (patch.get_data(), patch.get_facecolor())
-        for patch in dict(report.figures)[words].axes[0].patches
-    )
-    for ((heights, edges, _), colour), sign in ((within, -1), (out, 1)):
-        drawn = edges[:-1][heights > 0]
+    layers = dict(report.figures)[words].panels[0].layers
+    within, out = (layer for layer in layers if isinstance(layer, Histogram))
+    for bars, sign in ((within, -1), (out, 1)):
+        drawn = bars.edges[:-1][bars.heights > 0]
         assert (sign * (drawn - 50.0) >= -1e-9).all()  # %
-        assert (colour[0] > 0.5) == (sign > 0)
+        assert (bars.colour == "limit") == (sign > 0)
     share = report.answer.responses[
         "jam_share"
     ].limited.yields.fraction_out_of_limit.value
-    counted = out[0].values.sum()
+    counted = out.heights.sum()
     assert counted == pytest.approx(share * 2200, rel=0.05)
 
 

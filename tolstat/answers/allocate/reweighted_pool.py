@@ -228,5 +228,5 @@ def with_choice(study: Study, choice: Choice, seed: int, trials: int) -> Study:
     new = deviating.distributions | distributions_of(deviating.priced, choice)
     return dataclasses.replace(
         study.at_random(seed, trials),
-        deviating=deviating._replace(distributions=new),
+        deviating=dataclasses.replace(deviating, distributions=new),
     )

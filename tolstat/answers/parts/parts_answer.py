@@ -16,8 +16,9 @@ from tolstat.document.inline import Row
 from tolstat.errors import DataError, DistributionError, UnitError
 from tolstat.model.description import Contributor
 from tolstat.statistics.capability import Tolerance
-from tolstat.study.data_files import MeasuredFile, unit_of_column
+from tolstat.study.data_files import measured_file, unit_of_column
 from tolstat.study.nominal_size import DeviationReader
+from tolstat.study.repeated_rows import copied_parts
 from tolstat.study.study_schema import PartsEntry, read_entry
 from tolstat.tables.table import MeasuredColumn
 from tolstat.units.conversion import dimension, si_unit, to_si
@@ -107,7 +108,7 @@ def parts(
     """
     typed = {"data": str(path), "column": "", **keys}
     entry = read_entry(PartsEntry, typed, "measured parts have")
-    file = MeasuredFile(Path(path), entry, columns)
+    file = measured_file(Path(path), entry, columns)
     refuse_two_signs(nominal, tolerance)
     names = list(columns) or file.names(lots)
     if not names or len(names) > MOST_COLUMNS:
@@ -122,7 +123,7 @@ def parts(
         raise DataError(f"{error}{hint}") from None
     judged = {
         column.name: _judged(
-            column, tolerance, nominal, entry.unit, file.copies(column.name)
+            column, tolerance, nominal, entry.unit, copied_parts(file, column.name)
         )
         for column in measured
     }

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -108,8 +109,8 @@ def fresh_study(
     home, before = run.study_file or run.path, study.deviating
     data = run.data_folder or Path()
     target = Path(folder or data)
-    deviating = before._replace(
-        distributions={**before.distributions, **scenario.distributions}
+    deviating = replace(
+        before, distributions={**before.distributions, **scenario.distributions}
     )
     if sizes:  # the grade of a link follows its size
         deviating = load(editor.table, model=study.model, folder=data).deviating

@@ -5,7 +5,7 @@ They are compared by ranks or as normal scores.
 
 import math
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import islice
 from typing import Any, Literal, NamedTuple
@@ -164,79 +164,75 @@ def differences(
     and R. A. Bradley, Ann. Math. Statist. 31 (1960) 1174-1189.
     """
     tested = {
-        name: np.flatnonzero(units)
-        for name, units in out.items()
-        if 0 < units.sum() < len(units)
+        name: units for name, units in out.items() if 0 < units.sum() < len(units)
     }
     by_response: dict[str, dict[Any, Difference]] = {name: {} for name in out}
     if not tested:
         return by_response
+    any_limit = np.logical_or.reduce([out[name] for name in tested])
+    row = np.cumsum(any_limit) - 1
     varying = ((name, x) for name, x in deviations.items() if float(x.std()) > 0)
-    number = max(1, AT_ONCE // len(next(iter(out.values()))))
+    number = max(1, AT_ONCE // len(any_limit))
     while block := dict(islice(varying, number)):
-        compared = _Compared([*block.values()])
+        compared = _Compared([*block.values()], any_limit)
         for response, units in tested.items():
-            numbers = compared.differences(units)
+            numbers = compared.differences(row[units])
             by_response[response] |= dict(zip(block, numbers, strict=True))
     return by_response
 
 
 class _Compared:
-    """Deviations that are compared with those of all trials, several at once."""
+    """Deviations that are compared with those of all trials, several at once.
 
-    def __init__(self, columns: Sequence[Array]) -> None:
-        self._columns = columns
-        self._mean = np.array([[x.mean()] for x in columns])
-        self._sigma = np.array([[x.std()] for x in columns])
-        self._sums = [
-            _RankSums(several)
+    Kept are those of units that are out of any limit, bool[trial].
+    """
+
+    def __init__(self, columns: Sequence[Array], out: Truths) -> None:
+        mean, sigma = (np.array([[x.mean(), x.std()] for x in columns]).T)[:, :, None]
+        self._scaled = (np.array([x[out] for x in columns]) - mean) / sigma
+        self._trials = len(out)
+        self._ranks = [
+            np.array([_ranks(x, out) for x in several])
             for several in (columns, [np.abs(x - np.median(x)) for x in columns])
         ]
 
     def differences(self, units: Integers) -> list[Difference]:
-        """Return how each deviates in some of the units."""
-        values = np.array([x[units] for x in self._columns])
-        scaled = (values - self._mean) / self._sigma
-        smaller = np.minimum(*(sums.levels(units) for sums in self._sums))
+        """Return how each deviates in some of the units that are kept."""
+        scaled = self._scaled.take(units, axis=1)
+        smaller = np.minimum(
+            *(self._levels(r.take(units, axis=1)) for r in self._ranks)
+        )
         levels = np.minimum(1.0, 2 * smaller)
         width = np.sqrt(np.mean(scaled**2, axis=1))
         numbers = scaled.mean(axis=1).tolist(), width.tolist(), levels.tolist()
         return list(map(Difference, *numbers))
 
+    def _levels(self, ranks: Array) -> Array:
+        """Return the two-sided levels of rank sums, float64[contributor, unit]."""
+        n, m = self._trials, ranks.shape[1]
+        off = np.abs(ranks.sum(axis=1) - m * (n + 1) / 2)
+        return np.asarray(2 * ndtr(-off / math.sqrt((n + 1) * m * (n - m) / 12)))
 
-def _ranks(x: Array) -> Callable[[Integers], Array]:
-    """Return a function of units that ranks them among float64[n] from 1.
+
+def _ranks(x: Array, units: Truths) -> Array:
+    """Return the ranks of some units among float64[n], from 1.
 
     Equal values are ranked at random. With mean ranks, few values that differ from many
     equal ones seem significant.
     """
     ordered = np.sort(x)
     if (ordered[1:] > ordered[:-1]).all():  # far faster than to sort indices
-        return lambda units: 1 + np.searchsorted(ordered, x[units]).astype(float)
+        return 1 + np.searchsorted(ordered, x[units]).astype(float)
     chance = _chance(len(x))
     ranks = np.empty(len(x))
     ranks[chance[np.argsort(x[chance], kind="stable")]] = np.arange(1.0, len(x) + 1)
-    return ranks.__getitem__
+    return ranks[units]
 
 
 @lru_cache(1)
 def _chance(count: int) -> Integers:
     """Return a permutation that never changes."""
     return np.random.RandomState(count).permutation(count)
-
-
-class _RankSums:
-    """Rank sum tests of values, a float64[trial] of each contributor."""
-
-    def __init__(self, columns: Sequence[Array]) -> None:
-        self._trials, self._ranks = len(columns[0]), [_ranks(x) for x in columns]
-
-    def levels(self, units: Integers) -> Array:
-        """Return the two-sided levels of the rank sums of some units."""
-        n, m = self._trials, len(units)
-        sums = np.array([ranks(units).sum() for ranks in self._ranks])
-        off = np.abs(sums - m * (n + 1) / 2)
-        return np.asarray(2 * ndtr(-off / math.sqrt((n + 1) * m * (n - m) / 12)))
 
 
 def holm(levels: Array) -> Array:

@@ -2,13 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import chdtrc, ndtr, ndtri
 
-from tolstat.arrays import Array, Truths
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.sensitivity.out_of_limit import (
@@ -150,20 +149,22 @@ class _Scores:
         bool[i, j], only above the diagonal.
         """
         mean, error = self.z.mean(axis=1), self.z.std(axis=1) / math.sqrt(self.units)
-        signed = _weaker(self.own, self.z, self.z - mean[:, None])
+        of_scores = _products(self.own, self.z, self.z - mean[:, None])
+        of_distances = _products(self.own_far, self.far)
         still = np.abs(mean) < SHIFTED * error
-        of_far = _weaker(self.own_far, self.far) * still[:, None] * still
         clear = chdtrc(self.units, np.sum(self.z**2, axis=1)) < CLEAR / len(free)
         has_clear = clear[:, None] | clear
         count, clear_pairs = int(free.sum()), int((has_clear & free).sum())
         most = MOST_NEAR if clear_pairs else 0.0
         least_weight, more = (1 - most) / count, most / max(clear_pairs, 1)
-        # most pairs have no level below this one, and no exact level is computed
+        # most pairs have no level below this one: the first of their products tells
         least = -0.999 * ndtri(CLEAR / 4 * (least_weight + more))
-        i, j = np.nonzero(free & (np.maximum(np.abs(signed), of_far) > least))
+        may_be = (np.abs(of_scores[0]) > least) | (of_distances[0] > least)
+        i, j = np.nonzero(may_be & free)
         weight = least_weight + more * has_clear[i, j]
+        signed = _weaker(of_scores, i, j)
+        of_far = _weaker(of_distances, i, j) * still[i] * still[j]
         # doubled for both ways, and for the contributors tested alone
-        signed, of_far = signed[i, j], of_far[i, j]
         levels = 4 * np.array([2 * ndtr(-np.abs(signed)), ndtr(-of_far)]) / weight
         linked: dict[tuple[int, ...], Together] = {}
         for w, k in np.argwhere(levels < CLEAR).tolist():
@@ -191,7 +192,7 @@ class _Scores:
         """Return a pair with those that join it, and whether a third may be of it."""
         both = how == BOTH_FAR
         z, remainders = (self.far, self.own_far) if both else (self.z, self.own)
-        of_pair = abs(float(_weaker(remainders[[*pair]], z[[*pair]])[0, 1]))
+        of_pair = abs(float(_weaker(_products(remainders[[*pair]], z[[*pair]]), 0, 1)))
         members, count = [*pair], len(z)
         while len(members) < count:
             s = self._combined(members, how)
@@ -236,15 +237,17 @@ def _explains(combination: Together) -> bool:
     return combination.far.value >= max(combination.alone, LEAST_EXPLAINED)
 
 
-def _weaker(tested: Array, *references: Array) -> Array:
-    """Return float64[i, j]: the weakest normal product of two rows, either known.
+def _products(tested: Array, *references: Array) -> list[Array]:
+    """Return float64[i, j]: normal products of two rows, by reference."""
+    units = (z / np.linalg.norm(z, axis=1, keepdims=True) for z in references)
+    return [tested @ unit.T for unit in units]
+
+
+def _weaker(products: Sequence[Array], i: Integers | int, j: Integers | int) -> Array:
+    """Return the weakest products of some pairs of rows, either row known.
 
     Zero if the signs of the products differ.
     """
-    units = (z / np.linalg.norm(z, axis=1, keepdims=True) for z in references)
-    products = [tested @ unit.T for unit in units]
-    products += [product.T for product in products]
-    least, most = reduce(np.minimum, products), reduce(np.maximum, products)
-    weakest: Array = np.fmax(least, 0.0, out=least)  # no new memory: most of the time
-    weakest += np.fmin(most, 0.0, out=most)
-    return weakest
+    both = [product[ends] for product in products for ends in ((i, j), (j, i))]
+    least, most = np.min(both, axis=0), np.max(both, axis=0)
+    return np.asarray(np.fmax(least, 0.0) + np.fmin(most, 0.0))

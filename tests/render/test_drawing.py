@@ -1,0 +1,108 @@
+"""Figures of a page: numbers stand where values are drawn; many dots take little."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from tolstat.document.plot import (
+    Bars,
+    Histogram,
+    Intervals,
+    Plot,
+    PlotAxis,
+    PlotPanel,
+    curve,
+)
+from tolstat.model.view import Band
+from tolstat.render.drawing import as_svg
+from tolstat.render.figures import draw
+
+DOT = r'<path transform="scale\(([\d.]+)\)" d="M(-?[\d.]+) (-?[\d.]+)h0"'
+WORDS = r'<text x="([\d.]+)" y="([\d.]+)" text-anchor="(\w+)">(-?[\d.e+-]+)</text>'
+VALUES = {
+    "": [-0.5, 0.0, 0.5, 1.0, 1.5, 2.0],
+    "log": [0.01, 0.1, 1.0, 10.0, 100.0],
+    "symlog": [-100.0, -10.0, 0.0, 10.0, 100.0],
+}
+
+
+def drawn(values, scale):
+    """Places of dots, one curve each, and of numbers along both axes."""
+    dots = [curve(np.array([v]), np.array([v]), look="large") for v in values]
+    panel = PlotPanel(PlotAxis("", scale), PlotAxis("", scale), tuple(dots))
+    svg = as_svg(Plot((panel,), width=5.0, height=4.0), "dots")
+    sized = [[float(x) for x in each] for each in re.findall(DOT, svg)]
+    places = {v: (s * x, s * y) for v, (s, x, y) in zip(values, sized, strict=True)}
+    return places, re.findall(WORDS, svg)
+
+
+@pytest.mark.parametrize("scale", VALUES)
+def test_numbers_stand_where_their_values_are(scale):
+    places, numbers = drawn(VALUES[scale], scale)
+    seen = {"middle": 0, "end": 0}
+    for x, y, anchor, words in numbers:
+        if float(words) in places:
+            seen[anchor] += 1
+            across, down = places[float(words)]
+            if anchor == "middle":  # below the axis
+                assert float(x) == pytest.approx(across, abs=0.1)
+            else:  # a third of a letter below its line
+                assert float(y) - 8.4 / 3 == pytest.approx(down, abs=0.1)
+    assert min(seen.values()) >= 3
+
+
+def test_numbers_of_a_probability_scale_are_quantiles():
+    """By SciPy: distances along the axis are those of normal scores."""
+    from scipy.stats import norm
+
+    shares = np.linspace(0.001, 0.999, 9)
+    panel = PlotPanel(PlotAxis(""), PlotAxis("", "normal"), (curve(shares, shares),))
+    svg = as_svg(Plot((panel,), height=4.0), "shares")
+    ends = [(float(y), float(w)) for _, y, a, w in re.findall(WORDS, svg) if a == "end"]
+    down, per_cent = np.array(sorted(ends)).T
+    assert len({*per_cent}) == len(per_cent) >= 7
+    scores = norm.ppf(per_cent / 100)
+    slope = np.diff(down) / np.diff(scores)
+    assert slope == pytest.approx(np.full(len(slope), slope.mean()), rel=0.02)
+
+
+def test_many_dots_are_a_few_elements():
+    x, y = np.random.default_rng(1).normal(size=(2, 50_000))
+    panel = PlotPanel(PlotAxis("x"), PlotAxis("y"), (curve(x, y, look="faint"),))
+    svg = as_svg(Plot((panel,)), "cloud")
+    assert svg.count("<path") < 60 and len(svg) < 400_000
+    assert svg.count("h0") > 10_000
+
+
+def test_bars_stand_on_zero():
+    """The axis begins there; the highest bar has room above it."""
+    bars = Histogram(np.arange(4.0), np.array([1.0, 3.0, 2.0]))
+    svg = as_svg(Plot((PlotPanel(PlotAxis(""), PlotAxis(""), (bars,)),)), "bars")
+    (box,) = re.findall(r'<rect x=".*?" y="(.*?)" width=".*?" height="(.*?)"', svg)
+    top, bottom = float(box[0]), float(box[0]) + float(box[1])
+    outline = re.search(r'<path d="(M[^"]*Z)" style="fill:#', svg)[1]
+    down = [float(y) for _, y in re.findall(r"([\d.]+) ([\d.]+)", outline)]
+    assert max(down) == pytest.approx(bottom, abs=0.1)
+    assert min(down) == pytest.approx(bottom - (bottom - top) / 1.05, abs=0.1)
+
+
+def test_gaps_are_left_and_what_is_missing_is_no_error():
+    """A band with a gap is two areas; a bar without a value is none."""
+    nan, at = np.nan, np.arange(5.0)
+    lower = np.array([nan, 0.0, nan, 0.0, 0.0])
+    band = Band("range", "1", lower, lower + 1, colour="first")
+    panel = PlotPanel(PlotAxis(""), PlotAxis(""), (band,), at=at)
+    bars = Bars(("a", "b"), np.array([1.0, nan]))
+    single = PlotPanel(PlotAxis(""), PlotAxis(""), (bars,))
+    ends = Intervals(at[:1], at[1:2], at[:1])  # all trials share one value: no bars
+    alone = PlotPanel(PlotAxis(""), PlotAxis(""), (ends,))
+    for each, areas in ((panel, 2), (single, 1), (alone, 0)):
+        svg = as_svg(Plot((each,)), "gaps")
+        drawn = re.findall(r'<path d="(M[^"]*Z)" style="fill:#0072b2"', svg)
+        entries = 1 if each is panel else 0  # of the legend
+        assert sum(path.count("M") for path in drawn) == areas + entries
+        (axes,) = draw(Plot((each,)), "gaps").axes
+        assert len(axes.patches) == areas
