@@ -13,7 +13,7 @@ from click.testing import CliRunner
 import tolstat
 from tests.answers.browser import scroll_widths
 from tolstat import Contributor, Description, Model, Outcome, Response
-from tolstat.answers.report.report_answer import StepKind
+from tolstat.answers.next_steps import StepKind
 from tolstat.cli.main import main
 from tolstat.document.blocks import Figure, Section
 from tolstat.model.view import Curve

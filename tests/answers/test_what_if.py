@@ -424,8 +424,9 @@ def test_a_scenario_that_no_study_can_hold_has_no_fresh_run(toy, toy_study):
         tolstat.fresh_study(run, {"part_1": none}, model=toy)
 
 
-def test_the_fresh_study_is_that_of_the_run(tmp_path):
+def test_the_fresh_study_is_that_of_the_run(tmp_path, monkeypatch):
     """Where its file is another by now, or none, the run has it."""
+    monkeypatch.setattr("tolstat.answers.what_if.fresh_study.QUICK", 1.0)
     run = chain_of(tmp_path)
     study = tmp_path / "chain.toml"
     text = study.read_text()

@@ -27,9 +27,9 @@ from tests.execution.audited import Cliff
 from tests.execution.rare_chain import CHAIN
 from tests.execution.same_runs import Enough, same
 from tests.store.tampering import resealed
+from tolstat.answers.next_steps import StepKind
 from tolstat.answers.rare.rare_answer import normal_score, rare_summary
 from tolstat.answers.rare.rare_document import STAGES
-from tolstat.answers.report.report_answer import StepKind
 from tolstat.answers.run_entries import RunIndex, entry_of
 from tolstat.answers.runs_document import progress_table
 from tolstat.cli.main import main

@@ -9,8 +9,8 @@ import tolstat
 from tests.answers.page_checks import words_in
 from tests.execution import short_events as models
 from tests.execution.audited import Fragile
+from tolstat.answers.next_steps import StepKind
 from tolstat.answers.report.finding_words import next_steps, sentences
-from tolstat.answers.report.report_answer import StepKind
 from tolstat.answers.report.report_warnings import NumbersWarning, VerdictWarning
 from tolstat.document.blocks import Paragraph
 from tolstat.render.screen import as_text

@@ -14,7 +14,7 @@ from tests.cli.command_line import call
 from tests.execution.same_runs import Enough, same
 from tests.studies.deciding import PERMITTED, Three, limits_of
 from tests.studies.deciding import decided as trials_of
-from tolstat.answers.report.report_answer import StepKind
+from tolstat.answers.next_steps import StepKind
 from tolstat.errors import Remedy, RunFileError
 from tolstat.execution.execute import execute, go_on
 from tolstat.execution.until_decided import UntilDecided
@@ -72,7 +72,7 @@ def test_a_slow_run_says_how_few_trials_decide(decided, plain):
     slow = replace(plain, times={**plain.times, "seconds": 200.0})
     report = tolstat.report(slow)
     (step,) = report.findings.steps
-    assert step.kind is StepKind.ADD_TRIALS and step.trials > 2 * step.evaluated
+    assert step.kind is StepKind.DECIDE and step.trials > 2 * step.evaluated
     assert decided.trials / 2 < step.evaluated < 2 * decided.trials
     (command,) = map(str, step.commands)
     assert command == "tolstat decide run.h5 --slow --machine FILE.py:NAME"
@@ -313,7 +313,7 @@ def test_an_undecided_one_is_decided_further_not_extended(tmp_path):
     assert run.thinned and jam.verdict == "undecided"
     assert jam.trials_that_decide == 0  # not known: no evidence yet
     assert jam.no_cause.startswith("too few") and not jam.trials_that_tell
-    (step,) = (x for x in report.findings.steps if x.kind is StepKind.ADD_TRIALS)
+    (step,) = (x for x in report.findings.steps if x.kind is StepKind.DECIDE)
     assert step.responses == ("jam",) and not step.causes_of and not step.trials
     assert step.commands[0].words[:2] == ("decide", path)
     page = " ".join(report.html().split())

@@ -9,8 +9,9 @@ import pytest
 from scipy.stats import norm
 
 import tolstat
+from tolstat.answers.next_steps import StepKind
 from tolstat.answers.report.finding_words import next_steps
-from tolstat.answers.report.report_answer import NoCause, StepKind
+from tolstat.answers.report.report_answer import NoCause
 from tolstat.answers.run_entries import judged
 from tolstat.cli.check import checked as check_runs
 from tolstat.deviations.spread import reach_of

@@ -15,7 +15,7 @@ from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts
 from tolstat.document.sentences import say, text
 from tolstat.execution.diagnostics.audit import finer, phased
-from tolstat.execution.run_loop import other_answers
+from tolstat.execution.run_loop import other_results
 from tolstat.integrator.branches import kink_words
 from tolstat.integrator.examination import MOST_STEPS, PERMITTED, Examination, examine
 from tolstat.integrator.integrate import observed
@@ -23,7 +23,7 @@ from tolstat.integrator.problem import Residual
 from tolstat.integrator.residual import largest_residual
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, simulate
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model, TrialResults
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status, words_of
@@ -89,7 +89,7 @@ def examined(source: str) -> tuple[blocks.Document, Health]:
     with observed(surveyed=True) as seen:
         together = simulate(model, rows, settings)
     alone = [simulate(model, row[None, :], settings) for row in rows]
-    dependent = bool(other_answers(together, Answers.joined(alone)).any())
+    dependent = bool(other_results(together, TrialResults.joined(alone)).any())
     words = words_of(model.failures)
     ended = zip(*np.unique(together.status, return_counts=True), strict=True)
     facts = {
@@ -144,7 +144,7 @@ def _audit(
     for times, level in enumerate((tight, tightest or tight), 1):
         cases = phased(Case(0, len(rows), level), times)
         parts = [simulate(model, rows[c.first : c.stop], c.settings) for c in cases]
-        levels.append(Answers.joined(parts).responses)
+        levels.append(TrialResults.joined(parts).responses)
     trials, none = np.arange(len(rows)), np.zeros(len(rows), np.bool_)
     warnings, responses = list[Parts](), described(model, settings).responses
     sizes = np.abs(np.nan_to_num(levels[0])).max(axis=0)

@@ -1,16 +1,22 @@
-"""Commands that documents and errors suggest as the next step."""
+"""Next steps as data, and the commands that they are on the command line."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from enum import StrEnum
 from pathlib import Path
+from typing import NamedTuple
 
+from tolstat.answers.remedy.remedy_finding import RemedyStep
 from tolstat.document.inline import Typed
 from tolstat.errors import Advice, Remedy, TolstatError
+from tolstat.statistics.limits.yields import PartsUncertainty
 from tolstat.store.files_beside import free_name
 from tolstat.store.stored_run import IN_MEMORY, Run
-from tolstat.study.editor import StudyEditor
+from tolstat.study.editor import Entries, StudyChange, StudyEditor
+from tolstat.study.problems import toml_of
 from tolstat.units.scale import figures
 
+REGARDLESS = "continues with what the run has stored"
 SAVED = Path("run.h5")  # where commands look for a run in memory: a note says so
 WORDS = {
     Remedy.CUSTOM_MODEL: "name a custom model by --machine FILE.py:NAME",
@@ -18,15 +24,88 @@ WORDS = {
 }
 
 
-def command(*words: object, machine: str = "") -> Typed:
-    """Return a command of tolstat; a run in memory has the name of a file.
+class StepKind(StrEnum):
+    """What a next step does."""
 
-    Parameters
-    ----------
-    *words : object
-        Its name, files as they were given, options.
-    machine : str
-        As of `--machine`; empty if it is installed.
+    RESUME = "run missing trials"
+    FINISH = "finish audit and diagnostics"
+    FINER_RUN = "run with finer settings"
+    SEE_FAILED = "simulate a trial that failed when evaluated again"
+    MEND_FORMULA = "mend formula"
+    CHECK_FORMULA = "check formula"  # a machine may jump so
+    REMEDY = "change nominal values and tolerances"
+    MEASURE_PARTS = "measure more parts"
+    DECIDE = "decide limits"
+    ADD_TRIALS = "add trials"
+    ALLOCATE = "allocate tolerances"
+    SEE_WORST = "simulate the worst trial again"
+    DRAW_RESPONSE = "draw another response"
+    WRITE_TABLE = "write all trials as a table"
+
+
+class Step(NamedTuple):
+    """A next step: a change of the study, or of the run."""
+
+    kind: StepKind
+    responses: tuple[str, ...] = ()
+    causes_of: tuple[str, ...] = ()  # responses whose causes more trials would tell
+    parts: tuple[str, ...] = ()  # contributors that change
+    change: StudyChange = StudyChange()
+    prediction: RemedyStep | None = None  # what the change does
+    trials: int = 0  # in all; 0 as they are
+    evaluated: int = 0  # of these where the others are thinned out; 0: all of them
+    slow: bool = False  # whether `decide` has to be told so, to leave out others
+    trial: int | None = None  # to simulate again
+    measured: PartsUncertainty | None = None  # which parts, and how many
+    # the same as a person types it: the change, and commands one after the other
+    entries: Mapping[str, str] = {}
+    settings: Mapping[str, str] = {}
+    commands: tuple[Typed, ...] = ()
+
+
+def with_commands(run: Run, steps: Iterable[Step]) -> tuple[Step, ...]:
+    """Return next steps of a run with what a person types."""
+    return tuple(
+        step._replace(
+            entries=typed_entries(step.change.deviations),
+            settings={n: typed_value(x) for n, x in step.change.settings.items()},
+            commands=_commands(run, step),
+        )
+        for step in steps
+    )
+
+
+def _commands(run: Run, step: Step) -> tuple[Typed, ...]:
+    words: tuple[object, ...]
+    match step.kind:
+        case StepKind.RESUME | StepKind.FINISH:
+            words = "resume", run.path
+        case StepKind.SEE_FAILED | StepKind.SEE_WORST:
+            words = "trial", run.path, step.trial
+        case StepKind.DRAW_RESPONSE:
+            return (to_draw(run, *step.responses),)
+        case StepKind.DECIDE:
+            words = "decide", run.path, *["--slow"] * step.slow
+        case StepKind.ADD_TRIALS if can_extend(run, step.trials):
+            words = "extend", run.path, "--trials", step.trials
+        case StepKind.WRITE_TABLE:
+            table = _file_of(run).with_suffix(".csv")
+            return (command("export", run.path, "-o", table),)
+        case StepKind.ALLOCATE if study := run.study_file:
+            words = "allocate", as_typed(study), "-o", _free_name(study, "allocated")
+        case StepKind.FINER_RUN if again := to_run_again(run):
+            return (again,)
+        case StepKind.REMEDY if step.change.deviations:
+            return to_change(run, step.change)
+        case _:
+            return ()
+    return (command(*words, machine=run.machine),)
+
+
+def command(*words: object, machine: str = "") -> Typed:
+    """Return a command of tolstat: its name, files as they were given, options.
+
+    A run in memory has the name of a file. A model that is installed has no `machine`.
     """
     option = ["--machine", machine] if machine else []
     return Typed((*(SAVED if word == IN_MEMORY else word for word in words), *option))
@@ -47,11 +126,6 @@ def to_draw(run: Run, response: str) -> Typed:
     return command("report", run.path, "--response", response, machine=run.machine)
 
 
-def to_export(run: Run) -> Typed:
-    """Return the command that writes all trials as a table beside the run."""
-    return command("export", run.path, "-o", _file_of(run).with_suffix(".csv"))
-
-
 def to_tables(run: Run) -> Typed:
     """Return the command that writes all tables of a report beside the run."""
     file = _file_of(run).with_suffix(".report.xlsx")
@@ -66,12 +140,7 @@ def _file_of(run: Run) -> Path:
 def to_run_again(run: Run, trials: int | None = None) -> Typed | None:
     """Return the command that replaces a run; None where its study is gone.
 
-    Parameters
-    ----------
-    run : Run
-        Whose study is run again, with its trials and seed.
-    trials : int, optional
-        Instead of those of the run.
+    With its seed, and its trials or so many.
     """
     study = run.study_file
     if study is None or not study.is_file():
@@ -84,62 +153,67 @@ def to_run_again(run: Run, trials: int | None = None) -> Typed | None:
     )  # fmt: skip
 
 
-def to_extend(run: Run, trials: int) -> Typed | None:
-    """Return the command that adds trials to a run; None where none can be added."""
-    if run.sampling not in ("random", "sobol") or trials <= run.trials or run.thinned:
-        return None
-    return command("extend", run.path, "--trials", trials, machine=run.machine)
+def can_extend(run: Run, trials: int) -> bool:
+    """Return whether a run can have so many trials in all."""
+    samples = run.sampling in ("random", "sobol")
+    return samples and trials > run.trials and not run.thinned
 
 
-def to_decide(run: Run, *, slow: bool = False) -> Typed | None:
-    """Return the command that decides the limits of a run; None where none can.
+def to_change(run: Run, change: StudyChange, word: str = "remedy") -> tuple[Typed, ...]:
+    """Return the commands that write a study with other entries or limits, and run it.
 
-    `slow`: evaluating few trials, where it would not do so by itself.
-    """
-    if run.sampling != "random":
-        return None
-    option = ["--slow"] if slow else []
-    return command("decide", run.path, *option, machine=run.machine)
-
-
-def to_prove(run: Run) -> Typed:
-    """Return the command that proves the remedy of a run, with its custom model."""
-    return command("report", run.path, machine=run.machine)
-
-
-def to_change(run: Run, entries: Mapping[str, str]) -> tuple[Typed, ...]:
-    """Return the commands that write a study with changed entries, and run it.
-
-    None where the trials are rows of a file.
+    None where the trials are rows of a file. `word` is part of the name of the study.
     """
     if run.listed:
         return ()
     study = run.study_file or _file_of(run).with_suffix(".toml")
-    changed = as_typed(free_name(study, "remedy"))
-    words = (f"{name}={entry}" for name, entry in entries.items())
-    machine = run.machine
+    changed, machine = _free_name(study, word), run.machine
+    words = [f"{n}={entry}" for n, entry in typed_entries(change.deviations).items()]
+    for name, limit in typed_entries(change.limits).items():
+        words += ["--limit", f"{name} {'' if limit[0] in '<>' else '= '}{limit}"]
     return (
         command("what-if", run.path, *words, "--write", changed, machine=machine),
         command("run", changed, machine=machine),
     )
 
 
-def to_allocate(run: Run) -> tuple[Typed, ...]:
-    """Return the command that finds the cheapest tolerances; none without costs."""
+def can_allocate(run: Run) -> bool:
+    """Return whether the study of a run has costs, and is still there."""
     study = run.study_file
     entries = StudyEditor(run.study.table, run.contributors).entries()
     priced = any("cost" in entry.keys for entry in entries)
-    if not (priced and study and study.is_file()):
-        return ()
-    path = as_typed(free_name(study, "allocated"))
-    return (command("allocate", as_typed(study), "-o", path),)
+    return bool(priced and study and study.is_file())
+
+
+def _free_name(study: Path, word: str) -> Path:
+    return as_typed(free_name(study, word))
+
+
+def finer_settings(run: Run, settings: Mapping[str, float]) -> StudyChange:
+    """Return the change of a study to tightened settings."""
+    return StudyChange(settings={n: _setting(run, n, x) for n, x in settings.items()})
 
 
 def typed_setting(run: Run, name: str, value: float) -> str:
-    """Return a tightened setting as a study types it: a truth value is stored as 1."""
+    """Return a tightened setting as a person types it."""
+    return typed_value(_setting(run, name, value))
+
+
+def _setting(run: Run, name: str, value: float) -> bool | float | str:
+    """Return a tightened setting as a study has it: a truth value is stored as 1."""
     if run.settings[name].words in ("true", "false"):
-        return "true" if value else "false"
-    return f'"{figures(value)} s"' if name == "max_step" else figures(value)
+        return bool(value)
+    return f"{figures(value)} s" if name == "max_step" else value
+
+
+def typed_value(value: object) -> str:
+    """Return a value of a study as a person types it; a number has few figures."""
+    return figures(value) if type(value) is float else toml_of(value)
+
+
+def typed_entries(entries: Entries) -> dict[str, str]:
+    """Return entries as a person types them."""
+    return {n: x if isinstance(x, str) else toml_of(x) for n, x in entries.items()}
 
 
 def typed_options(run: Run, trials: int | None = None) -> list[object]:
@@ -175,7 +249,7 @@ def _typed(advice: Advice) -> str:
             return f"`{typed}` runs its study again; -o gives it another name"
         return "run its study again, with --force or under another name (-o)"
     extend, resume = ("extend", path, "--trials", trials), ("resume", path)
-    response = []
+    goes_on, response = extend if trials else resume, []
     if advice.remedy is Remedy.PLOT:
         from tolstat.answers.sweep.curves import responses_of_interest  # of grids alone
 
@@ -188,14 +262,8 @@ def _typed(advice: Advice) -> str:
         Remedy.REPAIR: (resume, "repairs it"),
         Remedy.RESUME: (resume, "continues it"),
         Remedy.DECIDE: (("decide", path), "adds trials until all limits are decided"),
-        Remedy.DECIDE_REGARDLESS: (
-            ("decide", path, "--regardless"),
-            "continues with what the run has stored",
-        ),
-        Remedy.RESUME_REGARDLESS: (
-            (*(extend if trials else resume), "--regardless"),
-            "continues with what the run has stored",
-        ),
+        Remedy.DECIDE_REGARDLESS: (("decide", path, "--regardless"), REGARDLESS),
+        Remedy.RESUME_REGARDLESS: ((*goes_on, "--regardless"), REGARDLESS),
         Remedy.EXTEND: (extend, "adds them"),
         Remedy.EXPORT: (("export", path, "-o", table), "shows them"),
         Remedy.PLOT: (("show", path, "--plot", picture, *response), "shows them"),

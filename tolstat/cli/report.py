@@ -15,6 +15,7 @@ from tolstat.document.blocks import PICTURES
 from tolstat.errors import QuestionError, UnitError
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import SHOWN, SI
+from tolstat.study.editor import StudyChange
 from tolstat.units.grammar import quantity
 
 
@@ -45,7 +46,7 @@ def report(
         try:
             run = limited(run, limits_in(limits))
         except QuestionError as error:
-            advice = fresh_run_advice(source, (), limits)
+            advice = fresh_run_advice(source, StudyChange(limits=limits_in(limits)))
             raise QuestionError(f"{error}{advice}", *error.advice) from None
     answer = reports.report(run, responses, [_share(text) for text in quantiles])
     if delivery.form:

@@ -10,14 +10,14 @@ from typing import Any
 
 import click
 
-from tolstat.answers.next_steps import as_typed, command
+from tolstat.answers.next_steps import command, to_change
 from tolstat.answers.output_file import replace
 from tolstat.answers.what_if.fresh_study import fresh_study
 from tolstat.answers.what_if.scenarios import what_if as estimate
 from tolstat.cli import options
 from tolstat.errors import QuestionError, RunFileError, StudyError, TolstatError
-from tolstat.store.files_beside import free_name
 from tolstat.store.open_run import open as open_run
+from tolstat.study.editor import StudyChange
 
 SEPARATOR = "or"
 NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
@@ -61,12 +61,13 @@ def what_if(
     refused; --write STUDY.toml writes the study of a fresh run that covers them.
     """
     scenarios, limited = scenarios_in(deviations), limits_in(limits)
+    change = StudyChange(scenarios[0], limited)
     if write:
         if any(delivery):
             raise click.UsageError("--write takes no -o, --json or --csv")
         if len(scenarios) > 1:
             raise click.UsageError("--write takes one scenario")
-        _write(write, source, scenarios[0], limited)
+        _write(write, source, change)
         return
     delivery.check()
     asked: Any = scenarios if len(scenarios) > 1 else scenarios[0]
@@ -75,40 +76,32 @@ def what_if(
             source, asked, limits=limited, evaluate=False if reweight else None
         )
     except (QuestionError, StudyError) as error:
-        one = len(scenarios) == 1
-        advice = fresh_run_advice(source, deviations, limits) if one else ""
+        advice = fresh_run_advice(source, change) if len(scenarios) == 1 else ""
         raise type(error)(f"{error}{advice}", *error.advice) from None
     delivery.deliver(answer)
 
 
-def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:
+def _write(path: Path, source: Path, change: StudyChange) -> None:
     """Write the study of a fresh run, and print the command that runs it."""
     options.check_study_output(path)
     if os.path.lexists(path):
         raise RunFileError(f"{path} exists and is not replaced; give another name")
     run = open_run(source)
-    text = fresh_study(run, deviations, limits=limits, folder=path.parent)
+    text = fresh_study(run, change, folder=path.parent)
     replace(path, text.encode())
     typed = command("run", path, machine=run.machine)
     options.say(f"study in {path}; run it: {typed}")
 
 
-def fresh_run_advice(
-    source: Path, deviations: tuple[str, ...], limits: tuple[str, ...]
-) -> str:
+def fresh_run_advice(source: Path, change: StudyChange) -> str:
     """Return the command for the study of a fresh run; empty if there is none."""
     run = open_run(source)
     try:
-        fresh_study(run, deviations_in(deviations), limits=limits_in(limits))
+        fresh_study(run, change)
     except TolstatError:
         return ""
-    study = run.study_file or run.path.with_suffix(".toml")
-    path = as_typed(free_name(study, "what-if"))
-    limited = [word for limit in limits for word in ("--limit", limit)]
-    typed = command(
-        "what-if", source, *deviations, *limited, "--write", path, machine=run.machine
-    )
-    return f"\n  `{typed}` writes the study of a fresh run"
+    write, _ = to_change(run, change, "what-if")
+    return f"\n  `{write}` writes the study of a fresh run"
 
 
 def scenarios_in(texts: Sequence[str]) -> list[dict[str, Any]]:

@@ -24,10 +24,10 @@ from tolstat.errors import (
     StudyError,
     TolstatError,
 )
-from tolstat.execution.run_loop import other_answers
+from tolstat.execution.run_loop import other_results
 from tolstat.execution.stages import rows_of
 from tolstat.model.checked import simulate
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model, TrialResults
 from tolstat.status import Status
 from tolstat.store.integrity import ranges_of
 from tolstat.store.provenance import decisive, provenance
@@ -236,11 +236,11 @@ def check_rows(run: Run, study: Study, trials: int | Rule | None) -> None:
 
 
 def rows_differing(
-    run: Run, known: Answers, trials: NDArray[np.int64]
+    run: Run, known: TrialResults, trials: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """Return which trials have other answers in a file now."""
     trials = trials[trials < len(known.status)]
-    return trials[other_answers(rows_of(known, trials), run.answers(trials))]
+    return trials[other_results(rows_of(known, trials), run.results(trials))]
 
 
 def file_read_again(run: Run, study: Study) -> str:

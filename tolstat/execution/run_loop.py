@@ -33,7 +33,7 @@ from tolstat.execution.stages import (
     rows_of,
 )
 from tolstat.execution.workers.block_scheduler import Interrupted, Workers
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model, TrialResults
 from tolstat.status import FIRST_OWN, Status
 from tolstat.store.run_records import Audited, Diagnostics, Isolation
 from tolstat.store.run_writer import Blocks, Recorder
@@ -170,7 +170,7 @@ def carry_out(
         raise file.failed(error) from error
 
 
-def _nominal(study: Study, alone: Array, workers: Workers) -> Answers:
+def _nominal(study: Study, alone: Array, workers: Workers) -> TrialResults:
     """Return the answer of the nominal trial; refuse a model that crashes in it.
 
     One that needs its answer is refused without it, too.
@@ -248,7 +248,7 @@ class BlockCheck:
             with suppress(Interrupted):  # finished blocks are written
                 self._exact = self._is_exact(first, block)
 
-    def _is_exact(self, first: int, block: Answers) -> bool:
+    def _is_exact(self, first: int, block: TrialResults) -> bool:
         """Return whether a trial of a block answers alone as it did in the block.
 
         `first` is the number of the first trial of the block. Its last trial that is
@@ -262,7 +262,7 @@ class BlockCheck:
             model, cases_among(self._study.cases, trial), self._trials.deviations[trial]
         )
         among = rows_of(block, [row])
-        if not other_answers(among, alone).any():
+        if not other_results(among, alone).any():
             return True
         message = (
             f"the answer of trial {first + row} depends on the other trials of "
@@ -278,7 +278,7 @@ class BlockCheck:
         return False
 
 
-def other_answers(first: Answers, second: Answers) -> Truths:
+def other_results(first: TrialResults, second: TrialResults) -> Truths:
     """Return which trials have other answers in any bit; one NaN is like another."""
     a, b = (np.ascontiguousarray(x.responses) for x in (first, second))
     same = (a.view(np.uint64) == b.view(np.uint64)) | (np.isnan(a) & np.isnan(b))

@@ -6,7 +6,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NamedTuple
 
-from tolstat.execution.run_loop import other_answers
+from tolstat.execution.run_loop import other_results
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.lanes import cache
 from tolstat.operating_system import processors
@@ -45,7 +45,7 @@ def repeated_trials() -> Check:
     with Workers() as crew:
         while (seconds := time.perf_counter() - began) < LASTING:
             again = crew.simulate(study.model, rows, study.settings)
-            same &= not other_answers(again, first).any()
+            same &= not other_results(again, first).any()
             trials += len(rows)
     return Check(ready, trials, seconds, same)
 

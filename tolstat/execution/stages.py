@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.model.contract import Answers
+from tolstat.model.contract import TrialResults
 from tolstat.model.description import Description
 from tolstat.statistics.intervals.weights import COLUMNS, Thinned
 from tolstat.statistics.limits.limit import margins
@@ -27,10 +27,10 @@ from tolstat.study.given_points import Case
 from tolstat.study.study import Study
 
 
-def rows_of(answers: Answers, trials: Integers | Sequence[int]) -> Answers:
+def rows_of(answers: TrialResults, trials: Integers | Sequence[int]) -> TrialResults:
     """Return the answers of some trials."""
     steps = None if answers.steps is None else answers.steps[trials]
-    return Answers(answers.responses[trials], answers.status[trials], steps)
+    return TrialResults(answers.responses[trials], answers.status[trials], steps)
 
 
 class Shortfall(NamedTuple):
@@ -53,7 +53,7 @@ class Stage(NamedTuple):
     # of the sampler, such as the weight of a rare run: float64[trial]
     columns: Mapping[str, Array] = {}
     shortfall: Shortfall | None = None
-    answers: Answers | None = None  # where they are known and nothing is evaluated
+    answers: TrialResults | None = None  # where they are known and nothing is evaluated
 
     @property
     def stop(self) -> int:
@@ -166,7 +166,7 @@ class Trials:
                 cases.append(case._replace(first=first, stop=stop))
         return cases
 
-    def take(self, blocks: list[tuple[int, Answers]]) -> None:
+    def take(self, blocks: list[tuple[int, TrialResults]]) -> None:
         """Keep finished blocks."""
         for first, outcome in blocks:
             rows = slice(first, first + len(outcome.status))

@@ -18,7 +18,7 @@ from tolstat.execution.compatibility import (
     trials_sampled_differently,
 )
 from tolstat.execution.diagnostics.audit_selection import random_trials
-from tolstat.execution.run_loop import other_answers
+from tolstat.execution.run_loop import other_results
 from tolstat.execution.sampled_again import drawn_again
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.contract import Model
@@ -138,7 +138,7 @@ def verify(
 
 def _contradicting(run: Run) -> Integers:
     """Return trials that are done without responses, or failed with some."""
-    answered = np.isfinite(run.answers().responses).all(axis=1)
+    answered = np.isfinite(run.results().responses).all(axis=1)
     unknown = np.isin(run.status, list(run.words), invert=True)
     done, ran = run.status == Status.DONE, run.status != Status.NOT_RUN
     return np.flatnonzero(unknown | (ran & (done != answered)))
@@ -146,11 +146,11 @@ def _contradicting(run: Run) -> Integers:
 
 def _nominal_differs(run: Run, study: Study, workers: Workers) -> bool:
     """Return whether the nominal trial now differs in any bit."""
-    if not (run.complete or run.nominal_answers.status.any()):
+    if not (run.complete or run.nominal_results.status.any()):
         return False
     rows = np.zeros((1, len(run.contributors)))
     again = workers.simulate(study.model, rows, study.settings)
-    return bool(other_answers(again, run.nominal_answers).any())
+    return bool(other_results(again, run.nominal_results).any())
 
 
 def _differing(
@@ -161,4 +161,4 @@ def _differing(
         return chosen
     cases = cases_among(study.cases, chosen)
     again = workers.simulate_cases(study.model, cases, deviations[chosen])
-    return chosen[other_answers(again, run.answers(chosen))]
+    return chosen[other_results(again, run.results(chosen))]

@@ -18,7 +18,7 @@ from tolstat.isolation import worker
 from tolstat.isolation.endings import Ended
 from tolstat.isolation.processes import Processes
 from tolstat.model.checked import complete
-from tolstat.model.contract import NO_OUTPUT, Answers, Model, Outcome, guarded
+from tolstat.model.contract import NO_OUTPUT, Model, Outcome, TrialResults, guarded
 from tolstat.model.description import Description
 from tolstat.model.view import Offer, View
 from tolstat.model.wrapped import Wrapped
@@ -145,13 +145,13 @@ class Isolated(Wrapped):
                     words = f"{name}: its process {ended.words}"
                     raise self.fault(words) from None
 
-    def _evaluated(self, deviations: Array, settings: Any) -> Answers:
+    def _evaluated(self, deviations: Array, settings: Any) -> TrialResults:
         """Return the answers of trials.
 
         A trial has failed only if it fails alone in a fresh process: else it would
         depend on the trials before it.
         """
-        processes, answers = self._processes(), list[Answers]()
+        processes, answers = self._processes(), list[TrialResults]()
         todo = [Part(0, len(deviations))]
         while todo:
             part = todo.pop()
@@ -184,7 +184,7 @@ class Isolated(Wrapped):
                 answers.append(self._unanswered(1, status, settings, output))
             elif part.first < part.stop:
                 todo += part.repeated_after(ended, by_row=self.row_by_row)
-        return Answers.joined(answers)
+        return TrialResults.joined(answers)
 
     def _longest_block(self, rows: int) -> float:
         """Return how long a row may be under way, s, or the rows that are one call."""
@@ -200,9 +200,9 @@ class Isolated(Wrapped):
         status: Status,
         settings: Any,
         output: Mapping[int, str] = NO_OUTPUT,
-    ) -> Answers:
+    ) -> TrialResults:
         """Return the answers of trials that have none."""
-        return Answers(
+        return TrialResults(
             np.full((trials, len(self.describe(settings).responses)), np.nan),
             np.full(trials, status.value),
             np.zeros(trials, np.int64) if self.integrates else None,

@@ -10,7 +10,14 @@ from numpy.typing import ArrayLike
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import ModelError, UnitError, told
 from tolstat.literal import visible
-from tolstat.model.contract import NO_OUTPUT, Answers, Model, Outcome, Spreads, guarded
+from tolstat.model.contract import (
+    NO_OUTPUT,
+    Model,
+    Outcome,
+    Spreads,
+    TrialResults,
+    guarded,
+)
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.model.view import Offer
 from tolstat.status import Status, words_of
@@ -167,7 +174,7 @@ def _check_declared(
             raise model.fault(f"{kind} {name}: {error}") from None
 
 
-def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
+def simulate(model: Model, deviations: Array, settings: Any) -> TrialResults:
     """Return the checked answers of deviations[trial, contributor], SI.
 
     Every trial has a status; the responses of failed trials are NaN. Raises ModelError
@@ -189,10 +196,10 @@ def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
             steps[possible] = answers.steps
         numbers = np.flatnonzero(possible)
         output = {int(numbers[row]): text for row, text in answers.output.items()}
-    return Answers(responses, status, steps, output)
+    return TrialResults(responses, status, steps, output)
 
 
-def evaluated(model: Model, rows: Array, settings: Any) -> Answers:
+def evaluated(model: Model, rows: Array, settings: Any) -> TrialResults:
     """Return the answers of trials that can be built."""
     with guarded(model, "evaluate"):
         outcome = model.evaluate(rows, settings)
@@ -238,7 +245,9 @@ def _failing(
         yield codes[word], _shaped(model, name, failing, (trials,)) != 0
 
 
-def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answers:
+def complete(
+    model: Model, outcome: Outcome, trials: int, settings: Any
+) -> TrialResults:
     """Return the checked answers of an outcome of so many trials; see `simulate`."""
     with guarded(model, "describe"):
         _, declared = model.describe(settings)
@@ -283,7 +292,8 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
         for row, text in outcome.output.items()
         if 0 <= row < trials and not done[row]
     }
-    return Answers(np.where(done[:, None], responses, np.nan), status, steps, output)
+    responses = np.where(done[:, None], responses, np.nan)
+    return TrialResults(responses, status, steps, output)
 
 
 def _integers(model: Model, name: str, values: ArrayLike, trials: int) -> Integers:

@@ -8,14 +8,14 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.model.checked import check_possible, complete, impossible, simulate
-from tolstat.model.contract import STEP, Answers, Model, guarded
+from tolstat.model.contract import STEP, Model, TrialResults, guarded
 from tolstat.model.mechanism import Mechanism
 from tolstat.model.view import Chart, Listing, Offer, View
 
 
 def history_of(
     model: Model, deviations: Array, settings: Any, step: float
-) -> tuple[Chart, Answers]:
+) -> tuple[Chart, TrialResults]:
     """Return the checked history of one trial of deviations[contributor], SI.
 
     Raises ModelError if the model does not move, or the step, s, is not above zero.

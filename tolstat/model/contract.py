@@ -52,7 +52,7 @@ class Outcome(NamedTuple):
     output: Mapping[int, str] = NO_OUTPUT
 
 
-class Answers(NamedTuple):
+class TrialResults(NamedTuple):
     """A checked outcome."""
 
     responses: Array  # [trial, response], SI; NaN in failed trials
@@ -61,7 +61,7 @@ class Answers(NamedTuple):
     output: Mapping[int, str] = NO_OUTPUT  # by row: see `Outcome`
 
     @classmethod
-    def joined(cls, answers: Sequence[Answers]) -> Answers:
+    def joined(cls, answers: Sequence[TrialResults]) -> TrialResults:
         """Put answers one after the other."""
         steps = [answer.steps for answer in answers if answer.steps is not None]
         firsts = accumulate((len(answer.status) for answer in answers), initial=0)
@@ -76,9 +76,9 @@ class Answers(NamedTuple):
             },
         )
 
-    def first(self, trials: int) -> Answers:
+    def first(self, trials: int) -> TrialResults:
         """Return the answers of the first trials."""
-        return Answers(
+        return TrialResults(
             self.responses[:trials],
             self.status[:trials],
             None if self.steps is None else self.steps[:trials],

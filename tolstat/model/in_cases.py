@@ -14,7 +14,7 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.names import IN_CASE
 from tolstat.model.checked import complete, described, impossible
-from tolstat.model.contract import Answers, History, Model, Outcome, Spreads
+from tolstat.model.contract import History, Model, Outcome, Spreads, TrialResults
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.mechanism import Mechanism
 from tolstat.model.view import Chart, Offer, View
@@ -180,7 +180,7 @@ class ModelInCases(Wrapped):
         for _, case in self._cases(settings):
             yield deviations, case
 
-    def _answers(self, deviations: Array, settings: Any) -> Iterator[Answers]:
+    def _answers(self, deviations: Array, settings: Any) -> Iterator[TrialResults]:
         """Yield the answers of each case."""
         for _, case in self._cases(settings):
             yield answers_of(self.base, deviations, case)
@@ -194,7 +194,7 @@ class ModelInCases(Wrapped):
         yield from zip(self.conditions, cases, strict=True)
 
 
-def answers_of(model: Model, deviations: Array, settings: Any) -> Answers:
+def answers_of(model: Model, deviations: Array, settings: Any) -> TrialResults:
     """Return the answers of trials that can be built; see `complete`."""
     outcome = model.evaluate(deviations, settings)
     return complete(model, outcome, len(deviations), settings)

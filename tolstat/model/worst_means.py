@@ -12,7 +12,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.deviations.spread import Spread
 from tolstat.model.checked import described, simulate
-from tolstat.model.contract import Answers, History, Model, Spreads
+from tolstat.model.contract import History, Model, Spreads, TrialResults
 from tolstat.model.description import StudyNumber
 from tolstat.model.in_cases import Condition, ModelInCases, answers_of
 from tolstat.model.view import Offer
@@ -81,10 +81,10 @@ class AtWorstMeans(ModelInCases):
         for shift in np.unique(np.concatenate(self.shifts), axis=0):
             yield deviations + shift, settings
 
-    def _answers(self, deviations: Array, settings: Any) -> Iterator[Answers]:
+    def _answers(self, deviations: Array, settings: Any) -> Iterator[TrialResults]:
         """Yield the answers of both sides; each response at means of its own."""
         for shifts in self.shifts:
-            of_trial: Answers | None = None
+            of_trial: TrialResults | None = None
             distinct, which = np.unique(shifts, axis=0, return_inverse=True)
             for number, shift in enumerate(distinct):
                 answers = answers_of(self.base, deviations + shift, settings)
@@ -99,7 +99,7 @@ class AtWorstMeans(ModelInCases):
                 if steps is not None and answers.steps is not None:
                     steps = steps + answers.steps
                 output = {**answers.output, **of_trial.output}
-                of_trial = Answers(responses, status, steps, output)
+                of_trial = TrialResults(responses, status, steps, output)
             assert of_trial is not None  # there is a response
             yield of_trial
 

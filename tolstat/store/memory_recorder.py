@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from tolstat.errors import TolstatError
-from tolstat.model.contract import Answers
+from tolstat.model.contract import TrialResults
 from tolstat.store.provenance import now
 from tolstat.store.stored_run import Run
 
@@ -37,11 +37,11 @@ class MemoryRecorder:
     def write_drawn(self, trials: slice) -> None:
         """Leave the deviations of trials sampled now in the columns of the run."""
 
-    def write_nominal(self, outcome: Answers) -> None:
+    def write_nominal(self, outcome: TrialResults) -> None:
         """Record the nominal trial."""
-        self.run = replace(self.run, nominal_answers=outcome)
+        self.run = replace(self.run, nominal_results=outcome)
 
-    def write_blocks(self, blocks: list[tuple[int, Answers]]) -> None:
+    def write_blocks(self, blocks: list[tuple[int, TrialResults]]) -> None:
         """Leave finished blocks in the columns of the run, which take them."""
 
     def failed(self, error: TolstatError) -> TolstatError:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import Advice, DamagedError, Remedy, RunFileError
-from tolstat.model.contract import Answers
+from tolstat.model.contract import TrialResults
 from tolstat.model.description import Response
 from tolstat.status import Status
 from tolstat.store import layout
@@ -101,7 +101,7 @@ def _read(path: Path, file: h5py.File) -> Run:
     study = read_attribute(file, "study_file", None)
     return Run(
         path=path,
-        nominal_answers=_nominal(file[layout.NOMINAL], fields["responses"]),
+        nominal_results=_nominal(file[layout.NOMINAL], fields["responses"]),
         study_file=study and Path(os.path.normpath(path.resolve().parent / study)),
         damage=_damage_of(file, columns, complete=fields["complete"]),
         times=times_of(clock),
@@ -110,10 +110,10 @@ def _read(path: Path, file: h5py.File) -> Run:
     )
 
 
-def _nominal(group: h5py.Group, responses: tuple[Response, ...]) -> Answers:
+def _nominal(group: h5py.Group, responses: tuple[Response, ...]) -> TrialResults:
     values = [float(group[response.name][()]) for response in responses]
     steps = np.array([group[STEPS][()]]) if STEPS in group else None
-    return Answers(np.array([values]), np.array([int(group[STATUS][()])]), steps)
+    return TrialResults(np.array([values]), np.array([int(group[STATUS][()])]), steps)
 
 
 def _damage_of(

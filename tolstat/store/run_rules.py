@@ -75,7 +75,7 @@ def _numbers(run: Run) -> bool:
         and not any(np.isinf(values[healthy]).any() for values in inputs)
         and all(np.abs(values[done]).max(initial=0.0) <= MOST for values in results)
         and {*np.unique(run.status[healthy]).tolist()} <= {*run.words}
-        and int(run.nominal_answers.status[0]) in run.words
+        and int(run.nominal_results.status[0]) in run.words
     )
 
 

@@ -27,7 +27,7 @@ from tolstat.errors import (
     StoppedError,
     TolstatError,
 )
-from tolstat.model.contract import Answers
+from tolstat.model.contract import TrialResults
 from tolstat.operating_system import give_second_name
 from tolstat.regular_files import opened_for_writing
 from tolstat.store import files_beside, layout
@@ -41,7 +41,7 @@ from tolstat.store.stored_run import IN_MEMORY, Run
 
 SAFE_EVERY = 2.0  # s, between two writes to the disk
 
-Blocks = list[tuple[int, Answers]]
+Blocks = list[tuple[int, TrialResults]]
 
 
 class Stoppable(Protocol):
@@ -213,7 +213,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 rows.write(name, values, trials.start)
             rows.sync()
 
-    def write_nominal(self, outcome: Answers) -> None:
+    def write_nominal(self, outcome: TrialResults) -> None:
         """Store the nominal trial."""
         values = {
             f"{NOMINAL}/{name}": v for name, v in self.run.columns_of(outcome).items()
@@ -411,19 +411,19 @@ def save(run: Run, path: str | os.PathLike[str], *, force: bool = False) -> Run:
         RunWriter.made(lock, run, force=force, by=TO_THE_END) as writer,
     ):
         writer._spent = run.times["seconds"]
-        writer.write_nominal(run.nominal_answers)
-        writer.write_blocks([(0, run.answers())])
+        writer.write_nominal(run.nominal_results)
+        writer.write_blocks([(0, run.results())])
     return replace(run, path=path)
 
 
-def _in_a_row(blocks: Blocks) -> list[tuple[slice, Answers]]:
+def _in_a_row(blocks: Blocks) -> list[tuple[slice, TrialResults]]:
     """Return blocks with consecutive ones joined: each write takes time."""
-    rows: list[tuple[int, list[Answers]]] = []
+    rows: list[tuple[int, list[TrialResults]]] = []
     stop = -1
     for first, outcome in sorted(blocks, key=lambda block: block[0]):
         if first != stop:
             rows.append((first, []))
         rows[-1][1].append(outcome)
         stop = first + len(outcome.status)
-    joined = [(first, Answers.joined(answers)) for first, answers in rows]
+    joined = [(first, TrialResults.joined(answers)) for first, answers in rows]
     return [(slice(first, first + len(a.status)), a) for first, a in joined]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Integers, Truths
 from tolstat.errors import RunFileError, UnitError, allowed_names
-from tolstat.model.contract import Answers
+from tolstat.model.contract import TrialResults
 from tolstat.model.description import StudyNumber
 from tolstat.model.view import typed_unit
 from tolstat.regular_files import content, decoded
@@ -68,7 +68,7 @@ class Run(Plan):
         Slopes, worst cases and halved tolerances, or why there are none.
     complete : bool
         Whether all its trials and diagnostics are there.
-    nominal_answers : Answers
+    nominal_results : TrialResults
         What the nominal trial answered, as a model does: see `nominal_values`.
     times : dict
         "ended_at", "seconds".
@@ -85,7 +85,7 @@ class Run(Plan):
     rerun: records.Audited | None = None
     diagnostics: records.Diagnostics = NOT_ENDED
     complete: bool = False
-    nominal_answers: Annotated[Answers, ELSEWHERE]
+    nominal_results: Annotated[TrialResults, ELSEWHERE]
     times: Annotated[dict[str, Any], ELSEWHERE] = field(default_factory=dict)
     damage: Annotated[Damage, ELSEWHERE] = field(default_factory=Damage)
     columns: Annotated[Mapping[str, NDArray[Any]], ELSEWHERE]
@@ -93,13 +93,13 @@ class Run(Plan):
     @classmethod
     def begun(cls, plan: Plan, path: Path, columns: Mapping[str, NDArray[Any]]) -> Run:
         """Return the run of a plan before any of its trials has run."""
-        nominal = Answers(
+        nominal = TrialResults(
             np.full((1, len(plan.responses)), np.nan),
             np.full(1, int(Status.NOT_RUN)),
             np.zeros(1, np.int64) if STEPS in columns else None,
         )
         asked = {field.name: getattr(plan, field.name) for field in fields(Plan)}
-        return cls(path=path, columns=columns, nominal_answers=nominal, **asked)
+        return cls(path=path, columns=columns, nominal_results=nominal, **asked)
 
     @property
     def plan(self) -> Plan:
@@ -328,14 +328,14 @@ class Run(Plan):
         """Integration steps of each trial; None where nothing is integrated."""
         return self.columns.get(STEPS)
 
-    def answers(self, trials: Integers | slice = slice(None)) -> Answers:
-        """Return what some trials answered, as a model does."""
+    def results(self, trials: Integers | slice = slice(None)) -> TrialResults:
+        """Return the results of some trials, as a model has them."""
         names = [response.name for response in self.responses]
         responses = np.stack([self.columns[name][trials] for name in names], axis=1)
         steps = None if self.steps is None else self.steps[trials]
-        return Answers(responses, self.status[trials].astype(np.int64), steps)
+        return TrialResults(responses, self.status[trials].astype(np.int64), steps)
 
-    def columns_of(self, outcome: Answers) -> dict[str, NDArray[Any]]:
+    def columns_of(self, outcome: TrialResults) -> dict[str, NDArray[Any]]:
         """Return the columns that trials with these answers fill."""
         names = [response.name for response in self.responses]
         columns = dict[str, NDArray[Any]](zip(names, outcome.responses.T, strict=True))
@@ -345,7 +345,7 @@ class Run(Plan):
     @cached_property
     def nominal_values(self) -> dict[str, Any]:
         """Responses (SI), status (a word) and steps of the nominal trial."""
-        (responses,), (status,), steps, _ = self.nominal_answers
+        (responses,), (status,), steps, _ = self.nominal_results
         names = [response.name for response in self.responses]
         values: dict[str, Any] = dict(zip(names, responses.tolist(), strict=True))
         values[STATUS] = self.words.get(int(status), "unknown")

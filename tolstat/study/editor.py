@@ -16,6 +16,7 @@ Parts that shared the entry and do not change keep it. A batch changes as a whol
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from tolstat.deviations.names import expand, general
@@ -39,6 +40,15 @@ from tolstat.study.settings_section import NOMINAL, link_tables, with_link
 from tolstat.toml import toml_text
 
 Entries = Mapping[str, Entry]
+
+
+@dataclass(frozen=True)
+class StudyChange:
+    """A change of a study, in its own words: what `fresh_study` takes."""
+
+    deviations: Entries = field(default_factory=dict)  # as of [deviations]: see above
+    limits: Entries = field(default_factory=dict)  # a text keeps the demanded yield
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 class WrittenEntry(NamedTuple):

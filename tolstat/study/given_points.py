@@ -16,7 +16,7 @@ from tolstat.deviations.names import expand
 from tolstat.deviations.samplers import Sampler
 from tolstat.errors import DataError, ModelError, allowed_names
 from tolstat.model.checked import described
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model, TrialResults
 from tolstat.model.description import Description
 from tolstat.model.setting_kinds import Number, as_typed
 from tolstat.model.settings import setting_of, settings_of
@@ -80,7 +80,7 @@ class Points:
     sampler: Sampler | None = None
     places: Sequence[str] = ()  # file and row of each row of a file
     # of results from elsewhere; None where a model evaluates the trials
-    answers: Answers | None = None
+    answers: TrialResults | None = None
 
 
 class Setup(NamedTuple):

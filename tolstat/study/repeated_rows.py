@@ -1,5 +1,7 @@
 """Rows of a file that repeat others: copies are refused, chance is not."""
 
+import math
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 
@@ -7,7 +9,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import DataError
-from tolstat.statistics.repeats import repeats_of
+from tolstat.statistics.repeats import LEVEL, repeats_of
 from tolstat.study.study_schema import TableEntry
 from tolstat.tables.heads import is_empty
 from tolstat.tables.qdas import QdasFile
@@ -58,18 +60,61 @@ def repeated_rows(
 def copied_parts(table: Table | QdasFile, name: str) -> list[tuple[str, str]]:
     """Return rows of parts that are copies: the place of each, and of the earlier row.
 
-    All their cells are equal. A column that names or counts the parts, or numbers that
-    agree more often than by rounding, tell copies from equal parts.
+    All their cells are equal, but for numbers that count the rows. A column that names
+    the parts, or numbers that agree more often than by rounding, tell copies from equal
+    parts.
     """
     if isinstance(table, QdasFile):
         return []
-    index, seen = table.columns[name], dict[tuple[str, ...], int]()
-    rows = [i for i, row in enumerate(table.rows) if not is_empty(row.cells[index])]
-    earlier = [seen.setdefault((*map(str, table.rows[i].cells),), i) for i in rows]
+    rows, cells = _parts(table, name)
+    seen = dict[tuple[str, ...], int]()
+    earlier = [seen.setdefault(words, i) for i, words in zip(rows, cells, strict=True)]
     pairs = [(i, first) for i, first in zip(rows, earlier, strict=True) if i != first]
     if not pairs or not (_named_parts(table, [*seen.values()]) or _by_numbers(table)):
         return []
     return [(table.places[i], table.places[first]) for i, first in pairs]
+
+
+def check_stretches(table: Table | QdasFile, name: str) -> None:
+    """Refuse parts of which a stretch repeats an earlier one: rows pasted again.
+
+    Raises
+    ------
+    DataError
+        If it is longer than by chance: so many equal rows one after the other, and so
+        many different ones among half of them, have a probability of 1e-3 at most.
+    """
+    if isinstance(table, QdasFile):
+        return
+    rows, cells = _parts(table, name)
+    counts = np.array([*Counter(cells).values()])
+    agreement = float(np.sum((counts / len(rows)) ** 2)) if rows else 1.0
+    if agreement == 1:
+        return
+    least = math.ceil(math.log(LEVEL / len(rows) ** 2) / math.log(agreement))
+    seen = dict[tuple[tuple[str, ...], ...], int]()
+    for i in range(len(rows) - 2 * least + 1):
+        stretch = (*cells[i : i + 2 * least],)
+        first = seen.setdefault(stretch, i)
+        if first != i and len({*stretch}) >= least:
+            row, earlier = table.places[rows[i]], table.places[rows[first]]
+            raise DataError(
+                f"{row} and the {2 * least - 1} after it have the same cells as "
+                f"{earlier} and those after it: a copy is no part of its own; remove "
+                "the copies, or give repeats = true if each row is a part"
+            )
+
+
+def _parts(table: Table, name: str) -> tuple[list[int], list[tuple[str, ...]]]:
+    """Return the rows with a part, and their cells without numbers that count them."""
+    counting = [table.columns[x] for x in table.columns if table.counts_rows(x)]
+    index = table.columns[name]
+    rows = [i for i, row in enumerate(table.rows) if not is_empty(row.cells[index])]
+    cells = [
+        tuple(str(x) for j, x in enumerate(table.rows[i].cells) if j not in counting)
+        for i in rows
+    ]
+    return rows, cells
 
 
 def _named_parts(table: Table, rows: Sequence[int]) -> bool:
@@ -93,7 +138,8 @@ def _by_numbers(table: Table) -> bool:
     columns = list[Array]()
     for name in table.numeric:
         with suppress(DataError):  # another column, which cannot be read
-            columns.append(table.numbers(name))
+            if not table.counts_rows(name):
+                columns.append(table.numbers(name))
     rows = len(table.rows)
     repeats = repeats_of(
         np.empty((rows, 0)), np.column_stack([np.empty((rows, 0)), *columns])

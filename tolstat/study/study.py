@@ -28,7 +28,7 @@ from tolstat.deviations.names import LOT
 from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import StudyError, UnitError
 from tolstat.model.checked import check_possible
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model, TrialResults
 from tolstat.model.description import Description
 from tolstat.model.setting_kinds import as_typed
 from tolstat.statistics.limits.limit import Limit
@@ -121,7 +121,7 @@ class Study:
         return (Case(0, self.trials, self.settings),)
 
     @property
-    def answers(self) -> Answers | None:
+    def answers(self) -> TrialResults | None:
         """The answers of all trials; None where its model evaluates them."""
         return self.points.answers if self.points else None
 

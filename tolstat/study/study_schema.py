@@ -208,6 +208,7 @@ class PartsEntry(FileEntry):
     # of the drawing, to judge the parts by; trials take the parts as they are
     tolerance: str | None = key('a tolerance such as "+-1.2 mm"', None)
     lots: str | None = key("the name of a column, in quotes", None)
+    repeats: bool = key("true if rows pasted again are parts, too", False)
 
 
 class AxisEntry(Entry):

@@ -9,7 +9,7 @@ import pytest
 
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response
-from tolstat.answers.report.report_answer import StepKind
+from tolstat.answers.next_steps import StepKind
 from tolstat.answers.run_entries import judged
 from tolstat.cli.check import checked
 from tolstat.deviations.samplers import DISTANCE

@@ -7,10 +7,10 @@ import shlex
 from click.testing import CliRunner
 
 import tolstat
+from tolstat.answers.next_steps import typed_entries
 from tolstat.answers.remedy.changed_entries import (
     changeable_entries,
     changed_entries,
-    worded_entries,
 )
 from tolstat.cli.main import main
 
@@ -43,4 +43,4 @@ def halved(run, *names):
     for i, members in enumerate(entries.members):
         if {*members} & {*names} and entries.design.free[i]:
             change = change.with_entry(i, ratio=0.5)
-    return worded_entries(changed_entries(run, entries, change))
+    return typed_entries(changed_entries(run, entries, change))

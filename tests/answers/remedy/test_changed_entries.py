@@ -15,9 +15,9 @@ import tolstat
 from tests.answers.remedy.following import follow, halved, typed
 from tests.conftest import ROOT
 from tolstat.answers.allocate import search
-from tolstat.answers.next_steps import to_change
+from tolstat.answers.next_steps import StepKind, to_change
 from tolstat.answers.remedy.changed_entries import fixed_contributors
-from tolstat.answers.report.report_answer import StepKind
+from tolstat.study.editor import StudyChange
 from tolstat.study.study import load
 
 # the entry of a link, half of it about its middle (a lognormal distribution begins at
@@ -74,7 +74,7 @@ def chain(tmp_path, entry, limit, trials=4000):
 def test_the_commands_halve_as_the_number_promises(tmp_path, kind):
     entry, half, limit = ENTRIES[kind]
     run = chain(tmp_path, entry, limit)
-    write, again = map(str, to_change(run, halved(run, "a")))
+    write, again = map(str, to_change(run, StudyChange(halved(run, "a"))))
     typed(write)
     study = tomllib.loads((tmp_path / "chain.remedy.toml").read_text())
     wanted = half if isinstance(half, dict) else {"tolerance": half}
@@ -192,7 +192,7 @@ def test_a_class_of_gears_halves_as_its_zone_and_a_full_turn_stays(tmp_path):
     zone = run.assumed["tooth_position_1"].tolerance[1] * 1e6
     assert not any("runout_phase" in name for name in entries)
     assert entries["tooth_position"] == f"+-{zone / 2:g} um"
-    write, _ = map(str, to_change(run, entries))
+    write, _ = map(str, to_change(run, StudyChange(entries)))
     typed(write)
     name = shlex.split(write)[-1]
     written = tomllib.loads(Path(name).read_text())["deviations"]
@@ -235,7 +235,7 @@ def test_a_price_fits_though_the_mean_lies_near_an_end():
 @pytest.mark.parametrize("key", KEYED)
 def test_other_keys_move_with_the_tolerance(tmp_path, key):
     run = chain(tmp_path, {"tolerance": "+-0.2 mm", **KEYED[key]}, "<= 0.1 mm")
-    write, again = to_change(run, halved(run, "a"))
+    write, again = to_change(run, StudyChange(halved(run, "a")))
     before, after = run.assumed["a"], follow((write, again)).assumed["a"]
     assert after.sigma == pytest.approx(before.sigma / 2, rel=1e-6)
     assert after.centre == pytest.approx(before.centre)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import tomllib
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
@@ -16,10 +17,10 @@ import tolstat
 from tests.answers.page_checks import steps_of
 from tests.answers.remedy.following import follow, remedy_of, typed
 from tolstat import Contributor, Description, Model, Outcome, Response
+from tolstat.answers.next_steps import Step, StepKind
 from tolstat.answers.remedy import find_remedy
 from tolstat.answers.remedy.changed_entries import changeable_entries
 from tolstat.answers.remedy.remedy_finding import Evidence
-from tolstat.answers.report.report_answer import StepKind
 from tolstat.errors import StudyError
 from tolstat.execution.stages import SampledStages
 from tolstat.status import Status
@@ -119,6 +120,22 @@ def test_the_commands_lead_to_limits_that_are_met(tmp_path, kind):
     assert {n: after[n] for n in kept} == {n: before[n] for n in kept}
 
 
+def test_python_follows_the_steps_of_a_report_to_a_met_study():
+    run = tolstat.run(bought())
+    while steps := tolstat.report(run).findings.steps:
+        match steps[0]:
+            case Step(kind=StepKind.REMEDY, change=change, prediction=promised):
+                assert change.deviations["housing"].keys() == {"nominal"}
+                run = tolstat.run(tomllib.loads(tolstat.fresh_study(run, change)))
+            case Step(kind=StepKind.DECIDE):
+                run = tolstat.decide(run)
+    summary = tolstat.summary(run)
+    assert summary.verdicts == {"gap": "met"}
+    within = summary.all_limits.within
+    assert within.lower <= promised.after.upper and within.upper >= promised.after.lower
+    assert promised.before.upper < 0.9973  # of 0.15..0.6 mm about a mean of 0.74 mm
+
+
 PLANETARY = {
     "model": "planetary", "trials": 4000, "seed": 2,
     "settings": {"teeth": [24, 36, 21, 84], "module": "2.5 mm"},
@@ -164,6 +181,7 @@ def test_page_screen_json_and_csv_say_the_same(tmp_path):
     (step, *_) = found["steps"]
     assert step["kind"] == StepKind.REMEDY.value
     assert step["commands"] == [*map(str, remedy.commands)]
+    assert step["change"]["deviations"].items() == remedy.change.deviations.items()
     row = report.frame().loc["gap"]
     assert row["remedy"] == f"housing={remedy.entries['housing']}"
     assert row["remedy_proved_by_trials"] == 20_000

@@ -13,11 +13,12 @@ import tolstat
 from tests.answers.browser import Page
 from tests.answers.page_checks import steps_of, words_in
 from tolstat import Contributor, Description, Model, Outcome, Response
+from tolstat.answers.next_steps import StepKind
 from tolstat.answers.report.chosen_steps import findings_of
 from tolstat.answers.report.finding_words import next_steps
 from tolstat.answers.report.first_page import limits_table
 from tolstat.answers.report.full_report import report_of
-from tolstat.answers.report.report_answer import NoCause, StepKind
+from tolstat.answers.report.report_answer import NoCause
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document.inline import Typed
 from tolstat.render.screen import as_text, show
@@ -183,7 +184,7 @@ def test_few_trials_state_how_many_would_tell(tmp_path):
     )
     # the step that decides adds as many trials: one command for both
     (step,) = found.findings.steps
-    assert (step.kind, step.responses) == (StepKind.ADD_TRIALS, ("gap",))
+    assert (step.kind, step.responses) == (StepKind.DECIDE, ("gap",))
     assert step.trials >= causes.needed
     assert [x.words for x in step.commands] == [("decide", found.stored_run.path)]
     assert steps_of(found)[0].startswith("Add trials to decide gap")
@@ -283,7 +284,7 @@ def test_causes_are_not_asked_for_where_the_limit_seems_met(tmp_path):
     found, causes, _ = chain(tmp_path, "a + b", links, f"<= {end} mm", 2000)
     assert causes.needed > found.limits["gap"].yields.needed > 0
     (step,) = found.findings.steps
-    assert step.kind is StepKind.ADD_TRIALS
+    assert step.kind is StepKind.DECIDE
     assert (step.responses, step.causes_of) == (("gap",), ())
 
 

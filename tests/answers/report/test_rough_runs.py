@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import tomllib
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,8 @@ import pytest
 import tolstat
 from tests.answers.page_checks import words_in
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
-from tolstat.answers.report.report_answer import NoCause, StepKind
+from tolstat.answers.next_steps import StepKind
+from tolstat.answers.report.report_answer import NoCause
 from tolstat.answers.run_entries import stored_runs
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.status import Status
@@ -184,10 +186,14 @@ def test_a_finer_run_is_the_only_step(tmp_path):
     path = tmp_path / "two.toml"
     text = STUDY.format(rtol=1.0, limit=12) + 'play = "<= 2.8 mm"\n'
     path.write_text(text.replace("trials = 4000", "trials = 400"))
-    found = tolstat.summary(tolstat.run(path, model=Two(), progress=None))
+    run = tolstat.run(path, model=Two(), progress=None)
+    found = tolstat.summary(run)
     assert found.limits["play"].yields.needed
     (step,) = found.findings.steps
     assert (step.kind, step.responses) == (StepKind.FINER_RUN, ("force",))
+    finer = tomllib.loads(tolstat.fresh_study(run, step.change, model=Two()))
+    assert finer["settings"]["rtol"] == step.change.settings["rtol"] == 1e-6
+    assert step.settings == {"rtol": "1e-6", "max_step": '"0.005 s"'}
 
 
 def test_an_error_that_is_visible_beside_sigma_is_said_without_a_limit():

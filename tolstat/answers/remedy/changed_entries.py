@@ -13,7 +13,6 @@ from tolstat.store.stored_run import Run
 from tolstat.study.distribution_entry import Entry, typed
 from tolstat.study.editor import StudyEditor, together
 from tolstat.study.nominal_size import DeviationReader
-from tolstat.study.problems import toml_of
 from tolstat.study.remedy_keys import is_fixed, step_of
 from tolstat.study.settings_section import NOMINAL
 from tolstat.units.grammar import quantity
@@ -146,8 +145,3 @@ class _Written:
             nominal = scale.factor * (quantity(str(size), scale.unit) + shift)
             return {NOMINAL: f"{nominal:.10g} {scale.mark}".strip()}
         return typed_tolerance(run, member, ratio, shift=shift)
-
-
-def worded_entries(entries: Mapping[str, Entry]) -> dict[str, str]:
-    """Return entries as a person types them."""
-    return {n: x if isinstance(x, str) else toml_of(x) for n, x in entries.items()}

@@ -7,13 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.answers.next_steps import to_change, to_prove
+from tolstat.answers.next_steps import command, to_change, typed_entries
 from tolstat.answers.remedy.changed_entries import (
     ChangeableEntries,
     changeable_entries,
     changed_entries,
     typed_tolerance,
-    worded_entries,
 )
 from tolstat.answers.remedy.remedy_finding import (
     EntryChange,
@@ -54,6 +53,7 @@ from tolstat.statistics.remedies.remedy import (
     smallest_change,
 )
 from tolstat.store.stored_run import Run
+from tolstat.study.editor import StudyChange
 from tolstat.study.study import Study, load
 
 # of a proof; more where a limit permits few out of it, to find so many of these
@@ -149,14 +149,14 @@ class _Search:
             reason = NOTHING_HELPS + (OF_RANDOM if thinned else "")
             return RemedyFinding(reason=reason, note=self.note)
         pairs = zip(before.limits, tried.after.limits, strict=True)
-        changed = changed_entries(self.run, self.entries, tried.change)
-        entries = worded_entries(changed)
+        changed = StudyChange(changed_entries(self.run, self.entries, tried.change))
         return RemedyFinding(
             tuple(self._steps(tried.steps, before)),
             Evidence.PROVED if tried.proved else Evidence.PREDICTED,
             trials=tried.proved,
             met=tried.met, limits=dict(zip(self.run.limits, pairs, strict=True)),
-            entries=entries, commands=to_change(self.run, entries), note=self.note,
+            change=changed, entries=typed_entries(changed.deviations),
+            commands=to_change(self.run, changed), note=self.note,
             proving=self.proving,
         )  # fmt: skip
 
@@ -275,7 +275,7 @@ class _Search:
             if self.drawn.model or run.model in custom_names():
                 self.note = "the model, or its data, differ from those of the run"
             elif run.machine:
-                self.proving = to_prove(run)
+                self.proving = command("report", run.path, machine=run.machine)
             return None
         telling = TELLING / self.trials.permitted_out.min()
         number = min(telling, most / max(seconds, 1e-9), MOST_FRESH)

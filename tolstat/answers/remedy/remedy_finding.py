@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from tolstat.document.inline import Typed
 from tolstat.statistics.estimate import Estimate
+from tolstat.study.editor import StudyChange
 
 
 class Evidence(StrEnum):
@@ -54,6 +55,7 @@ class RemedyFinding(NamedTuple):
     met: bool = False  # all limits
     # fraction out of each limit: before, after
     limits: Mapping[str, tuple[Estimate, Estimate]] = {}
+    change: StudyChange = StudyChange()  # of all steps
     entries: Mapping[str, str] = {}  # of [deviations], as what-if takes them
     unavoidable: Unavoidable | None = None
     reason: str = ""  # why no step is known
@@ -65,3 +67,8 @@ class RemedyFinding(NamedTuple):
     def changes(self) -> tuple[EntryChange, ...]:
         """The changes of all steps."""
         return tuple(change for step in self.steps for change in step.changes)
+
+    @property
+    def in_one(self) -> RemedyStep:
+        """All steps as one."""
+        return RemedyStep(self.changes, self.steps[0].before, self.steps[-1].after)

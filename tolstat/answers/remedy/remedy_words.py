@@ -28,7 +28,7 @@ def remedy_words(run: Run, remedy: RemedyFinding) -> tuple[Parts, ...]:
         return (text(f"No remedy: {remedy.reason}.", note),)
     *earlier, last = remedy.steps
     if len(remedy.steps) > MOST_STEPS:
-        earlier, last = [], RemedyStep(remedy.changes, earlier[0].before, last.after)
+        earlier, last = [], remedy.in_one
     sentences = [text(_step(run, step), ".") for step in earlier]
     met = "all limits met" if remedy.met else "not all limits surely met"
     evidence = "predicted from these trials"

@@ -1,17 +1,17 @@
 """Findings about the limits of a run: what would help, and what to do next."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from tolstat.answers.next_steps import (
-    to_allocate,
-    to_decide,
-    to_extend,
-    to_replay,
-    to_resume,
-    to_run_again,
-    typed_setting,
+    Step,
+    StepKind,
+    can_allocate,
+    can_extend,
+    finer_settings,
+    with_commands,
 )
 from tolstat.answers.remedy.remedy_finding import Evidence, RemedyFinding
 from tolstat.answers.report.report_answer import (
@@ -19,8 +19,6 @@ from tolstat.answers.report.report_answer import (
     Findings,
     LimitFinding,
     NoCause,
-    Step,
-    StepKind,
 )
 from tolstat.answers.report.report_warnings import (
     JumpWarning,
@@ -30,7 +28,6 @@ from tolstat.answers.report.report_warnings import (
 from tolstat.answers.report.response_summary import ResponseSummary, by_what_decides
 from tolstat.answers.run_answer import predicted_seconds
 from tolstat.answers.sampled_trials import Drawn, audited_of
-from tolstat.document.inline import Typed
 from tolstat.statistics.limits.yields import (
     MET,
     NOT_MET,
@@ -62,7 +59,7 @@ def findings_of(
     if not rough and limits.keys().isdisjoint(jump.response for jump in jumps):
         remedy = _remedy(drawn, limits)
     steps = _steps(drawn, responses, limits, remedy, rough=rough, jumps=jumps)
-    return Findings(limits, remedy, tuple(steps))
+    return Findings(limits, remedy, with_commands(drawn.run, steps))
 
 
 def _remedy(drawn: Drawn, limits: Limits) -> RemedyFinding | None:
@@ -124,7 +121,7 @@ def _steps(
     run = drawn.run
     if not run.complete:
         kind = StepKind.FINISH if run.ended == run.trials else StepKind.RESUME
-        yield Step(kind, commands=(to_resume(run.path, run.machine),))
+        yield Step(kind)
         return
     failing = [n for n in rough if limits[n].reason == Caveat.FAILED_AGAIN]
     if failing:
@@ -151,8 +148,11 @@ def _steps(
 
 def _measured(limits: Limits) -> Step | None:
     """Return the step that measures more parts; None where these are enough."""
-    names = tuple(name for name, limit in limits.items() if limit.measured)
-    return Step(StepKind.MEASURE_PARTS, names) if names else None
+    shares = {n: limit.measured for n, limit in limits.items() if limit.measured}
+    if not shares:
+        return None
+    most = max(shares.values(), key=lambda share: share.needed or math.inf)
+    return Step(StepKind.MEASURE_PARTS, tuple(shares), measured=most)
 
 
 def _failed_again(run: Run, responses: Sequence[str]) -> Step:
@@ -161,8 +161,7 @@ def _failed_again(run: Run, responses: Sequence[str]) -> Step:
     precise = run.audited.responses[name] if run.audited else ()
     stored = np.isnan(run.column(name)[trials])
     trial = int(trials[np.flatnonzero(~stored & np.isnan(precise))[0]])
-    commands = (to_replay(run.path, trial, run.machine),)
-    return Step(StepKind.SEE_FAILED, tuple(responses), commands=commands)
+    return Step(StepKind.SEE_FAILED, tuple(responses), trial=trial)
 
 
 def finer_run(run: Run, responses: Sequence[str]) -> Step | None:
@@ -180,12 +179,8 @@ def finer_run(run: Run, responses: Sequence[str]) -> Step | None:
         settings[longest] = audited.third.settings[longest]
     if "rtol" in settings:
         settings["rtol"] = min(settings["rtol"], MOST_RTOL)
-    again = to_run_again(run)
     return Step(
-        StepKind.FINER_RUN,
-        tuple(responses),
-        settings={n: typed_setting(run, n, value) for n, value in settings.items()},
-        commands=(again,) if again else (),
+        StepKind.FINER_RUN, tuple(responses), change=finer_settings(run, settings)
     )
 
 
@@ -197,8 +192,8 @@ def _changed(limits: Limits, remedy: RemedyFinding | None) -> Step | None:
         StepKind.REMEDY,
         tuple(name for name, limit in limits.items() if limit.verdict != MET),
         parts=tuple(name for x in remedy.changes for name in x.members),
-        entries=remedy.entries,
-        commands=remedy.commands,
+        change=remedy.change,
+        prediction=remedy.in_one if remedy.steps else None,
     )
 
 
@@ -218,41 +213,41 @@ def _more_trials(
         for name, limit in limits.items()
         if not (mended and limit.seems_missed)
     }
-    undecided = [
+    undecided = tuple(
         name
         for name, trials in deciding.items()
-        if trials or (run.thinned and _is_open(limits[name]))
-    ]
+        for limit in [limits[name]]
+        if trials or (run.thinned and limit.verdict == UNDECIDED and not limit.reason)
+    )
     telling = {
         name: causes.needed
         for name, limit in limits.items()
         if limit.verdict != MET and limit.seems_missed and not mended
         if (causes := responses[name].causes)
     }
-    needed, told = max(deciding.values(), default=0), _fewest(telling)
-    if told and not (telling[told] > needed and to_extend(run, telling[told])):
+    needed = max(deciding.values(), default=0)
+    # the response that needs the fewest; empty if none needs any
+    told = min(filter(telling.get, telling), key=telling.__getitem__, default="")
+    if told and not (telling[told] > needed and can_extend(run, telling[told])):
         told = ""
     if not undecided and not told:
         return None
     needed = telling[told] if told else needed
-    numbers = {name: deciding[name] for name in undecided}
-    command, evaluated = (None, 0) if told else _deciding(drawn, numbers)
-    command = command or to_extend(run, needed)
+    kind, evaluated, slow = StepKind.ADD_TRIALS, 0, False
+    if run.sampling == "random" and not told:
+        kind, numbers = StepKind.DECIDE, {name: deciding[name] for name in undecided}
+        evaluated, slow = _deciding(drawn, numbers)
     return Step(
-        StepKind.ADD_TRIALS,
-        tuple(undecided),
-        (told,) if told else (),
-        trials=needed,
-        evaluated=evaluated,
-        commands=(command,) if command else (),
-    )
+        kind, undecided, (told,) if told else (), trials=needed, evaluated=evaluated,
+        slow=slow,
+    )  # fmt: skip
 
 
-def _deciding(drawn: Drawn, numbers: Mapping[str, int]) -> tuple[Typed | None, int]:
-    """Return the command that decides limits, and how many trials it evaluates if few.
+def _deciding(drawn: Drawn, numbers: Mapping[str, int]) -> tuple[int, bool]:
+    """Return how many trials decide limits if few do; and if they have to be slow.
 
     `numbers` are those of plain trials that decide each limit. All are evaluated if
-    these are quick, or no surface tells which few would do.
+    these are quick, or no surface tells which few would do: 0.
     """
     run, first = drawn.run, max(drawn.run.ended, FEWEST_RANDOM)
     trials = max(numbers.values())
@@ -261,10 +256,9 @@ def _deciding(drawn: Drawn, numbers: Mapping[str, int]) -> tuple[Typed | None, i
         isolated=run.isolation is not None,
         integrates=run.steps is not None,
     )
-    command = to_decide(run)
     is_slow = run.times["seconds"] > LONG and predicted_seconds(run, trials) > MINUTE
-    if not command or run.thinned or trials <= first or not (few or is_slow):
-        return command, 0
+    if run.thinned or trials <= first or not (few or is_slow):
+        return 0, False
     from tolstat.statistics.deciding.chances import evaluated_part  # seldom
 
     deviations = np.stack([drawn.values(x.name) for x in run.contributors], axis=1)
@@ -274,20 +268,9 @@ def _deciding(drawn: Drawn, numbers: Mapping[str, int]) -> tuple[Typed | None, i
         for name in numbers
     }
     if min(parts.values()) == 1:
-        return command, 0
+        return 0, False
     more = max(part * max(numbers[name] - first, 0) for name, part in parts.items())
-    return to_decide(run, slow=not few), grown(first + more)
-
-
-def _is_open(limit: LimitFinding) -> bool:
-    """Return whether only more trials decide a limit."""
-    return limit.verdict == UNDECIDED and not limit.reason
-
-
-def _fewest(trials: Mapping[str, int]) -> str:
-    """Return the response that needs the fewest trials; empty if none needs any."""
-    needing = [name for name in trials if trials[name]]
-    return min(needing, key=lambda name: trials[name], default="")
+    return grown(first + more), not few
 
 
 def _allocated(run: Run, limits: Limits) -> Step | None:
@@ -295,7 +278,4 @@ def _allocated(run: Run, limits: Limits) -> Step | None:
     unmet = {n: limit for n, limit in limits.items() if limit.verdict != MET}
     if not unmet or any(limit.reason for limit in limits.values()):
         return None
-    commands = to_allocate(run)
-    return (
-        Step(StepKind.ALLOCATE, tuple(unmet), commands=commands) if commands else None
-    )
+    return Step(StepKind.ALLOCATE, tuple(unmet)) if can_allocate(run) else None

@@ -1,16 +1,10 @@
 """Findings in words: warnings, and what to do next."""
 
-import math
 from collections.abc import Iterable
 from itertools import groupby
 
-from tolstat.answers.next_steps import as_typed
-from tolstat.answers.report.report_answer import (
-    Findings,
-    RunSummary,
-    Step,
-    StepKind,
-)
+from tolstat.answers.next_steps import Step, StepKind, as_typed
+from tolstat.answers.report.report_answer import RunSummary
 from tolstat.answers.report.report_warnings import (
     AllPartsWarning,
     ErrorsWarning,
@@ -41,11 +35,20 @@ TURN_WORDS = {0.5: "half a", 1.0: "a whole"}
 # an angle never jumps by a turn, while a machine with play or a stop may well jump
 MEND_TURN = ", so no tolerance explains it. Mend the formula of the response"
 MEND_STEP = ". If the machine does not jump so, mend the formula of the response"
-# sentences that name all responses with such a step
-NAMING = {
+PLAIN = {
+    StepKind.RESUME: "Run the trials that are missing: {}.",
+    StepKind.FINISH: "Finish the run, whose audit or diagnostics are missing: {}.",
+    StepKind.ALLOCATE: "Find the cheapest tolerances that meet all limits: {}.",
+    StepKind.SEE_WORST: "See the worst one in detail: {}.",
+    StepKind.WRITE_TABLE: "Write all trials as a table: {}.",
+}
+NAMING = {  # responses
     StepKind.MEND_FORMULA: "Mend the formula of {}, as said above.",
     StepKind.CHECK_FORMULA: "Mend the formula of {} if the machine does not jump as "
     "said above.",
+    StepKind.SEE_FAILED: "Decide {}, whose trials fail when evaluated again: see one "
+    "of them: {}.",
+    StepKind.DRAW_RESPONSE: "Draw another response, such as {}: {}.",
 }
 
 
@@ -58,53 +61,38 @@ def what_next(steps: tuple[Parts, ...]) -> blocks.Section:
 def next_steps(summary: RunSummary) -> tuple[Parts, ...]:
     """Say what to do next; steps of one kind that say the same stand together."""
     run, findings, sentences = summary.stored_run, summary.findings, list[Parts]()
-    for kind, group in groupby(findings.steps, key=lambda step: step.kind):
-        if sentence := NAMING.get(kind):
-            names = [Name(name) for step in group for name in step.responses]
-            sentences.append(say(sentence, listed(names)))
-        elif kind is StepKind.REMEDY and findings.remedy:
+    for _, group in groupby(findings.steps, key=lambda step: step.kind):
+        step, *others = group
+        names = (name for other in others for name in other.responses)
+        if step.kind is StepKind.REMEDY and findings.remedy:
             from tolstat.answers.remedy.remedy_words import remedy_words  # seldom used
 
             sentences += remedy_words(run, findings.remedy)
         else:
-            sentences += [step_words(run, step, findings) for step in group]
+            together = step._replace(responses=(*step.responses, *names))
+            sentences.append(step_words(run, together))
     return tuple(sentences)
 
 
-def step_words(run: Run, step: Step, findings: Findings) -> Parts:
-    """Say what to do; of parts to measure as `findings` know them."""
-    typed = step.commands
+def step_words(run: Run, step: Step) -> Parts:
+    """Say what to do."""
+    names = listed([*map(Name, step.responses)])
     match step.kind:
-        case StepKind.RESUME:
-            if run.deciding:
-                return say("Go on until every limit is decided: {}.", *typed)
-            return say("Run the trials that are missing: {}.", *typed)
-        case StepKind.FINISH:
-            sentence = "Finish the run, whose audit or diagnostics are missing: {}."
-            return say(sentence, *typed)
+        case StepKind.RESUME if run.deciding:
+            return say("Go on until every limit is decided: {}.", *step.commands)
         case StepKind.FINER_RUN:
             return _finer_run(run, step)
-        case StepKind.SEE_FAILED:
-            names = listed([*map(Name, step.responses)])
-            sentence = (
-                "Decide {}, whose trials fail when evaluated again: see one of them: "
-                "{}."
-            )
-            return say(sentence, names, *typed)
         case StepKind.MEASURE_PARTS:
-            return _measure(step, findings)
-        case StepKind.ADD_TRIALS:
+            from tolstat.answers.measured_words import to_measure  # seldom used
+
+            assert step.measured is not None
+            action = to_measure(step.measured)
+            return say("To decide {}, {}: more trials tell little.", names, action)
+        case StepKind.ADD_TRIALS | StepKind.DECIDE:
             return _add_trials(run, step)
-        case StepKind.ALLOCATE:
-            return say("Find the cheapest tolerances that meet all limits: {}.", *typed)
-        case StepKind.SEE_WORST:
-            return say("See the worst one in detail: {}.", *typed)
-        case StepKind.DRAW_RESPONSE:
-            (other,) = map(Name, step.responses)
-            return say("Draw another response, such as {}: {}.", other, *typed)
-        case StepKind.WRITE_TABLE:
-            return say("Write all trials as a table: {}.", *typed)
-    raise ValueError(step.kind)  # the other kinds name several responses
+        case kind if kind in NAMING:
+            return say(NAMING[kind], names, *step.commands)
+    return say(PLAIN[step.kind], *step.commands)
 
 
 NEW_RUN = ", in a new run of the study"
@@ -122,16 +110,6 @@ def _finer_run(run: Run, step: Step) -> Parts:
         SHORT if "max_step" in step.settings and not run.isolation else None,
         text(": ", again) if again else None,
     )  # fmt: skip
-
-
-def _measure(step: Step, findings: Findings) -> Parts:
-    from tolstat.answers.measured_words import to_measure  # seldom used
-
-    shares = [findings.limits[name].measured for name in step.responses]
-    most = max(filter(None, shares), key=lambda share: share.needed or math.inf)
-    names = listed([*map(Name, step.responses)])
-    action = text(to_measure(most))
-    return say("To decide {}, {}: more trials tell little.", names, action)
 
 
 def _add_trials(run: Run, step: Step) -> Parts:

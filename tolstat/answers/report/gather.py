@@ -5,16 +5,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 from tolstat.answers import run_answer
 from tolstat.answers.report.chosen_steps import findings_of
-from tolstat.answers.report.integration import (
-    integration_warnings,
-    unseen_errors,
-)
-from tolstat.answers.report.main_causes import (
-    contributions_of,
-    main_causes,
-)
+from tolstat.answers.report.main_causes import contributions_of, main_causes
 from tolstat.answers.report.report_answer import NoCause, RunSummary
 from tolstat.answers.report.report_warnings import (
+    ReportWarning,
     VerdictWarning,
     decided_by_errors,
     jumping,
@@ -44,7 +38,12 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         causes, summaries = main_causes(drawn), described_responses(drawn)
         contributions, members = shares.result()
     clusters = jumping(run, drawn.trials_done, dict.fromkeys([*run.limits, *focus]))
-    errors = tuple(integration_warnings(drawn, summaries))
+    errors, unseen = list[ReportWarning](), None
+    if run.audited:
+        from tolstat.answers.report import integration  # of an audited run alone
+
+        errors += integration.integration_warnings(drawn, summaries)
+        unseen = integration.unseen_errors(drawn, summaries)
     limits = {name: x.limited for name, x in summaries.items() if x.limited}
     wrong = decided_by_errors(limits, errors)
     for name in causes:
@@ -63,14 +62,11 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         for name, described in summaries.items()
     }
     unsettled = any(isinstance(warning, VerdictWarning) for warning in errors)
-    warnings = (
-        *errors,
-        *warnings_of(drawn, clusters, unsettled=unsettled),
-    )
+    warnings = (*errors, *warnings_of(drawn, clusters, unsettled=unsettled))
     return RunSummary(
         **run_answer.fields_of(run, trial_counts(drawn)),
         warnings=warnings,
-        unseen_errors=unseen_errors(drawn, summaries),
+        unseen_errors=unseen,
         all_limits=all_limits(drawn),
         responses=responses,
         numbers=numbers_of_study(run),

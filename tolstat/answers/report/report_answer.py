@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from tolstat.answers.cells import summary_cells
+from tolstat.answers.next_steps import Step
 from tolstat.answers.remedy.remedy_finding import RemedyFinding
 from tolstat.answers.report.report_warnings import NumbersWarning, ReportWarning
 from tolstat.answers.report.response_summary import (
@@ -13,7 +14,7 @@ from tolstat.answers.report.response_summary import (
     by_what_decides,
 )
 from tolstat.answers.run_answer import RunAnswer
-from tolstat.document.inline import Number, Row, Typed
+from tolstat.document.inline import Number, Row
 from tolstat.statistics import estimate
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import Caveat, PartsUncertainty, Verdict
@@ -40,24 +41,6 @@ NOT_BY_TOLERANCES = (
 )  # fmt: skip
 
 
-class StepKind(StrEnum):
-    """What a next step does."""
-
-    RESUME = "run missing trials"
-    FINISH = "finish audit and diagnostics"
-    FINER_RUN = "run with finer settings"
-    SEE_FAILED = "simulate a trial that failed when evaluated again"
-    MEND_FORMULA = "mend formula"
-    CHECK_FORMULA = "check formula"  # a machine may jump so
-    REMEDY = "change nominal values and tolerances"
-    MEASURE_PARTS = "measure more parts"
-    ADD_TRIALS = "add trials"
-    ALLOCATE = "allocate tolerances"
-    SEE_WORST = "simulate the worst trial again"
-    DRAW_RESPONSE = "draw another response"
-    WRITE_TABLE = "write all trials as a table"
-
-
 class LimitFinding(NamedTuple):
     """What is decided about a limit."""
 
@@ -75,20 +58,6 @@ class LimitFinding(NamedTuple):
     measured: PartsUncertainty | None = None
 
 
-class Step(NamedTuple):
-    """A next step: a change of the study, or of the run."""
-
-    kind: StepKind
-    responses: tuple[str, ...] = ()
-    causes_of: tuple[str, ...] = ()  # responses whose causes more trials would tell
-    parts: tuple[str, ...] = ()  # contributors that change
-    entries: Mapping[str, str] = {}  # of [deviations], as what-if takes them
-    settings: Mapping[str, str] = {}  # as a study has them
-    trials: int = 0  # in all; 0 as they are
-    evaluated: int = 0  # of these where the others are thinned out; 0: all of them
-    commands: tuple[Typed, ...] = ()  # to type, one after the other
-
-
 class Findings(NamedTuple):
     """What is decided about a run, the most important first."""
 
@@ -100,21 +69,14 @@ class Findings(NamedTuple):
         """Return cells of a wide table: what is decided about a response."""
         limit = self.limits.get(response)
         about = [s for s in self.steps if response in s.responses or not s.responses]
+        remedy = (limit and self.remedy) or RemedyFinding()
+        entries = (f"{name}={entry}" for name, entry in remedy.entries.items())
         return {
             "main causes": "; ".join(map(", ".join, limit.causes)) if limit else "",
             "no cause": str(limit.no_cause) if limit else "",
             "trials that decide": limit.trials_that_decide if limit else 0,
             "next steps": "; ".join(step.kind for step in about),
             "commands": "; ".join(c.text for step in about for c in step.commands),
-            **self._remedy_cells(response),
-        }
-
-    def _remedy_cells(self, response: str) -> dict[str, str | int]:
-        remedy = self.remedy
-        if remedy is None or response not in self.limits:
-            return {"remedy": "", "remedy proved by trials": 0}
-        entries = (f"{name}={entry}" for name, entry in remedy.entries.items())
-        return {
             "remedy": "; ".join(entries) or remedy.reason,
             "remedy proved by trials": remedy.trials,
         }

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.answers.next_steps import to_draw, to_export, to_replay, to_resume
-from tolstat.answers.report.report_answer import Findings, Step, StepKind
+from tolstat.answers.next_steps import Step, StepKind, with_commands
+from tolstat.answers.report.report_answer import Findings
 from tolstat.answers.report.report_warnings import ReportWarning, warnings_of_run
 from tolstat.answers.run_answer import (
     AboutRun,
@@ -121,7 +121,7 @@ def extremes_of(run: Run, chosen: Sequence[str] = ()) -> Extremes:
         failed=run.failed, responses=responses,
         meet_all=int(np.count_nonzero(~out_of_any)), best=best, worst=worst,
         focus=tuple(focus),
-        findings=Findings({}, None, tuple(_next_steps(run, worst, focus))),
+        findings=Findings({}, None, with_commands(run, _next_steps(run, worst, focus))),
         warnings=warnings_of_run(run),
         notes=tuple(notes_of(replace(run, warnings=()), None)),
     )  # fmt: skip
@@ -129,17 +129,15 @@ def extremes_of(run: Run, chosen: Sequence[str] = ()) -> Extremes:
 
 def _next_steps(run: Run, worst: Point | None, focus: Sequence[str]) -> Iterator[Step]:
     """Yield the next steps: run the rest; or simulate the worst trial, see all."""
-    path, machine = run.path, run.machine
     if not run.complete:
-        yield Step(StepKind.RESUME, commands=(to_resume(path, machine),))
+        yield Step(StepKind.RESUME)
         return
     if worst:
-        again = to_replay(path, worst.trial, machine)
-        yield Step(StepKind.SEE_WORST, (worst.response,), commands=(again,))
+        yield Step(StepKind.SEE_WORST, (worst.response,), trial=worst.trial)
     names = (response.name for response in run.responses)
     if other := next((name for name in names if name not in focus), ""):
-        yield Step(StepKind.DRAW_RESPONSE, (other,), commands=(to_draw(run, other),))
-    yield Step(StepKind.WRITE_TABLE, commands=(to_export(run),))
+        yield Step(StepKind.DRAW_RESPONSE, (other,))
+    yield Step(StepKind.WRITE_TABLE)
 
 
 def _best_and_worst(run: Run) -> tuple[Point | None, Point | None]:

@@ -32,7 +32,7 @@ def extremes_document(extremes: Extremes) -> Document:
     title = f"Trials of the {extremes.sampling}"
     others = blocks.section(title, *pictures[1:], page_only=True)
     findings = extremes.findings
-    steps = tuple(step_words(run, step, findings) for step in findings.steps)
+    steps = tuple(step_words(run, step) for step in findings.steps)
     trials = [_responses(extremes), *table_rows(run), *comparisons(run)] if ran else ()
     return sheet(
         f"{extremes.trials} trials of a {extremes.sampling}",

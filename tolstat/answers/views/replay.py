@@ -18,7 +18,7 @@ from tolstat.execution.stages import rows_of
 from tolstat.integrator.integrate import observed
 from tolstat.model.checked import described, simulate
 from tolstat.model.checked_views import history_of
-from tolstat.model.contract import STEP, Answers, Model
+from tolstat.model.contract import STEP, Model, TrialResults
 from tolstat.model.description import Description, Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import read, setting_of
@@ -218,7 +218,7 @@ def _simulated(
     limits: Mapping[str, Limit],
     typed: Mapping[str, str],
     scales: Mapping[str, Scale],
-    known: Answers | None = None,
+    known: TrialResults | None = None,
 ) -> Replay:
     """Return the simulated trial of a row of deviations, SI, or its `known` answers.
 

@@ -7,7 +7,7 @@ from tolstat.execution.compatibility import seconds_per_trial
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.store.stored_run import Run
-from tolstat.study.editor import Entries
+from tolstat.study.editor import StudyChange
 from tolstat.study.study import Study, load
 
 TRIALS, PATIENCE = 20_000, 10.0  # trials in so many seconds, or as the run took
@@ -21,12 +21,10 @@ def is_cheap(run: Run, study: Study) -> bool:
     return TRIALS * seconds_per_trial(run, study) <= limit
 
 
-def scenario_run(
-    run: Run, study: Study, deviations: Entries, limits: Entries | None
-) -> Run:
+def scenario_run(run: Run, study: Study, change: StudyChange) -> Run:
     """Return the run of a scenario, in memory, with the seed and trials of the run."""
     assert run.sampled is not None
-    editor = edited(run, study, deviations, limits).editor
+    editor = edited(run, study, change).editor
     editor.table |= {"seed": run.sampled.seed, "trials": run.trials}
     folder = run.data_folder or Path()
     scenario = load(editor.table, model=study.model, folder=folder)

@@ -30,7 +30,7 @@ from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.distribution_entry import Entry
-from tolstat.study.editor import Entries, StudyEditor
+from tolstat.study.editor import Entries, StudyChange, StudyEditor
 from tolstat.study.limits_section import read_limits
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Study, load
@@ -43,13 +43,13 @@ MOST_TIMES = 10  # trials of a fresh run over those of the run: its page says th
 
 def fresh_study(
     run: RunSource,
-    deviations: Entries,
+    deviations: Entries | StudyChange,
     *,
     limits: Entries | None = None,
     model: Model | None = None,
     folder: str | os.PathLike[str] | None = None,
 ) -> str:
-    """Return the study of a fresh run with other deviations or limits.
+    """Return the study of a fresh run with other deviations, limits or settings.
 
     Parameters
     ----------
@@ -63,7 +63,8 @@ def fresh_study(
     deviations, limits : mapping of str to str or dict
         As of `what_if`; whether the stored trials cover them does not matter. A link
         may get another size: `{"housing": {"nominal": "120.4 mm"}}`. A text in braces
-        is an inline table: `entries` of a remedy are typed so.
+        is an inline table: `entries` of a remedy are typed so. Deviations may also be
+        the `change` of a next step of a report, with limits and settings of its own.
     model : Model, optional
         A custom model, if the run is of one.
     folder : path, optional
@@ -89,7 +90,11 @@ def fresh_study(
     title = "Axial gap of a shaft between two bearings"
     ...
     """
-    run, deviations = open_run(run), as_entries(deviations)
+    run, change = open_run(run), deviations
+    if not isinstance(change, StudyChange):
+        change = StudyChange(as_entries(change))
+    if limits:
+        change = replace(change, limits=limits)
     if run.sampled is None:
         raise no_sample(run)
     if run.listed:
@@ -98,12 +103,12 @@ def fresh_study(
             "run the changed study in the program that wrote them"
         )
     study = study_of(run, model=model)
-    editor, sizes, scenario, limited = edited(run, study, deviations, limits)
+    editor, sizes, scenario, limited = edited(run, study, change)
     keys = {"seed": run.sampled.seed + 1}  # the fresh run has no trial of this one
     editor.table |= keys if run.rules else {**keys, "trials": run.trials}
     if run.sampled.replicates:
         editor.table["sampling"] = "random"
-    elif run.aim and limits:
+    elif run.aim and limited:
         aim = run.aim if run.aim in limited else next(iter(limited))
         editor.table["sampling"] = {"rare": aim}
     home, before = run.study_file or run.path, study.deviating
@@ -112,11 +117,11 @@ def fresh_study(
     deviating = replace(
         before, distributions={**before.distributions, **scenario.distributions}
     )
-    if sizes:  # the grade of a link follows its size
+    if sizes or change.settings:  # the grade of a link follows its size
         deviating = load(editor.table, model=study.model, folder=data).deviating
     fresh = study_in(target, editor.table, study.model, deviating, home)
     if not (run.rules or run.aim):
-        covered = None if sizes else scenario
+        covered = None if sizes or change.settings else scenario
         enough = _enough(run, study, covered, fresh)
         if enough is None or (
             enough > run.trials and not too_large(enough, study.description)
@@ -147,25 +152,26 @@ class Edited(NamedTuple):
     limited: dict[str, Limit]
 
 
-def edited(
-    run: Run, study: Study, deviations: Entries, limits: Entries | None
-) -> Edited:
+def edited(run: Run, study: Study, change: StudyChange) -> Edited:
     """Return the study of a run, changed; StudyError names the entry that is wrong."""
+    deviations, limits = change.deviations, change.limits
     editor, problems = study.editor(), problems_of(run)
     responses = [response.name for response in run.responses]
     sizes = {n for n, entry in deviations.items() if editor.is_size(n, entry)}
     changed = {n: entry for n, entry in deviations.items() if n not in sizes}
     scenario = read_scenario(changed, study, run, problems)
-    check_section("limits", limits or {}, problems)
-    limited = read_limits(limits or {}, run.responses, problems)
-    if not deviations and not limits:
+    check_section("limits", limits, problems)
+    limited = read_limits(limits, run.responses, problems)
+    if change == StudyChange():
         problems.add("[deviations]", None, "no entry is given; name a contributor")
     for name, entry in deviations.items():
         with problems.noting(f"[deviations] {name}", None):
             editor.change(name, entry)
     problems.raise_if_any()
-    for name, limit in (limits or {}).items():
+    for name, limit in limits.items():
         editor.limit(name, limit, responses)
+    settings = {**editor.table.get("settings", {}), **change.settings}
+    editor.table |= {"settings": settings} if settings else {}
     return Edited(editor, sizes, scenario, limited)
 
 

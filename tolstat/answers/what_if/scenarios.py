@@ -30,7 +30,7 @@ from tolstat.model.contract import Model
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
-from tolstat.study.editor import Entries
+from tolstat.study.editor import Entries, StudyChange
 from tolstat.study.settings_section import NOMINAL
 from tolstat.study.study import Study
 
@@ -123,7 +123,7 @@ def what_if(
         if not scenario and limits:
             answers.append(_answer(run, baseline, {}, Method.STORED))
         elif evaluate:
-            again = scenario_run(run, study, scenario, limits)
+            again = scenario_run(run, study, StudyChange(scenario, limits or {}))
             answers.append(_evaluated(baseline, again, scenario, study))
         else:
             answers.append(_reweighted(baseline, scenario, study))

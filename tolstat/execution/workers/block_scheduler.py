@@ -10,7 +10,7 @@ from typing import Any
 from tolstat.arrays import Array
 from tolstat.execution.workers.local_blocks import Block, Mismatch, Threads
 from tolstat.execution.workers.remote_blocks import Processes
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model, TrialResults
 from tolstat.operating_system import processors
 from tolstat.status import ran_in_order
 from tolstat.study.given_points import Case
@@ -75,7 +75,7 @@ class Workers(AbstractContextManager["Workers"]):
         cases: Sequence[Case],
         deviations: Array,
         late: Callable[[], bool] = lambda: False,
-    ) -> Iterator[list[tuple[int, Answers]]]:
+    ) -> Iterator[list[tuple[int, TrialResults]]]:
         """Evaluate trials in blocks, and yield each block when it is finished.
 
         Each block of deviations[trial, contributor], SI, comes with the number of its
@@ -133,7 +133,7 @@ class Workers(AbstractContextManager["Workers"]):
             for future in running:
                 future.cancel()
 
-    def simulate(self, model: Model, deviations: Array, settings: Any) -> Answers:
+    def simulate(self, model: Model, deviations: Array, settings: Any) -> TrialResults:
         """Return the answers of trials with the same settings.
 
         At least one row of deviations[trial, contributor], SI; `Interrupted` if the
@@ -145,7 +145,7 @@ class Workers(AbstractContextManager["Workers"]):
 
     def simulate_cases(
         self, model: Model, cases: Sequence[Case], deviations: Array
-    ) -> Answers:
+    ) -> TrialResults:
         """Return the answers of trials with each case's settings; see `simulate`."""
         with chdir("."):  # a model may leave it
             outcomes = dict(
@@ -156,7 +156,7 @@ class Workers(AbstractContextManager["Workers"]):
         answers = [outcomes[first] for first in sorted(outcomes)]
         if sum(len(block.status) for block in answers) < len(deviations):
             raise Interrupted
-        return Answers.joined(answers)
+        return TrialResults.joined(answers)
 
     def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return what a long function returns, here; `Interrupted` if stopped.

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from tolstat.arrays import Array
 from tolstat.model.checked import simulate
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model, TrialResults
 
 
 class Block(NamedTuple):
@@ -30,7 +30,7 @@ class Block(NamedTuple):
 class Evaluated(NamedTuple):
     """The answers of a block, and how long it took, s."""
 
-    answers: Answers
+    answers: TrialResults
     seconds: float
 
 

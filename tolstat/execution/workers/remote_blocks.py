@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from tolstat import catalogue
 from tolstat.errors import LostError, ModelError, TolstatError, told
 from tolstat.execution.workers.local_blocks import Block, Evaluated, Mismatch, evaluate
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model, TrialResults
 from tolstat.operating_system import processors
 from tolstat.store.provenance import decisive, provenance
 
@@ -70,7 +70,7 @@ class Processes:
                     raise _lost(f"{who}: {'; '.join(reasons)}")
                 self._executor.refuse(outcome)
                 return outcome
-            case (Answers(responses, status) as answers, float() as seconds):
+            case (TrialResults(responses, status) as answers, float() as seconds):
                 shape = block.shape
                 shapes = getattr(responses, "shape", 0), getattr(status, "shape", 0)
                 if shapes == (shape, shape[:1]):

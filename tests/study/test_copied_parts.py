@@ -1,0 +1,52 @@
+"""Measured parts that were pasted again are no parts; equal ones by chance are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tolstat.errors import StudyError
+from tolstat.study.study import load
+
+RNG = np.random.default_rng(5)
+
+
+def read(folder, parts, *, numbered=False, **keys):
+    """Read a study of measured parts, mm; the rows may have numbers of their own."""
+    rows = [f"{i};{x}" if numbered else f"{x}" for i, x in enumerate(parts, 1)]
+    head = "part;L [mm]" if numbered else "L [mm]"
+    (folder / "parts.csv").write_text("\n".join([head, *rows]))
+    ring = {"nominal": "12 mm", "data": "parts.csv", "column": "L", **keys}
+    study = {
+        "model": "dimension_chain", "trials": 10, "seed": 1,
+        "settings": {"gap": "box - ring"},
+        "links": {"box": "12.2 mm", "ring": ring},
+    }  # fmt: skip
+    return load(study, folder=folder)
+
+
+def normal(number, step):
+    return np.round(RNG.normal(12, 0.03, number) / step) * step
+
+
+@pytest.mark.parametrize("numbered", [True, False])
+@pytest.mark.parametrize("step", [1e-4, 0.005])
+def test_rows_pasted_again_are_refused(tmp_path, numbered, step):
+    parts = [f"{x:.4f}" for x in normal(30, step)]
+    with pytest.raises(StudyError, match=r"line 32 and the .* after it have the same"):
+        read(tmp_path, 10 * parts, numbered=numbered)
+    with pytest.raises(StudyError, match="have the same cells as"):
+        read(tmp_path, [*parts, "12.3", *parts], numbered=numbered)
+    read(tmp_path, 10 * parts, numbered=numbered, repeats=True)
+    read(tmp_path, parts, numbered=numbered)
+
+
+@pytest.mark.parametrize("numbered", [True, False])
+def test_equal_parts_by_chance_are_taken(tmp_path, numbered):
+    """A coarse gauge, one that drifts slowly, and run-outs, a third of them zero."""
+    for _ in range(20):
+        read(tmp_path, normal(400, 0.02), numbered=numbered)
+    drift = 12 + np.round(np.linspace(0, 0.05, 300) + RNG.normal(0, 2e-3, 300), 2)
+    read(tmp_path, drift, numbered=numbered)
+    zeros = np.where(RNG.random(300) < 1 / 3, 12, normal(300, 0.005))
+    read(tmp_path, zeros, numbered=numbered)
