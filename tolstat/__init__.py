@@ -1,11 +1,8 @@
 """Monte Carlo tolerance analysis with the dynamics in the loop."""
 
-import importlib
-from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # `__getattr__` loads these names
+if TYPE_CHECKING:  # `__getattr__` loads these names: `tolstat --help` stays quick
     from tolstat.answers.allocate.allocate_tolerances import allocate
     from tolstat.answers.chain_study import Chain
     from tolstat.answers.compare.compare_runs import compare
@@ -67,28 +64,10 @@ def __getattr__(name: str) -> Any:
         return version("tolstat")
     if name not in __all__:
         raise AttributeError(f"module 'tolstat' has no attribute {name!r}")
-    home, original = _homes()[name]
-    value = getattr(importlib.import_module(home), original)
-    globals()[name] = value
+    from tolstat.lazy_names import lazy_name
+
+    value = globals()[name] = lazy_name(__file__, name)
     return value
-
-
-@cache
-def _homes() -> dict[str, tuple[str, str]]:
-    """Return module and name there of each public name, from the imports above.
-
-    A name is loaded when it is first used: `import tolstat` and `tolstat --help` stay
-    quick.
-    """
-    import ast
-
-    block = ast.parse(Path(__file__).read_text("utf-8"))
-    return {
-        alias.asname or alias.name: (node.module or "", alias.name)
-        for node in ast.walk(block)
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    }
 
 
 def __dir__() -> list[str]:

@@ -168,6 +168,22 @@ def test_far_trials_are_left_out_for_a_limit_that_permits_few(rare, decided):
     assert "the first 2048 trials bound such a region at 1800 ppm" in words
 
 
+def test_all_trials_tell_of_a_remedy_and_of_all_limits():
+    limits = {"sum": limits_of(4, RARE)["sum"]}
+    run = tolstat.run({**STUDY, "limits": limits}, model=Three())
+    slow = replace(run, times={**run.times, "seconds": 1e6})  # proves nothing
+    report = tolstat.report(slow)
+    share = report.limits["sum"].yields.fraction_out_of_limit
+    assert report.verdicts == {"sum": "not met"}
+    assert run.beyond("sum")[:2048].sum() < 3  # too few of them to tell
+    assert report.all_limits.within == share.complement
+    remedy = report.findings.remedy
+    (step,) = remedy.steps
+    ((_, after),) = remedy.limits.values()
+    assert step.before == share.complement and after.upper < RARE < share.lower
+    assert not remedy.met  # trials without a chance may be out of limit after it
+
+
 def test_far_trials_tell_nothing_of_other_limits(rare):
     """Skipped as far from the run's limits, they may be out of another one."""
     other = tolstat.limited(rare, {"sum": limits_of(20, RARE)["sum"]}, model=Three())

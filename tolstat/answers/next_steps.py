@@ -9,10 +9,13 @@ from typing import NamedTuple
 from tolstat.answers.remedy.remedy_finding import RemedyStep
 from tolstat.document.inline import Typed
 from tolstat.errors import Advice, Remedy, TolstatError
+from tolstat.model.description import Description
 from tolstat.statistics.limits.yields import PartsUncertainty
+from tolstat.statistics.sample_size import MOST_ROWS
 from tolstat.store.files_beside import free_name
 from tolstat.store.stored_run import IN_MEMORY, Run
 from tolstat.study.editor import Entries, StudyChange, StudyEditor
+from tolstat.study.memory_needed import too_large
 from tolstat.study.problems import toml_of
 from tolstat.units.scale import figures
 
@@ -37,6 +40,7 @@ class StepKind(StrEnum):
     MEASURE_PARTS = "measure more parts"
     DECIDE = "decide limits"
     ADD_TRIALS = "add trials"
+    SEARCH_RARE = "search rare trials"
     ALLOCATE = "allocate tolerances"
     SEE_WORST = "simulate the worst trial again"
     DRAW_RESPONSE = "draw another response"
@@ -85,7 +89,9 @@ def _commands(run: Run, step: Step) -> tuple[Typed, ...]:
         case StepKind.DRAW_RESPONSE:
             return (to_draw(run, *step.responses),)
         case StepKind.DECIDE:
-            words = "decide", run.path, *["--slow"] * step.slow
+            needed, options = step.evaluated or step.trials, ["--slow"] * step.slow
+            options += ["--at-most", str(needed)] * (needed > MOST_ROWS)
+            words = "decide", run.path, *options
         case StepKind.ADD_TRIALS if can_extend(run, step.trials):
             words = "extend", run.path, "--trials", step.trials
         case StepKind.WRITE_TABLE:
@@ -157,6 +163,12 @@ def can_extend(run: Run, trials: int) -> bool:
     """Return whether a run can have so many trials in all."""
     samples = run.sampling in ("random", "sobol")
     return samples and trials > run.trials and not run.thinned
+
+
+def holds(run: Run, trials: int) -> bool:
+    """Return whether the memory holds so many trials."""
+    described = Description(tuple(run.contributors), tuple(run.responses))
+    return not too_large(trials, described)
 
 
 def to_change(run: Run, change: StudyChange, word: str = "remedy") -> tuple[Typed, ...]:

@@ -216,9 +216,9 @@ def _stopped(run: Run, stopped: Stopped) -> str:
         if thinned := run.thinned:
             text += (
                 f". {thinned.drawn[-1]:.0f} random trials were drawn; after the first "
-                f"{thinned.plain} mainly uncertain ones were evaluated. Verdicts and "
-                "fractions out of limit rest on all of them, other numbers on the "
-                f"first {thinned.plain}"
+                f"{thinned.plain} mainly uncertain ones were evaluated. Verdicts, "
+                "fractions out of limit and remedies rest on all of them, other "
+                f"numbers on the first {thinned.plain}"
             )
             if thinned.skips:
                 text += (

@@ -59,16 +59,11 @@ class Command(NamedTuple):
         deck = inputs[0][2]
         if deck and not Path(deck).is_file():
             raise ModelError(f"exec:{text}: {deck}: no such file")
-        paths = [Path(word) for word in words[1:] if Path(word).is_file()]
+        given = [Path(p).resolve() if Path(p).is_file() else p for p in words[1:]]
+        paths = [path for path in given if isinstance(path, Path)]
         files = [Path(program), *paths, *([Path(deck)] if deck else [])]
         return cls(
-            (
-                str(Path(program).absolute()),
-                *(
-                    str(Path(word).resolve()) if Path(word).is_file() else word
-                    for word in words[1:]
-                ),
-            ),
+            (str(Path(program).absolute()), *map(str, given)),
             str(Path(deck).resolve()) if deck else inputs[0][1] or JSON,
             outputs[0][1] or JSON,
             tuple(path.resolve() for path in files),

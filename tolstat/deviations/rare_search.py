@@ -13,12 +13,7 @@ from tolstat.deviations.mixture import (
     normal_of,
     tempered,
 )
-from tolstat.deviations.rare_stage import (
-    Found,
-    RandomNumbers,
-    Stages,
-    stage_of,
-)
+from tolstat.deviations.rare_stage import Found, RandomNumbers, Stages, stage_of
 from tolstat.deviations.samplers import AS_STUDY
 from tolstat.deviations.subset_simulation import relaxed, slope
 

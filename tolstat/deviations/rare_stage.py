@@ -8,14 +8,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from tolstat.arrays import Array, Integers
-from tolstat.deviations.samplers import (
-    DISTANCE,
-    SPREAD,
-    STAGE,
-    WEIGHT,
-    Stage,
-    uniform,
-)
+from tolstat.deviations.samplers import DISTANCE, SPREAD, STAGE, WEIGHT, Stage, uniform
 
 LEAST_UNIT = 2.0**-53
 

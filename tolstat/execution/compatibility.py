@@ -43,9 +43,7 @@ LONGEST_TRY = 0.25  # s, that some of them may take
 
 
 def study_of(
-    run: Run,
-    trials: int | Rule | None = None,
-    model: Model | None = None,
+    run: Run, trials: int | Rule | None = None, model: Model | None = None
 ) -> Study:
     """Return the study of a run, read from its stored text; trials as of `load`."""
     sampled = None if run.listed else run.sampled

@@ -8,11 +8,7 @@ import numpy as np
 from tolstat.arrays import Truths
 from tolstat.execution.stages import Shortfall, Stage, StoppingRule, Trials
 from tolstat.execution.thinned_stages import ThinnedStages
-from tolstat.statistics.deciding.looks import (
-    looks_from,
-    trials_that_settle,
-    undecided,
-)
+from tolstat.statistics.deciding.looks import looks_from, trials_that_settle, undecided
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sample_size import FEWEST_RANDOM, FIRST_STAGE, is_thinned
 from tolstat.status import ran_in_order

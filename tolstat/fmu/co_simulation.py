@@ -7,7 +7,7 @@ a word, so audits take a quarter of the step, or model exchange.
 import math
 
 from tolstat.fmu.instance import Instance
-from tolstat.fmu.trial_points import ENDED, Points, Recorder
+from tolstat.fmu.trial_points import ENDED, Method, Points, Recorder
 
 ROUNDING = 1e-9  # of a number of steps
 
@@ -17,28 +17,16 @@ def steps_between(start: float, stop: float, longest: float) -> int:
     return max(1, math.ceil((stop - start) / longest - ROUNDING))
 
 
-def co_simulated(
-    instance: Instance,
-    recorder: Recorder,
-    *,
-    start: float,
-    stop: float,
-    longest: float,
-    end_only: bool,
-) -> Points:
-    """Return a trial whose FMU is initialized.
-
-    `end_only`: values are read at the stop time alone.
-    """
-    steps = steps_between(start, stop, longest)
-    length = (stop - start) / steps
-    if not end_only:
-        recorder.note(start)
-    for number in range(steps):
-        ended = instance.step(start + number * length, length)
-        last = number + 1 == steps
-        if ended and not last:
+def co_simulated(instance: Instance, recorder: Recorder, method: Method) -> Points:
+    """Return a trial whose FMU is initialized."""
+    start, stop = method.start, method.stop
+    steps = steps_between(start, stop, method.longest)
+    length, time = (stop - start) / steps, start
+    recorder.note(start)
+    for number in range(1, steps + 1):
+        ended = instance.step(time, length)
+        if ended and number < steps:
             return recorder.points(ENDED)
-        if last or not end_only:
-            recorder.note(start + (number + 1) * length)
-    return recorder.points()
+        time = start + number * length
+        recorder.note(time)
+    return recorder.finished(time)

@@ -14,14 +14,14 @@ import numpy as np
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import ModelError, UnitError, allowed_names
 from tolstat.fmu.fmu_settings import method_settings, settings_class, start_of
-from tolstat.fmu.fmu_trial import Method
+from tolstat.fmu.fmu_trial import simulated
 from tolstat.fmu.instance import fmpy_modules
 from tolstat.fmu.model_exchange import cvode_modules
 from tolstat.fmu.model_xml import FmuFile, read_fmu
 from tolstat.fmu.parameters import quantities, typed_name, unit_of
 from tolstat.fmu.prepared import Prepared
 from tolstat.fmu.taken import Reduction, Taken
-from tolstat.fmu.trial_points import FAILURES, OUTSIDE
+from tolstat.fmu.trial_points import FAILURES, OUTSIDE, Method
 from tolstat.fmu.unpacked import forgets, unpacked
 from tolstat.lanes.digest import digest
 from tolstat.model.checked import RESERVED
@@ -151,7 +151,7 @@ class FmuModel(Model):
         failed = {word: np.zeros(len(deviations), np.bool_) for word in FAILURES}
         reasons = dict[int, str]()
         for number, row in enumerate(deviations):
-            points = prepared.method.simulated(prepared.values(row))
+            points = simulated(prepared.method, prepared.values(row))
             if points.failure:
                 failed[points.failure][number] = True
                 reasons[number] = points.reason
@@ -166,7 +166,7 @@ class FmuModel(Model):
         more = [x.variable for x in self._outputs.values()]
         union = (*watched, *(v for v in more if v not in watched))
         method = dataclasses.replace(prepared.method, watched=union, end_only=False)
-        points = method.simulated(prepared.values(deviations))
+        points = simulated(method, prepared.values(deviations))
         failed = {points.failure: np.ones(1, np.bool_)} if points.failure else {}
         reasons = {0: points.reason} if points.failure else {}
         values = points.values.reshape(-1, len(union))

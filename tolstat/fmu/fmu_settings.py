@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from functools import partial
 from typing import Any
 
 from tolstat.errors import ModelError
@@ -30,35 +31,30 @@ def method_settings(file: FmuFile) -> dict[str, Any]:
         step = (stop - start) / STEPS
     offered = [name for name in (file.co_simulation, file.model_exchange) if name]
     both = "; audits use it" if len(offered) > 1 else ""
+    declared = partial(setting, group="how trials are simulated")
     return {
-        "model_exchange": setting(
+        "model_exchange": declared(
             not file.co_simulation,
             "whether CVode integrates the FMU's rates; false is co-simulation, where "
             f"the FMU integrates by itself{both}",
-            group="how trials are simulated",
         ),
-        "stop": setting(
-            stop, "stop time", unit="s", above=start, group="how trials are simulated"
-        ),
-        "max_step": setting(
+        "stop": declared(stop, "stop time", unit="s", above=start),
+        "max_step": declared(
             step,
             "longest step, all equal in co-simulation; responses count each step's end",
             unit="s",
             above=0.0,
-            group="how trials are simulated",
         ),
-        "rtol": setting(
+        "rtol": declared(
             rtol if 0 < rtol < 1 else RTOL,
             "tolerance of CVode; co-simulation is told of it",
             above=0.0,
             at_most=0.1,
-            group="how trials are simulated",
         ),
-        "new_instances": setting(
+        "new_instances": declared(
             False,
             "whether each trial has a new instance of the FMU; otherwise it is reset, "
             "and tolstat checks that it forgets nothing",
-            group="how trials are simulated",
         ),
     }
 

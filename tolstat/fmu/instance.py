@@ -181,22 +181,17 @@ class Instance:
 
     def reader(self, variables: Sequence[Variable]) -> Callable[[], list[float]]:
         """Return what reads the values of variables, as numbers."""
-        groups: dict[str, list[int]] = {}
+        groups: dict[str, dict[int, int]] = {}  # by getter: position and reference
         for position, variable in enumerate(variables):
-            groups.setdefault(f"get{self._accessor(variable)}", []).append(position)
-        if len(groups) == 1:
-            ((getter, _),) = groups.items()
-            references = [variable.reference for variable in variables]
-            return lambda: [float(x) for x in self.call(getter, references)]
+            group = groups.setdefault(f"get{self._accessor(variable)}", {})
+            group[position] = variable.reference
 
         def read() -> list[float]:
-            values = [0.0] * len(variables)
-            for getter, positions in groups.items():
-                references = [variables[i].reference for i in positions]
-                numbers = self.call(getter, references)
-                for position, number in zip(positions, numbers, strict=True):
-                    values[position] = float(number)
-            return values
+            values = dict[int, float]()
+            for getter, group in groups.items():
+                numbers = self.call(getter, [*group.values()])
+                values |= zip(group, map(float, numbers), strict=True)
+            return [values[position] for position in range(len(variables))]
 
         return read
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from tolstat.errors import ModelError
 from tolstat.fmu.instance import DISCARD, FmuError, Instance
-from tolstat.fmu.trial_points import ENDED, SOLVER, Points, Recorder
+from tolstat.fmu.trial_points import ENDED, SOLVER, Method, Points, Recorder
 
 MOST_STEPS = 2_000_000  # of a trial
 CV_ONE_STEP, CV_ROOT_RETURN = 2, 2  # of CVODE's header; FMPy lacks the first
@@ -136,30 +136,18 @@ class SolverError(Exception):
     """CVode does not reach the next point."""
 
 
-def model_exchanged(
-    instance: Instance,
-    recorder: Recorder,
-    *,
-    start: float,
-    stop: float,
-    rtol: float,
-    longest: float,
-    end_only: bool,
-) -> Points:
-    """Return a trial whose FMU is initialized.
-
-    `end_only`: values are read at the stop time alone.
-    """
+def model_exchanged(instance: Instance, recorder: Recorder, method: Method) -> Points:
+    """Return a trial whose FMU is initialized."""
+    start, stop = method.start, method.stop
     end = stop - END * (stop - start)
     event = instance.update()
     if event.ends:
         return recorder.points(ENDED)
     instance.call("enterContinuousTimeMode")
     solver = instance.solver = instance.solver or Solver(instance)
-    solver.aim(rtol, longest)
+    solver.aim(method.rtol, method.longest)
     solver.restart(start, min(stop, event.next_time))
-    if not end_only:
-        recorder.note(start)
+    recorder.note(start)
     time, short = start, 0
     for _ in range(MOST_STEPS):
         before = time
@@ -172,8 +160,7 @@ def model_exchanged(
             solver.refuse()
             return recorder.points(SOLVER, f"steps become too short at {time:.17g} s")
         requested, ends = instance.call("completedIntegratorStep")
-        if not end_only:
-            recorder.note(time)
+        recorder.note(time)
         if located or requested or time >= event.next_time:
             instance.call("enterEventMode")
             event = instance.update()
@@ -184,12 +171,9 @@ def model_exchanged(
                 event = event._replace(next_time=after)
                 if time < end:
                     solver.restart(time, min(stop, after))
-                if not end_only:
-                    recorder.note(time)
-        if time >= end:
-            if end_only:
                 recorder.note(time)
-            return recorder.points()
+        if time >= end:
+            return recorder.finished(time)
         if ends:
             return recorder.points(ENDED)
     return recorder.points(SOLVER, f"more than {MOST_STEPS} steps")

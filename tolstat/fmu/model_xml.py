@@ -17,6 +17,7 @@ from tolstat.regular_files import UNREADABLE_ARCHIVE, opened
 MOST_MEGABYTES = 64  # of the XML, unpacked
 TRUE = ("true", "1")
 REALS = ("Real", "Float32", "Float64")
+KINDS_2 = ("Real", "Integer", "Boolean", "String", "Enumeration")  # of FMI 2
 INTEGERS = (
     "Integer", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",
 )  # fmt: skip
@@ -151,7 +152,6 @@ def _described(root: Element, path: Path, sha256: str, fmi: int) -> FmuFile:
         float(default.get(key, "nan"))
         for key in ("startTime", "stopTime", "stepSize", "tolerance")
     )
-    read = _variables_2 if fmi == 2 else _variables_3
     return FmuFile(
         path=path,
         sha256=sha256,
@@ -165,7 +165,7 @@ def _described(root: Element, path: Path, sha256: str, fmi: int) -> FmuFile:
         experiment=Experiment(*times),
         states=len(root.findall("ModelStructure/Derivatives/Unknown")),
         indicators=int(root.get("numberOfEventIndicators", "0")),
-        variables=tuple(read(root, types)),
+        variables=tuple(_variables(root, types, fmi)),
         units={
             unit.get("name", ""): BaseUnit.read(base.attrib)
             for unit in root.iterfind("UnitDefinitions/Unit")
@@ -181,16 +181,15 @@ def _types(root: Element, fmi: int) -> Iterator[tuple[str, Element]]:
         yield declared.get("name", ""), kind
 
 
-def _variables_2(root: Element, types: dict[str, Element]) -> Iterator[Variable]:
-    for scalar in root.iterfind("ModelVariables/ScalarVariable"):
-        for kind in scalar:
-            if kind.tag in ("Real", "Integer", "Boolean", "String", "Enumeration"):
-                yield _variable(scalar, kind, types)
-
-
-def _variables_3(root: Element, types: dict[str, Element]) -> Iterator[Variable]:
-    for element in root.iterfind("ModelVariables/*"):
-        yield _variable(element, element, types)
+def _variables(
+    root: Element, types: dict[str, Element], fmi: int
+) -> Iterator[Variable]:
+    """Yield the variables; in FMI 2 the type of one is an element in it."""
+    path = "ModelVariables/ScalarVariable" if fmi == 2 else "ModelVariables/*"
+    for element in root.iterfind(path):
+        for kind in element if fmi == 2 else [element]:
+            if fmi == 3 or kind.tag in KINDS_2:
+                yield _variable(element, kind, types)
 
 
 def _variable(element: Element, kind: Element, types: dict[str, Element]) -> Variable:

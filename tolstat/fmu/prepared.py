@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.fmu.fmu_trial import Method
 from tolstat.fmu.model_xml import Variable
 from tolstat.fmu.parameters import Quantity
 from tolstat.fmu.taken import Reduction
-from tolstat.fmu.trial_points import Points
+from tolstat.fmu.trial_points import Method, Points
 from tolstat.model.description import Contributor, Description
 
 

@@ -1,11 +1,28 @@
 """One trial of an FMU: the values of its variables over time, or why there are none."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.arrays import Array
+from tolstat.fmu.model_xml import FmuFile, Variable
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """How trials of an FMU are simulated."""
+
+    file: FmuFile
+    model_exchange: bool
+    start: float  # s
+    stop: float
+    longest: float  # step, s
+    rtol: float
+    new_instances: bool  # for each trial
+    watched: tuple[Variable, ...]  # whose values are noted
+    end_only: bool  # whether only those at the stop time are
 
 
 class Points(NamedTuple):
@@ -30,17 +47,27 @@ FAILURES = {
 
 
 class Recorder:
-    """Collects the values of variables, point by point."""
+    """Collects the values of variables, point by point, or at the stop time alone."""
 
-    def __init__(self, read: Callable[[], list[float]]) -> None:
-        self._read = read
+    def __init__(self, read: Callable[[], list[float]], *, end_only: bool) -> None:
+        self._read, self._end_only = read, end_only
         self._time: list[float] = []
         self._values: list[list[float]] = []
 
     def note(self, time: float) -> None:
         """Note the values at a time, s."""
+        if not self._end_only:
+            self._take(time)
+
+    def _take(self, time: float) -> None:
         self._time.append(time)
         self._values.append(self._read())
+
+    def finished(self, time: float) -> Points:
+        """Return all points of a trial that is at the stop time, s."""
+        if self._end_only:
+            self._take(time)
+        return self.points()
 
     def points(self, failure: str = "", reason: str = "") -> Points:
         """Return all points."""

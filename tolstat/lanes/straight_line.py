@@ -33,8 +33,7 @@ def constants_of(outputs: Iterable[Value]) -> list[Node]:
 
 
 def text_of(
-    functions: Mapping[str, Sequence[Value]],
-    rows_of: Mapping[str, Mapping[Any, int]],
+    functions: Mapping[str, Sequence[Value]], rows_of: Mapping[str, Mapping[Any, int]]
 ) -> str:
     """Return the source of functions that fill rows with outputs.
 

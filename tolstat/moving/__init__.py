@@ -7,8 +7,9 @@ block of trials; `solve` that of a `LinearMotion`, exactly. The compiler is load
 the first name that needs it.
 """
 
-import importlib
 from typing import TYPE_CHECKING, Any
+
+from tolstat.lazy_names import lazy_name
 
 if TYPE_CHECKING:
     from tolstat.integrator.crossing import dry_friction
@@ -23,51 +24,16 @@ if TYPE_CHECKING:
     from tolstat.moving.events import contact, ends, held, impact, memory, sampled
     from tolstat.moving.motion import Motion
 
-_NAMES = {
-    "integrator.examination": ("proposed_scale",),
-    "integrator.crossing": ("dry_friction",),
-    "integrator.integrate": ("integrate",),
-    "integrator.linear_motion": ("LinearMotion", "solve"),
-    "integrator.problem": ("SIDES", "Accuracy", "Moment", "Solution", "System"),
-    "integrator.signatures": ("rates_signature",),
-    "lanes.compiled": ("compiled",),
-    "lanes.rows": ("named", "rows", "write"),
-    "moving.declarations": ("Part", "Response", "State"),
-    "moving.events": ("contact", "ends", "held", "impact", "memory", "sampled"),
-    "moving.motion": ("Motion",),
-}
-_HOMES = {name: home for home, names in _NAMES.items() for name in names}
 __all__ = [
-    "SIDES",
-    "Accuracy",
-    "LinearMotion",
-    "Moment",
-    "Motion",
-    "Part",
-    "Response",
-    "Solution",
-    "State",
-    "System",
-    "compiled",
-    "contact",
-    "dry_friction",
-    "ends",
-    "held",
-    "impact",
-    "integrate",
-    "memory",
-    "named",
-    "proposed_scale",
-    "rates_signature",
-    "rows",
-    "sampled",
-    "solve",
-    "write",
-]
+    "SIDES", "Accuracy", "LinearMotion", "Moment", "Motion", "Part", "Response",
+    "Solution", "State", "System", "compiled", "contact", "dry_friction", "ends",
+    "held", "impact", "integrate", "memory", "named", "proposed_scale",
+    "rates_signature", "rows", "sampled", "solve", "write",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
     """Return a name from its module, loaded when first used."""
-    if name not in _HOMES:
+    if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"tolstat.{_HOMES[name]}"), name)
+    return lazy_name(__file__, name)

@@ -13,15 +13,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.errors import ModelError, UnitError, allowed_names, told
 from tolstat.integrator.problem import SIDES, System
-from tolstat.lanes.graph import (
-    FOREIGN,
-    Node,
-    Value,
-    evaluated,
-    in_order,
-    rebuilt,
-    same,
-)
+from tolstat.lanes.graph import FOREIGN, Node, Value, evaluated, in_order, rebuilt, same
 from tolstat.lanes.recording import ALLOWED
 from tolstat.lanes.straight_line import compiled_text, constants_of, text_of
 from tolstat.moving.declarations import Letters, Response, State
@@ -217,13 +209,7 @@ class Equations:
         behind: dict[str, Value] = {}
 
         def replace(x: Node, args: list[Value]) -> Value | None:
-            if x.op == "y":
-                return behind.get(x.args[0])
-            return (
-                self._sign_of(x)
-                if x.op == "side" and x.args[0] not in self.sides
-                else None
-            )
+            return behind.get(x.args[0]) if x.op == "y" else self._sign_of(x, args)
 
         for name, (value, every) in events.held.items():
             (value,) = rebuilt([value], replace)
@@ -274,16 +260,11 @@ class Equations:
             sides[i] = node("where", node("&", rests, leaves), way, sides[i])
         return [*new.values(), *sides]
 
-    def _sign_of(self, side: Node) -> Value:
-        """Return the sign of a quantity that is no crossing."""
-        (value,) = rebuilt(
-            [side.args[0]],
-            lambda x, args: (
-                self._sign_of(x)
-                if x.op == "side" and x.args[0] not in self.sides
-                else None
-            ),
-        )
+    def _sign_of(self, x: Node, args: list[Value]) -> Value | None:
+        """Return the sign of a quantity that is no crossing; None but for its side."""
+        if x.op != "side" or x.args[0] in self.sides:
+            return None
+        (value,) = rebuilt([x.args[0]], self._sign_of)
         return self.graph.node("where", self.graph.node(">", value, 0.0), 1.0, -1.0)
 
     @property

@@ -267,8 +267,7 @@ def _place(model: Motion) -> str:
 
 def _settings(cls: type[Motion], fields: Mapping[str, Any]) -> type:
     """Return the settings of a motion: the author's, `rtol` and `max_step`."""
-    lasts = getattr(cls, "lasts", None)
-    length = lasts.default if isinstance(lasts, dataclasses.Field) else lasts
+    length = _length(cls)
     longest = float(length) / STEPS if isinstance(length, int | float) else 1.0
     common = {
         "rtol": setting(1e-6, "integration tolerance", above=0.0),
@@ -281,10 +280,15 @@ def _settings(cls: type[Motion], fields: Mapping[str, Any]) -> type:
     return dataclasses.make_dataclass("Settings", annotated, frozen=True)
 
 
+def _length(cls: type[Motion]) -> Any:
+    """Return how long a trial lasts by default, as it is declared."""
+    lasts = getattr(cls, "lasts", None)
+    return lasts.default if isinstance(lasts, dataclasses.Field) else lasts
+
+
 def _check(cls: type[Motion]) -> None:
     """Refuse declarations that are missing or do not fit."""
-    lasts = getattr(cls, "lasts", None)
-    length = lasts.default if isinstance(lasts, dataclasses.Field) else lasts
+    length = _length(cls)
     if not isinstance(length, int | float) or not length > 0.0:
         raise ModelError(f"lasts = {length!r}: how long a trial lasts, in s, is needed")
     if not cls.states:

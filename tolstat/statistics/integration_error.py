@@ -103,22 +103,6 @@ def share_above_largest(trials: int) -> float:
     return 1 - (1 - 0.95) ** (1 / trials) if trials else math.nan
 
 
-def trials_for_sure(most_out: float, permitted_out: float) -> int | None:
-    """Return how many random trials to evaluate again so that "met" is sure.
-
-    `most_out` is the upper end of the share out of limit. If no error is seen in these
-    trials, the share of all with one is below the rest of what is permitted, with a
-    confidence of 97.5 %. None if nothing rests.
-
-    Examples
-    --------
-    >>> trials_for_sure(0.0017, 0.0027)
-    3688
-    """
-    rest = permitted_out - most_out
-    return math.ceil(math.log(0.025) / math.log1p(-rest)) if rest > 0 else None
-
-
 def response_ends(
     values: Array, trials: Integers, precise: Array, representative: Truths
 ) -> Array:

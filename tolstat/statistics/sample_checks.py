@@ -65,7 +65,7 @@ class LotsDiffer(NamedTuple):
     p_value: float
 
 
-def outliers(values: Array, level: float = LEVEL) -> Integers:
+def outliers(values: Array) -> Integers:
     """Return the indices of parts far from all others, the farthest first.
 
     References
@@ -86,7 +86,7 @@ def outliers(values: Array, level: float = LEVEL) -> Integers:
         distance = np.abs(left - left.mean()) / spread
         farthest = int(distance.argmax())
         freedom = n - i - 2
-        t = float(stdtrit(freedom, 1 - level / (2 * (n - i))))
+        t = float(stdtrit(freedom, 1 - LEVEL / (2 * (n - i))))
         critical = (n - i - 1) * t / math.sqrt((freedom + t**2) * (n - i))
         removed.append(int(rest[farthest]))
         if distance[farthest] > critical:
@@ -170,7 +170,7 @@ def _log_density(values: Array, mean: Any, sigma: Any) -> Array:
     return density
 
 
-def cut_off(values: Array, end: float, level: float = LEVEL) -> CutOff | None:
+def cut_off(values: Array, end: float) -> CutOff | None:
     """Return a tail that ends at a limit, as parts do that were sorted by it.
 
     As many parts lie in a band inside the limit, and none beyond it: chance leaves it
@@ -188,10 +188,10 @@ def cut_off(values: Array, end: float, level: float = LEVEL) -> CutOff | None:
     ratio = min(1.0, near / max(farther, 1)) * math.exp(-(BAND**2))
     expected = near * ratio
     p_value = math.exp(-expected)
-    return CutOff(end, float(expected), p_value) if p_value < level else None
+    return CutOff(end, float(expected), p_value) if p_value < LEVEL else None
 
 
-def trend(values: Array, level: float = LEVEL / 10) -> Trend | None:
+def trend(values: Array) -> Trend | None:
     """Return a drift of the parts in their order (Kendall's test, Theil's slope)."""
     from scipy import stats  # slow to import
 
@@ -199,7 +199,7 @@ def trend(values: Array, level: float = LEVEL / 10) -> Trend | None:
         return None
     order = np.arange(len(values))
     tau, p_value = stats.kendalltau(order, values)
-    if not p_value < level:
+    if not p_value < LEVEL / 10:
         return None
     few = slice(None, None, -(-len(values) // MOST_SLOPES))  # it takes all pairs
     slope = float(stats.theilslopes(values[few], order[few])[0])
@@ -213,9 +213,7 @@ def is_sorted(values: Array) -> bool:
     return len(values) >= FEWEST and rises
 
 
-def lots_differ(
-    values: Array, lots: Sequence[str], level: float = LEVEL / 10
-) -> LotsDiffer | None:
+def lots_differ(values: Array, lots: Sequence[str]) -> LotsDiffer | None:
     """Return lots with different medians (Kruskal and Wallis)."""
     from scipy import stats  # slow to import
 
@@ -223,7 +221,7 @@ def lots_differ(
     if len(groups) < 2 or not np.ptp(values) > 0:
         return None
     p_value = float(stats.kruskal(*groups.values()).pvalue)
-    if not p_value < level:
+    if not p_value < LEVEL / 10:
         return None
     by_median = sorted(groups, key=lambda lot: float(np.median(groups[lot])))
     return LotsDiffer(by_median[0], by_median[-1], p_value)

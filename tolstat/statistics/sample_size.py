@@ -24,6 +24,7 @@ from tolstat.statistics.limits.limit import within
 from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 
 DECIDE = "decide"  # how a rule begins that asks for the verdict of every limit
+MOST_ROWS = 4_000_000  # trials of such a run that has a time, at most
 FIRST_STAGE = 1024  # trials of the first stage
 FEWEST_RANDOM = 2 * FIRST_STAGE  # trials before thinned ones
 MOST_PLAIN = 60_000  # trials of equations of motion: about a minute
@@ -171,9 +172,7 @@ def trials_needed(good: Truths, sample: Sample, demanded: float) -> int:
     if sample.weights:
         return 0
     if sample.thinned:
-        from tolstat.statistics.deciding.thinned_share import (  # seldom
-            trials_settling,
-        )
+        from tolstat.statistics.deciding.thinned_share import trials_settling  # seldom
 
         settled = trials_settling(~good, sample.thinned, 1 - demanded)
         return grown(settled) if settled < MOST_TRIALS else 0

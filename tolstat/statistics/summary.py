@@ -6,7 +6,7 @@ performance (Pp, Ppk), not of capability (Cp, Cpk).
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +19,6 @@ from tolstat.statistics.estimate import (
     Lack,
     NoInterval,
 )
-from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.intervals.moments import Ends, Reach
 from tolstat.statistics.limits.limit import Limit, ppk_of
 from tolstat.statistics.limits.yields import PartsUncertainty, Yield, yield_of
@@ -273,23 +272,21 @@ def summarize(
     sample: Sample,
     limit: Limit | None = None,
     declared: Ends | None = None,
-    ends: Array | None = None,
-    audited: AuditedResponse | None = None,
     uncertainty: ResponseUncertainty | None = None,
     judged: Yield | None = None,
 ) -> Summary:
     """Summarize a response: float64[trial], SI, NaN in trials that are not done.
 
-    `declared` is the declared range of the response; an open end is infinite. `ends`
-    and `audited` are those of `yield_of`. `uncertainty` widens all intervals.
-    `judged` is the yield if it rests on other trials than these.
+    `declared` is the declared range of the response; an open end is infinite.
+    `uncertainty` widens all intervals. `judged` is the yield if it rests on other
+    trials than these, or an audit was made.
     """
     done = values[sample.done]
     limited = None
     if limit is not None and (sample.weights or sample.ran.any()):
         judged = judged or yield_of(
-            values, sample, limit.permitted, limit.demanded, ends, audited,
-            uncertainty.share if uncertainty else None,
+            values, sample, limit.permitted, limit.demanded,
+            measured=uncertainty.share if uncertainty else None,
         )  # fmt: skip
         limited = Limited(
             limit,
@@ -336,18 +333,18 @@ def _widened(summary: Summary, moved: MovedNumbers) -> Summary:
                 _indices(limited.limit, mean - reach, mean, mean + reach),
             ),
         )  # fmt: skip
-    return Summary(
-        moved.widened(summary.mean, moved.mean),
-        moved.widened(summary.sigma, sigma, 0.0),
-        moved.widened(summary.mean_for_any_distribution, moved.mean),
-        moved.widened(summary.sigma_for_any_distribution, sigma, 0.0),
-        summary.least,
-        summary.largest,
-        {
+    for_any = summary.mean_for_any_distribution, summary.sigma_for_any_distribution
+    return replace(
+        summary,
+        mean=moved.widened(summary.mean, moved.mean),
+        sigma=moved.widened(summary.sigma, sigma, 0.0),
+        mean_for_any_distribution=moved.widened(for_any[0], moved.mean),
+        sigma_for_any_distribution=moved.widened(for_any[1], sigma, 0.0),
+        quantiles={
             share: moved.widened(number, moved.quantiles[share])
             for share, number in summary.quantiles.items()
         },
-        limited,
+        limited=limited,
     )
 
 

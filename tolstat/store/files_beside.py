@@ -13,12 +13,7 @@ from pathlib import Path
 from typing import IO, Any, BinaryIO
 
 from tolstat.errors import Advice, BrokenError, Remedy, RunFileError, TolstatError
-from tolstat.operating_system import (
-    is_mine,
-    largest_file,
-    lock,
-    process_exists,
-)
+from tolstat.operating_system import is_mine, largest_file, lock, process_exists
 from tolstat.regular_files import created, opened, opened_for_writing
 from tolstat.store.integrity import is_run
 from tolstat.store.open_run import open as open_run

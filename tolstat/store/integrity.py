@@ -127,7 +127,7 @@ def _check(file: File, path: Path) -> None:
         words = "1 or 2" if number == UNSEALED else number
         raise FormatError(
             f"{path} has format {words}, this tolstat reads format {FORMAT}; open it "
-            "with the tolstat that made it, or run its study again",
+            "with the tolstat that made it, or run its study again"
         )
     file.seek(len(MARK))
     seal = PATTERN.match(file.read(MOST_SEAL) or b"")

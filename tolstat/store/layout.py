@@ -30,11 +30,7 @@ from tolstat.regular_files import read_exactly
 from tolstat.store.codec import write_record
 from tolstat.store.integrity import Hole, around, block_for, write_all, write_seal
 from tolstat.store.run_records import STATUS, STEPS, Reason
-from tolstat.store.stored_fields import (
-    column_of,
-    read_attribute,
-    write_attribute,
-)
+from tolstat.store.stored_fields import column_of, read_attribute, write_attribute
 from tolstat.store.stored_run import Run
 from tolstat.store.tables import place_name
 

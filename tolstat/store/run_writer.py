@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,28 +44,21 @@ SAFE_EVERY = 2.0  # s, between two writes to the disk
 Blocks = list[tuple[int, TrialResults]]
 
 
-class Stoppable(Protocol):
-    """What long work is done by; either method may raise an error to end it."""
+class Stoppable:
+    """What long work is done by, here to its end; others may raise an error to end it.
+
+    Their callers may leave before a long function ends.
+    """
 
     def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Return what a long function returns; its caller may leave before it ends."""
+        """Return what a long function returns."""
+        return function(*arguments)
 
     def check(self) -> None:
         """Raise the error if the work has to end."""
 
 
-class _ToTheEnd:
-    """Long work that is not stopped."""
-
-    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Return what a function returns."""
-        return function(*arguments)
-
-    def check(self) -> None:
-        """Let the work go on."""
-
-
-TO_THE_END = _ToTheEnd()
+TO_THE_END = Stoppable()
 
 
 class RunWriter(AbstractContextManager["RunWriter"]):

@@ -21,13 +21,7 @@ from tolstat.model.description import StudyNumber
 from tolstat.model.view import typed_unit
 from tolstat.regular_files import content, decoded
 from tolstat.statistics.intervals.weights import COLUMNS, Thinned
-from tolstat.statistics.limits.limit import (
-    WORST,
-    Limit,
-    margins,
-    within,
-    worst_trials,
-)
+from tolstat.statistics.limits.limit import WORST, Limit, margins, within, worst_trials
 from tolstat.statistics.sample_size import DECIDE
 from tolstat.status import Status, status_words
 from tolstat.store import run_records as records

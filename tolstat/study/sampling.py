@@ -9,7 +9,7 @@ from tolstat.deviations.draw import SAMPLERS, factors
 from tolstat.deviations.names import expand
 from tolstat.errors import ModelError, StudyError, UnitError, allowed_names
 from tolstat.model.description import Description, Response
-from tolstat.statistics.sample_size import DECIDE, Precision, Statistic
+from tolstat.statistics.sample_size import DECIDE, MOST_ROWS, Precision, Statistic
 from tolstat.statistics.sensitivity.sobol_indices import LEAST_GROUPS
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import Points
@@ -32,7 +32,7 @@ EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
 Rule = str | Mapping[str, Any]  # a stopping rule: the key `trials` of a study
 AT_MOST = ", at most "  # before the budget of a rule
 SLOW = {True: ", slow", False: ", not slow", None: ""}  # after it
-FIRST_ROWS, MOST_ROWS = 8192, 4_000_000  # trials of such a run: first, at most
+FIRST_ROWS = 8192  # trials of such a run: first
 
 
 def read_sampling(document: Document, problems: Problems) -> tuple[str, str]:

@@ -23,6 +23,7 @@ from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document.inline import Typed
 from tolstat.render.screen import as_text, show
 from tolstat.statistics.limits.yields import MET
+from tolstat.statistics.sample_size import MOST_ROWS, fewest_trials
 
 DEGREE = np.pi / 180
 STUDY = {
@@ -286,6 +287,22 @@ def test_causes_are_not_asked_for_where_the_limit_seems_met(tmp_path):
     (step,) = found.findings.steps
     assert step.kind is StepKind.DECIDE
     assert (step.responses, step.causes_of) == (("gap",), ())
+
+
+@pytest.mark.parametrize(("ppk", "kinds"), [(1.67, 2), (2.2, 1)])
+def test_a_demand_beyond_the_trials_of_a_run_is_told_so(tmp_path, ppk, kinds):
+    """Of 1e9 trials none is advised; of fewer all are."""
+    limit = {"limit": "<= 20.4 mm", "ppk": ppk}
+    found, _, _ = chain(tmp_path, "a + b", {"a": 0.1, "b": 0.1}, limit, 1000)
+    *adding, search = found.findings.steps
+    assert len(adding) + 1 == kinds and search.kind is StepKind.SEARCH_RARE
+    for step in adding:
+        needed = fewest_trials(float(norm.sf(3 * ppk)))
+        assert step.trials >= needed > MOST_ROWS
+        assert step.commands[0].words[-2:] == ("--at-most", str(step.trials))
+    words = steps_of(found)[-1]
+    assert "takes more than 4000000 trials" in words
+    assert 'sampling = { rare = "gap" }' in words
 
 
 @pytest.mark.parametrize("tolerance", ["+-0.1 mm", "+-0.10 mm", "+-100 um"])

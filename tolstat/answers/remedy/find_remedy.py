@@ -62,7 +62,6 @@ FARTHEST_UNPROVED = 1.0  # half tolerances that a centre moves
 STRAIGHT = 1e-6  # of sigma: what a linear surface leaves
 QUICK, QUICK_INTEGRATED = 10.0, 1.0  # s, that a proof may take; of equations of motion
 NOTHING_HELPS = "no change of the free tolerances and centres is known to help"
-OF_RANDOM = "; only the random trials of this thinned run were searched"
 TOLD = (NoRemedy.FREE, NoRemedy.FAILED)  # other refusals say nothing to a reader
 
 
@@ -95,11 +94,13 @@ def remedy_of(drawn: Drawn, causes: Causes) -> RemedyFinding | None:
     entries = changeable_entries(run)
     if not entries.names:
         return None
-    columns = [drawn.values(name) for name in entries.contributors]
+    limits = [*run.limits.values()]
+    judged = drawn.judged(min(1 - limit.demanded for limit in limits))
+    columns = [judged.values(name) for name in entries.contributors]
     trials = movable_trials(
         np.stack(columns, axis=1),
-        np.stack([drawn.values(name) for name in run.limits], axis=1),
-        drawn.sample, [*run.limits.values()], entries.design,
+        np.stack([judged.values(name) for name in run.limits], axis=1),
+        judged.sample, limits, entries.design,
     )  # fmt: skip
     if isinstance(trials, NoRemedy):
         return RemedyFinding(reason=trials.value) if trials in TOLD else None
@@ -142,12 +143,10 @@ class _Search:
 
     def finding(self) -> RemedyFinding:
         """Return the remedy, or why there is none."""
-        before = self._before()
+        before = predicted(self.trials, self.trials.design.none)
         tried = self._tried(before) or self._by_weights(before)
         if tried is None:
-            thinned = self.run.random_trials < self.run.trials
-            reason = NOTHING_HELPS + (OF_RANDOM if thinned else "")
-            return RemedyFinding(reason=reason, note=self.note)
+            return RemedyFinding(reason=NOTHING_HELPS, note=self.note)
         pairs = zip(before.limits, tried.after.limits, strict=True)
         changed = StudyChange(changed_entries(self.run, self.entries, tried.change))
         return RemedyFinding(
@@ -159,16 +158,6 @@ class _Search:
             commands=to_change(self.run, changed), note=self.note,
             proving=self.proving,
         )  # fmt: skip
-
-    def _before(self) -> Shares:
-        """Return shares out of limit before a change, as the report has them."""
-        judged = self.drawn.judged()
-        if not judged.sample.thinned:
-            return predicted(self.trials, self.trials.design.none)
-        limits = self.run.limits
-        out = np.any([self.run.beyond(n)[judged.trials] for n in limits], axis=0)
-        shares = (self.drawn.yield_of(n).fraction_out_of_limit for n in limits)
-        return Shares(judged.sample.share(out, judged.sample.ran), tuple(shares))
 
     def wider_limits(self) -> tuple[dict[str, tuple[float, float]], int]:
         """Return limits that the design as it is meets, and the trials that prove it.
@@ -222,7 +211,8 @@ class _Search:
         change = reduce(both, (step.change for step in found))
         tried = self._judged(change, found, before)
         far = np.abs(change.shift).max() > FARTHEST_UNPROVED
-        return tried and tried._replace(met=tried.met and not far)
+        sure = trials.all_had_chances and not far
+        return tried and tried._replace(met=tried.met and sure)
 
     def _judged(
         self, change: Change, steps: Iterable[Step], before: Shares, proved: int = 0

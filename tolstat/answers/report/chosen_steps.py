@@ -11,6 +11,7 @@ from tolstat.answers.next_steps import (
     can_allocate,
     can_extend,
     finer_settings,
+    holds,
     with_commands,
 )
 from tolstat.answers.remedy.remedy_finding import Evidence, RemedyFinding
@@ -34,7 +35,7 @@ from tolstat.statistics.limits.yields import (
     UNDECIDED,
     Caveat,
 )
-from tolstat.statistics.sample_size import FEWEST_RANDOM, grown, is_thinned
+from tolstat.statistics.sample_size import FEWEST_RANDOM, MOST_ROWS, grown, is_thinned
 from tolstat.statistics.sensitivity.named_causes import LEAST
 from tolstat.statistics.summary import Limited
 from tolstat.store.stored_run import Run
@@ -140,6 +141,7 @@ def _steps(
         _measured(limits),
         _changed(limits, remedy),
         _more_trials(drawn, responses, limits, remedy),
+        _searched(run, limits),
         _allocated(run, limits),
     ):
         if step:
@@ -212,6 +214,7 @@ def _more_trials(
         name: limit.trials_that_decide
         for name, limit in limits.items()
         if not (mended and limit.seems_missed)
+        if holds(run, limit.trials_that_decide)
     }
     undecided = tuple(
         name
@@ -271,6 +274,19 @@ def _deciding(drawn: Drawn, numbers: Mapping[str, int]) -> tuple[int, bool]:
         return 0, False
     more = max(part * max(numbers[name] - first, 0) for name, part in parts.items())
     return grown(first + more), not few
+
+
+def _searched(run: Run, limits: Limits) -> Step | None:
+    """Return the step that searches rare trials; None where a plain run decides."""
+    names = tuple(
+        name
+        for name, limit in limits.items()
+        if limit.verdict == UNDECIDED and not limit.reason
+        if not 0 < limit.trials_that_decide <= MOST_ROWS
+    )
+    if not names or run.thinned or run.listed or run.sampling != "random":
+        return None
+    return Step(StepKind.SEARCH_RARE, names)
 
 
 def _allocated(run: Run, limits: Limits) -> Step | None:

@@ -26,6 +26,7 @@ from tolstat.document.inline import Name, Number, Parts, Word
 from tolstat.document.sentences import counted, listed, say, text
 from tolstat.statistics.integration_error import Movement
 from tolstat.statistics.limits.yields import Caveat
+from tolstat.statistics.sample_size import MOST_ROWS
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
@@ -35,6 +36,11 @@ TURN_WORDS = {0.5: "half a", 1.0: "a whole"}
 # an angle never jumps by a turn, while a machine with play or a stop may well jump
 MEND_TURN = ", so no tolerance explains it. Mend the formula of the response"
 MEND_STEP = ". If the machine does not jump so, mend the formula of the response"
+SEARCH = (
+    f"To decide {{}} takes more than {MOST_ROWS} trials. A search for rare ones takes "
+    f"fewer, if it misses no kind of failure: write {{}} and trials = {{}} into "
+    "the study, and run it again. Or widen the limit, or demand less."
+)
 PLAIN = {
     StepKind.RESUME: "Run the trials that are missing: {}.",
     StepKind.FINISH: "Finish the run, whose audit or diagnostics are missing: {}.",
@@ -90,6 +96,11 @@ def step_words(run: Run, step: Step) -> Parts:
             return say("To decide {}, {}: more trials tell little.", names, action)
         case StepKind.ADD_TRIALS | StepKind.DECIDE:
             return _add_trials(run, step)
+        case StepKind.SEARCH_RARE:
+            from tolstat.deviations.rare import ENOUGH  # seldom used
+
+            sampling = Word(f'sampling = {{ rare = "{step.responses[0]}" }}')
+            return say(SEARCH, names, sampling, str(ENOUGH))
         case kind if kind in NAMING:
             return say(NAMING[kind], names, *step.commands)
     return say(PLAIN[step.kind], *step.commands)

@@ -97,7 +97,8 @@ def all_limits(drawn: Drawn) -> AllLimits | None:
     limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
     if not limits or not drawn.sample.ran.any():
         return None
-    judged, uncertainty = drawn.judged(), drawn.uncertainty(JOINT)
+    permitted = max(1 - limit.demanded for limit in drawn.run.limits.values())
+    judged, uncertainty = drawn.judged(permitted), drawn.uncertainty(JOINT)
     values = {name: judged.values(name) for name in limits}
     sample = judged.sample_for(*limits)
     within = joint_yield(values, sample, limits, uncertainty)

@@ -9,10 +9,10 @@ from typing import Any
 
 from tolstat.arrays import Array
 from tolstat.execution.workers.local_blocks import Block, Mismatch, Threads
-from tolstat.execution.workers.remote_blocks import Processes
 from tolstat.model.contract import Model, TrialResults
 from tolstat.operating_system import processors
 from tolstat.status import ran_in_order
+from tolstat.store.run_writer import Stoppable
 from tolstat.study.given_points import Case
 
 LOOK_AGAIN = 0.1  # s, between two checks whether to stop
@@ -29,7 +29,7 @@ class Interrupted(Exception):
     """The caller has stopped the run."""
 
 
-class Workers(AbstractContextManager["Workers"]):
+class Workers(Stoppable, AbstractContextManager["Workers"]):
     """Workers that evaluate trials in blocks.
 
     Parameters
@@ -60,9 +60,12 @@ class Workers(AbstractContextManager["Workers"]):
         self._stopped_at = 0.0  # 0 if nothing has looked since
         self._patience = math.inf  # until then running blocks get time to finish
         self._number, self._block = number, block
-        self._pool: Threads | Processes = (
-            Processes(executor) if executor else Threads(number or processors())
-        )
+        if executor:
+            from tolstat.execution.workers.remote_blocks import Processes  # seldom
+
+            self._pool: Threads | Processes = Processes(executor)
+        else:
+            self._pool = Threads(number or processors())
 
     @property
     def number(self) -> int:

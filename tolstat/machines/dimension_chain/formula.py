@@ -164,7 +164,7 @@ class Formula:
                     raise self._refused(node, "the number is too large")
                 typed = isinstance(value, Quantity)
                 return algebra.constant(value if typed else float(value))
-            case ast.Name(id=name) if self._names(name):
+            case ast.Name(id=name) if name in self._all_names:
                 return algebra.link(name)
             case ast.Name(id=name):
                 if name not in CONSTANTS:
@@ -243,10 +243,6 @@ class Formula:
                     "a term of a loop is a length and its direction, such as rod @ "
                     "theta; a sum of angles stands in parentheses",
                 )
-
-    def _names(self, name: str) -> bool:
-        """Tell whether a name is a link or an unknown."""
-        return name in self._all_names
 
     def _chosen(
         self, node: ast.Call, args: Sequence[ast.expr], algebra: Algebra, depth: int

@@ -212,12 +212,10 @@ def jumps(
 
 def _crossing(step: Step) -> ast.expr | None:
     """Return the part of a step that may pass a cut; None of a step without one."""
-    if step.name in ("atan2", "tan"):
+    if step.name in ("atan2", "tan", "sign", *STEPS):
         return step.arguments[0]
     if step.name == "/":
         return step.arguments[1]
-    if step.name in (*STEPS, "sign"):
-        return step.arguments[0]
     if step.name == CHOICE:
         condition = step.arguments[0]
         assert isinstance(condition, ast.Compare)  # or the formula was refused

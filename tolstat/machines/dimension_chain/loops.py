@@ -308,7 +308,11 @@ def _names(tree: ast.AST) -> set[str]:
 
 def _in_directions(tree: ast.AST) -> set[str]:
     """Return the names after an @ of a loop."""
-    return {name for node in _turned(tree) for name in _names(node.right)}
+    named = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
+            named |= _names(node.right)
+    return named
 
 
 def _terms(
@@ -323,9 +327,3 @@ def _terms(
             yield from _terms(operand, -sign if isinstance(op, ast.USub) else sign)
         case ast.BinOp(left=length):
             yield sign, tree, length
-
-
-def _turned(tree: ast.AST) -> Iterator[ast.BinOp]:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
-            yield node

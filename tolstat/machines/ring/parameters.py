@@ -138,14 +138,12 @@ def parts_of(rings: Rings, hoop: bool) -> tuple[Tool, Ring, list[Array]]:
     )  # fmt: skip
     lobes = [
         row
-        for i, lobe in enumerate(rings.lobes)
-        # a round trial adds zeros, bit for bit: no answer depends on them
-        if (rings.e_cos[:, i] != 0.0).any() or (rings.e_sin[:, i] != 0.0).any()
-        for row in (
-            np.full_like(speed[:, 0], lobe),
-            rings.e_cos[:, i],
-            rings.e_sin[:, i],
+        for lobe, cos, sin in zip(
+            rings.lobes, rings.e_cos.T, rings.e_sin.T, strict=True
         )
+        # a round trial adds zeros, bit for bit: no answer depends on them
+        if cos.any() or sin.any()
+        for row in (np.full_like(speed[:, 0], lobe), cos, sin)
     ]
     return tool, Ring(*(rows.T for rows in ring)), lobes
 

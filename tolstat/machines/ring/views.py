@@ -216,10 +216,8 @@ def critical(deviations: Array, settings: Asked) -> Listing:
     """Return the speeds at which M_j is zero without hoop tension, and that tension."""
     j = np.arange(2.0, settings.harmonics + 1.0)
     rows = np.repeat(deviations[:1], len(j), axis=0)
-    values, rings = (
-        parameters.values_of(rows, settings),
-        parameters.build(rows, settings),
-    )
+    values = parameters.values_of(rows, settings)
+    rings = parameters.build(rows, settings)
     Omega = j * np.sqrt(rings.nu)
     growth = ring_eigenvalues(rings, Omega, settings.hoop).real.max(axis=1)
     # where the eigenvalue is zero twice its growth is rounding

@@ -9,16 +9,8 @@ from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
 from tolstat.machines.rolling_block.modes import Drive, nominal
 from tolstat.machines.rolling_block.regulator import regulator
 from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS
-from tolstat.model.view import (
-    Axis,
-    Chart,
-    Curve,
-    Listing,
-    Offer,
-    Picture,
-    Span,
-    peaks_of,
-)
+from tolstat.model import view
+from tolstat.model.view import Axis, Chart, Curve, Listing, Offer, Picture, Span
 from tolstat.moving import Solution
 
 PAIRS = ("Motor side", "To C and D", "Spindles of C", "Spindles of D")
@@ -54,7 +46,7 @@ def chart_of(
         for i, pair in enumerate(PAIRS):
             two = links[2 * i : 2 * i + 2]
             pictures.append(Picture(f"{pair}, {loading}", *two, spans=shaded))
-    marks = peaks_of(curves, time)
+    marks = view.peaks_of(curves, time)
     return Chart.of(Axis("time", "s", "s"), time, *pictures, marks=marks)
 
 

@@ -36,21 +36,10 @@ def rates(moment, y, p, out):
     held = (still, still, still, still, still, still)
     excess = excess_of(play_of(m.rods, p))
     free = (0.5 - joints.touch1, 0.5 - joints.touch2)
-    write(
-        out,
-        0,
-        (
-            m.derivative,
-            held,
-            m.powers,
-            m.loads,
-            excess,
-            m.jam,
-            free,
-            m.turns,
-            m.relaxation,
-        ),
-    )
+    write(out, 0, (
+        m.derivative, held, m.powers, m.loads, excess, m.jam, free, m.turns,
+        m.relaxation,
+    ))  # fmt: skip
 
 
 @compiled(rates_signature)

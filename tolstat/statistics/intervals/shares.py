@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import betainc, betaincinv, betaln, gammaincinv
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.estimate import CONFIDENCE, Estimate
 
 PRIOR = 0.5  # of Jeffreys' beta distribution, both parameters: it mixes the bets
 
@@ -31,17 +31,13 @@ def proportion(count: float, trials: float, confidence: float = 0.95) -> Estimat
     return Estimate(count / trials, float(lower), float(upper))
 
 
-def anytime_valid(count: int, trials: int, confidence: float = 0.95) -> Estimate:
+def anytime_valid(count: int, trials: int) -> Estimate:
     """Estimate a share, with an anytime-valid interval.
 
     The interval is 1.2 (count 0) to 2.2 times as wide as that of Clopper and Pearson.
-    Theirs holds only at one number of trials, chosen beforehand.
-
-    Parameters
-    ----------
-    confidence : float
-        Probability that the interval holds the share after every added trial; each
-        side errs with at most half of 1 - confidence.
+    Theirs holds only at one number of trials, chosen beforehand; this one holds the
+    share after every added trial with a probability of 95 %, each side errs with at
+    most half of the rest.
 
     References
     ----------
@@ -49,7 +45,7 @@ def anytime_valid(count: int, trials: int, confidence: float = 0.95) -> Estimate
     Math. Stat. 41 (1970) 1397-1409: mixtures of likelihood ratios, and Ville's
     inequality.
     """
-    evidence = math.log(2 / (1 - confidence))
+    evidence = math.log(2 / (1 - CONFIDENCE))
     upper = _most(count, trials, evidence)
     lower = 1 - _most(trials - count, trials, evidence)
     return Estimate(count / trials, lower, upper)

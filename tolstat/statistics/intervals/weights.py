@@ -122,6 +122,11 @@ class Thinned(NamedTuple):
         return int(self.drawn[0])
 
     @property
+    def units(self) -> Array:
+        """Drawn trials that each stands for; 0 in stages that leave out trials."""
+        return np.where(self.least > 0, 1 / self.chance, 0.0)
+
+    @property
     def ends(self) -> Integers:
         """Numbers of evaluated trials at the end of each stage, int64[stage]."""
         return np.append(np.flatnonzero(np.diff(self.drawn)) + 1, len(self.drawn))

@@ -78,9 +78,7 @@ class MeasuredTrials(NamedTuple):
 
 
 def uncertainties_of(
-    trials: MeasuredTrials,
-    shares: Sequence[float],
-    more: Sequence[int] = MORE_PARTS,
+    trials: MeasuredTrials, shares: Sequence[float], more: Sequence[int] = MORE_PARTS
 ) -> dict[str, ResponseUncertainty]:
     """Return how uncertain each response is by the measured parts; `JOINT`: all limits.
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.special import ndtri
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Truths
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.remedies.change import Change, Design
 from tolstat.statistics.remedies.surface import Surface, fitted_surface
@@ -19,6 +21,7 @@ LEAST_TRIALS = 200
 MOST_FITTED = 16_384  # trials of a surface: more tell its slopes hardly better
 DEEP, DEEPEST = 10.0, 0.02  # trials in the tail that shows the spread; its most
 POINT_MASS = 1e-9  # of the room to a limit: a tail without any spread
+WEIGHTED = "inverted_cdf"  # quantiles, the only ones that NumPy knows
 RAREST = 1e-9  # permitted trials, where as many fail as are permitted
 
 
@@ -42,28 +45,65 @@ class MovableTrials:
         Deviations from their centres, over half the tolerance.
     responses : float64[trial, response]
         SI.
-    failed : int
-        Trials that failed: out of all limits, whatever changes.
+    failed : float
+        Trials that failed: out of all limits, whatever changes. As `units`.
     permitted : float64[response, end]
         Infinite where an end is open.
     permitted_out : float64[response]
         The permitted share out of limit.
+    units : float64[trial], optional
+        Drawn trials that each stands for; 1 if not given.
+    thinned : Sample, optional
+        Failed trials included, if trials were thinned: intervals need its stages.
     """
 
     z: Array
     responses: Array
-    failed: int
+    failed: float
     permitted: Array
     permitted_out: Array
     design: Design
     surface: Surface
+    units: Array | None = None
+    thinned: Sample | None = None
 
-    def thinned(self, most: int) -> MovableTrials:
+    def at_most(self, most: int) -> MovableTrials:
         """Return so many of the trials at most, with the surface of all."""
         chosen = slice(None, None, -(-len(self.z) // most))
         z, responses = self.z[chosen], self.responses[chosen]
+        units = None if self.units is None else self.units[chosen]
         failed = round(self.failed * len(z) / len(self.z))
-        return replace(self, z=z, responses=responses, failed=failed)
+        return replace(self, z=z, responses=responses, failed=failed, units=units)
+
+    @property
+    def done(self) -> float:
+        """Number of the trials, as `units`."""
+        return len(self.z) if self.units is None else float(self.units.sum())
+
+    @property
+    def all_had_chances(self) -> bool:
+        """Whether no drawn trial was left out because it was far from all limits."""
+        thinned = self.thinned and self.thinned.thinned
+        return not (thinned and thinned.skips)
+
+    def out_of(self, trials: Truths) -> float:
+        """Return the number of some of the trials, as `units`, with the failed ones."""
+        if self.units is None:
+            return np.count_nonzero(trials) + self.failed
+        return float(self.units[trials].sum()) + self.failed
+
+    def share(self, out: Truths, permitted: float) -> Estimate:
+        """Estimate the share of bool[trial] and the failed ones, for such a limit."""
+        if self.thinned is None:
+            return proportion(self.out_of(out), self.done + self.failed)
+        units, part = self.thinned.failed_trials, self.thinned.telling(permitted)
+        units[self.thinned.done] = out
+        share = part.share(units[: len(part.status)], part.ran)
+        if not part.thinned or not part.thinned.skips:
+            return share
+        # those without a chance may move out of limit: others would show many
+        covering = self.share(out, 1.0)
+        return covering if covering.lower > share.upper else share
 
     def sampled_again(
         self, change: Change, deviations: Array, responses: Array
@@ -75,7 +115,7 @@ class MovableTrials:
         failed = int(np.count_nonzero(~done))
         return replace(
             self, z=z, responses=y, failed=failed, design=design,
-            surface=_surface(z, y),
+            surface=_surface(z, y), units=None, thinned=None,
         )  # fmt: skip
 
     def moved(self, change: Change) -> Moved:
@@ -108,13 +148,23 @@ class Moved:
     @property
     def _tails(self) -> Array:
         """The share of trials in the tails that show the spread, float64[response]."""
-        return np.maximum(self._shares, min(DEEP / len(self.responses), DEEPEST))
+        return np.maximum(self._shares, min(DEEP / self.origin.done, DEEPEST))
 
     @cached_property
     def _quantiles(self) -> Array:
         """Outer tails and median, float64[response, 3]."""
+        units = self.origin.units
+        quantiles = partial(
+            np.quantile, weights=units, method="linear" if units is None else WEIGHTED
+        )
         columns = zip(self.responses.T, self._tails, strict=True)
-        return np.array([np.quantile(y, [p, 0.5, 1 - p]) for y, p in columns])
+        return np.array([quantiles(y, [p, 0.5, 1 - p]) for y, p in columns])
+
+    @property
+    def variance(self) -> Array:
+        """Of the responses, float64[response]."""
+        mean = partial(np.average, axis=0, weights=self.origin.units)
+        return np.asarray(mean((self.responses - mean(self.responses)) ** 2))
 
     @property
     def middle(self) -> Array:
@@ -129,7 +179,7 @@ class Moved:
     @cached_property
     def _shares(self) -> Array:
         """The permitted share of the trials that are done, by response, at an end."""
-        done, failed = len(self.responses), self.origin.failed
+        done, failed = self.origin.done, self.origin.failed
         ends = np.isfinite(self.origin.permitted).sum(axis=1)
         out = self.origin.permitted_out * (done + failed) - failed
         return np.asarray(np.maximum(out, RAREST) / done / ends)
@@ -155,10 +205,10 @@ class Moved:
         with np.errstate(divide="ignore", invalid="ignore"):
             margins = np.where(np.isinf(room), np.inf, room / reach)
         lower, upper = self.origin.permitted.T
-        done = len(self.responses)
+        done, failed = self.origin.done, self.origin.failed
         for j, end in np.argwhere(reach <= POINT_MASS * np.abs(room)):
             y = self.responses[:, j]
-            out = np.count_nonzero(y > upper[j] if end else y < lower[j])
+            out = self.origin.out_of(y > upper[j] if end else y < lower[j]) - failed
             share = (out + 0.5) / (done + 1)
             if np.isfinite(room[j, end]):
                 margins[j, end] = ndtri(share) / ndtri(self._shares[j])
@@ -198,7 +248,10 @@ def movable_trials(
         SI; of trials of the sample. Responses with a limit only.
     limits : list of Limit, one a response
     """
-    done = sample.done
+    done, thinned, units = sample.done, None, sample.ran.astype(np.float64)
+    if sample.thinned:
+        thinned, units = sample, sample.thinned.units
+    failed, ran = units[sample.failed_trials].sum(), units.sum()
     permitted = np.array([limit.permitted for limit in limits]).reshape(-1, 2)
     out = np.array([1 - limit.demanded for limit in limits])
     refusals = {
@@ -206,14 +259,16 @@ def movable_trials(
         NoRemedy.FREE: not design.free.any(),
         NoRemedy.WEIGHTED: sample.weights is not None,
         NoRemedy.TRIALS: done.sum() < LEAST_TRIALS,
-        NoRemedy.FAILED: bool(np.any(sample.failed >= out * sample.ran.sum())),
+        NoRemedy.FAILED: bool(np.any(failed >= out * ran)),
     }
     for reason, refused in refusals.items():
         if refused:
             return reason
     z, responses = design.scaled(deviations[done]), responses[done]
-    surface = _surface(z, responses)
-    return MovableTrials(z, responses, sample.failed, permitted, out, design, surface)
+    return MovableTrials(
+        z, responses, failed, permitted, out, design, _surface(z, responses),
+        units[done] if thinned else None, thinned,
+    )  # fmt: skip
 
 
 def _surface(z: Array, responses: Array) -> Surface:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from itertools import count
 from typing import NamedTuple
 
@@ -10,7 +10,6 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.remedies.change import Change
 from tolstat.statistics.remedies.movable_trials import MovableTrials
 from tolstat.statistics.remedies.remedy import (
@@ -34,10 +33,14 @@ class Shares(NamedTuple):
         Out of at least one limit.
     limits : tuple of Estimate
         Of each response.
+    thinned : bool
+        Whether trials were thinned. The upper ends then include kinds of units that
+        no trial shows: they are out of limit before a change as well as after it.
     """
 
     joint: Estimate
     limits: tuple[Estimate, ...]
+    thinned: bool = False
 
     def permitted(self, permitted_out: Array) -> bool:
         """Return whether the whole interval of each limit is permitted."""
@@ -47,8 +50,9 @@ class Shares(NamedTuple):
     def improve(self, before: Shares, permitted_out: Array) -> bool:
         """Return whether they are surely better, and push no response out of its limit.
 
-        The whole interval of the joint share has to lie below the share before. And
-        that of no limit may lie above its interval before and above what is permitted.
+        The whole interval of the joint share has to lie below the share before; of
+        thinned trials the share below the whole interval before. And that of no limit
+        may lie above its interval before and above what is permitted.
         """
         pushed = (
             after.lower > max(share.upper, most)
@@ -56,7 +60,10 @@ class Shares(NamedTuple):
                 self.limits, before.limits, permitted_out, strict=True
             )
         )
-        return self.joint.upper < before.joint.value and not any(pushed)
+        better = self.joint.upper < before.joint.value
+        if self.thinned:
+            better = self.joint.value < before.joint.lower
+        return better and not any(pushed)
 
 
 class Step(NamedTuple):
@@ -85,9 +92,23 @@ Sampled = Callable[[Change, int], tuple[Array, Array]]
 def predicted(trials: MovableTrials, change: Change) -> Shares:
     """Predict shares out of limit from all stored trials, moved by a change.
 
-    The ends of an interval are those of Clopper and Pearson of the counts with all
-    responses moved a little: a quarter of what bends add, and half of a large remainder
-    of the surface. Without a change they are those of the trials as stored.
+    The ends of an interval are those of Clopper and Pearson, of thinned trials those of
+    `thinned_share`, with all responses moved a little: a quarter of what bends add, and
+    half of a large remainder of the surface. Without a change they are those of the
+    trials as stored.
+    """
+    as_moved, least, most = _outs(trials, change)
+    any_out = (np.any(out, axis=1) for out in (as_moved, least, most))
+    joint = _share(trials, any_out, float(trials.permitted_out.max()))
+    columns = zip(as_moved.T, least.T, most.T, trials.permitted_out, strict=True)
+    shares = tuple(_share(trials, outs, p) for *outs, p in columns)
+    return Shares(joint, shares, trials.thinned is not None)
+
+
+def _outs(trials: MovableTrials, change: Change) -> list[Truths]:
+    """Return which are out of limit after a change: as moved, at least, at most.
+
+    Each is bool[trial, response].
     """
     moved, surface = trials.moved(change).responses, trials.surface
     shift, ratio = trials.design.members(change)
@@ -97,11 +118,16 @@ def predicted(trials: MovableTrials, change: Change) -> Shares:
     size = min(1.0, float(np.abs(shift).sum() + (1 - ratio).sum()))
     error += REMAINDER * size * np.where(poor, surface.remainders, 0.0)
     lower, upper = trials.permitted.T
-    outs = [
+    return [
         (moved - widened < lower) | (moved + widened > upper)
         for widened in (np.zeros_like(error), -error, error)
     ]
-    return _shares(outs, trials.failed)
+
+
+def _share(trials: MovableTrials, outs: Iterable[Truths], permitted: float) -> Estimate:
+    """Estimate a share from trials out of limit: as moved, at least, at most."""
+    value, least, most = (trials.share(out, permitted) for out in outs)
+    return Estimate(value.value, least.lower, most.upper)
 
 
 def steps(
@@ -136,10 +162,11 @@ def _ordered(trials: MovableTrials, change: Change) -> Iterator[Change]:
     waiting = [none.with_entry(e, ratio=change.ratio[e]) for e in change.tightened]
     if change.size:
         waiting.append(none._replace(shift=change.shift))
-    ordering = trials.thinned(MOST_TRIALS)
+    ordering = trials.at_most(MOST_TRIALS)
     while waiting:
-        options = [predicted(ordering, both(done, step)).joint for step in waiting]
-        step = waiting.pop(int(np.argmin([share.value for share in options])))
+        moved = (_outs(ordering, both(done, step))[0] for step in waiting)
+        outs = [np.any(out, axis=1) for out in moved]
+        step = waiting.pop(int(np.argmin([ordering.out_of(out) for out in outs])))
         done = both(done, step)
         yield step
 
@@ -241,18 +268,3 @@ def _fewer(trials: MovableTrials, change: Change) -> Iterator[Change]:
 def both(first: Change, second: Change) -> Change:
     """Return changes of different kinds or entries together."""
     return Change(first.shift + second.shift, first.ratio * second.ratio)
-
-
-def _shares(outs: list[Truths], failed: int) -> Shares:
-    """Estimate shares from trials out of limit: as they are, at the least, at most."""
-    trials = len(outs[0]) + failed
-
-    def share(columns: Sequence[Truths]) -> Estimate:
-        value, least, most = (
-            proportion(int(np.count_nonzero(out)) + failed, trials) for out in columns
-        )
-        return Estimate(value.value, least.lower, most.upper)
-
-    joint = share([np.asarray(out.any(axis=1)) for out in outs])
-    responses = range(outs[0].shape[1])
-    return Shares(joint, tuple(share([out[:, j] for out in outs]) for j in responses))

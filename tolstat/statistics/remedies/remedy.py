@@ -31,7 +31,7 @@ def smallest_change(trials: MovableTrials, aim: float) -> Moved:
 
     The score may stay below it: see `unavoidable`.
     """
-    trials = trials.thinned(MOST_TRIALS)
+    trials = trials.at_most(MOST_TRIALS)
     moved = trials.moved(trials.design.none)
     if moved.score >= aim:
         return moved
@@ -40,7 +40,7 @@ def smallest_change(trials: MovableTrials, aim: float) -> Moved:
 
 def one_shift(trials: MovableTrials) -> Moved:
     """Return the shift of one entry that centres best; other margins may be small."""
-    moved = trials.thinned(MOST_TRIALS).moved(trials.design.none)
+    moved = trials.at_most(MOST_TRIALS).moved(trials.design.none)
     best = moved
     for farthest in (_near(moved), ALONE):
         options = [centred(moved, [entry], farthest) for entry in _shiftable(moved)]

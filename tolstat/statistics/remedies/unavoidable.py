@@ -113,7 +113,7 @@ def _is_remainder(moved: Moved) -> bool:
     That would not stay: a model has no spread of its own.
     """
     missed = moved.margins.min(axis=1) < 1
-    variance = moved.responses.var(axis=0)[missed]
+    variance = moved.variance[missed]
     unexplained = moved.origin.surface.remainders[missed] ** 2
     return bool(np.any(unexplained > MOST_UNEXPLAINED * variance))
 
@@ -121,10 +121,10 @@ def _is_remainder(moved: Moved) -> bool:
 def _contributions(moved: Moved) -> Array:
     """Return the share of variance that goes with each fixed entry."""
     missed = moved.margins.min(axis=1) < 1
-    variance = np.maximum(moved.responses.var(axis=0)[missed], 1e-300)
+    variance = np.maximum(moved.variance[missed], 1e-300)
     shares = np.zeros(len(moved.change.ratio))
     for entry in np.flatnonzero(~moved.origin.design.free).tolist():
         change = moved.change.with_entry(entry, ratio=WITHOUT_SPREAD)
-        rest = moved.moved(change).responses.var(axis=0)[missed]
+        rest = moved.moved(change).variance[missed]
         shares[entry] = max(float(np.mean(1 - rest / variance)), 0.0)
     return shares
