@@ -17,6 +17,7 @@ from tolstat.answers.compare.pairing import pair_of
 from tolstat.document.blocks import Bullets, Gallery, Paragraph, Table
 from tolstat.errors import QuestionError
 from tolstat.render.screen import as_text
+from tolstat.store.run_records import Stopped
 
 
 def tables_of(found, title):
@@ -115,6 +116,12 @@ def test_captions_count_trials_of_each_design_or_both(toy, toy_study, tmp_path):
         each, less, f"{each}. Differences: {less}. {of_quantiles}", less, each,
     ]  # fmt: skip
     (gallery,) = (b for b in blocks_of(found.document()) if isinstance(b, Gallery))
+    for limit in found.differences[0].limits.values():
+        assert [x.value for x in limit.fractions_out_of_limit] == [
+            tolstat.summary(run).limits["gap"].yields.fraction_out_of_limit.value
+            for run in (A, B)
+        ]  # each failed trial is out of limit in its own design alone
+        assert limit.worse > 0
     said = f"The {both} that are done in both; {1000 - both} failed in either"
     assert said in as_text(gallery.figures[0].caption)
 
@@ -234,6 +241,21 @@ def test_runs_of_different_length_are_paired_if_extensible(other, sampling):
     assert f"of both the first {len(pair.first.trials)} trials" in pair.words
     first, second = pair.done("gap")
     assert second == pytest.approx(first / 2)
+    limit = limit_of(base, more)
+    for run, share in zip((base, more), limit.fractions_out_of_limit, strict=True):
+        yields = tolstat.summary(run).limits["gap"].yields
+        assert share.value == yields.fraction_out_of_limit.value
+    assert limit.fraction_out_of_limit_difference.upper < 0
+
+
+def test_a_run_that_chose_its_trials_has_the_interval_of_its_report(other):
+    base, half = other(name="base.h5"), other(("+-1 mm", "+-0.5 mm"))
+    stopped = replace(half, stopped=Stopped(("decide",), True, (1000,), 1000, 0.0))
+    fixed, chosen = limit_of(base, half), limit_of(base, stopped)
+    first, second = chosen.fractions_out_of_limit
+    assert first == fixed.fractions_out_of_limit[0]
+    assert second == tolstat.summary(half).limits["gap"].yields.fraction_out_of_limit
+    assert chosen.fraction_out_of_limit_difference.upper < 0
 
 
 def limit_of(first, second):

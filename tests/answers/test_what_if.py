@@ -7,6 +7,7 @@ import json
 import re
 import shlex
 import tomllib
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -430,8 +431,9 @@ def test_the_fresh_study_is_that_of_the_run(tmp_path, monkeypatch):
     study = tmp_path / "chain.toml"
     text = study.read_text()
     study.write_text(text.replace("+-0.1 mm", "+-0.3 mm"))
-    for _ in range(2):
-        made = tomllib.loads(tolstat.fresh_study(run, {"H": "+-0.4 mm"}))
+    busy = replace(run, times={**run.times, "seconds": 400.0})  # by other work
+    for one in (run, busy):
+        made = tomllib.loads(tolstat.fresh_study(one, {"H": "+-0.4 mm"}))
         before = tomllib.loads(text)
         before["links"]["H"]["tolerance"] = "+-0.4 mm"
         before |= {"seed": before["seed"] + 1, "trials": "decide"}

@@ -47,6 +47,7 @@ def test_a_line_for_each_limit_and_the_same_as_json(runs):
     assert [each["verdict"] for each in found["limits"]] == [
         "met", "not met", "undecided",
     ]  # fmt: skip
+    assert found["conditions"] == []  # the third one is undecided
     assert found["limits"][0] == {
         "run": "met.h5", "response": "gap", "limit": MET, "verdict": "met",
         "reason": "",
@@ -118,6 +119,8 @@ def test_a_rare_run_judges_one_limit(tmp_path):
     done = call("check", run.path)
     said = "rare.h5: gap <= 2417 mm: met (if no kind of failure was missed)\n"
     assert (done.exit_code, done.stdout) == (0, said)
+    done = json.loads(call("check", run.path, "--json").stdout)
+    assert done["conditions"] == ["if no kind of failure was missed"]
     found = tolstat.summary(run)
     assert found.reason == "if no kind of failure was missed"
     assert json.loads(found.json())["reason"] == found.reason

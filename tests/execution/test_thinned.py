@@ -55,11 +55,12 @@ def test_both_limits_are_met_with_fewer_trials(decided):
 
 
 def test_the_kind_of_model_alone_decides_what_is_thinned(monkeypatch):
+    monkeypatch.setattr("tolstat.statistics.sample_size.MOST_PLAIN", 5000)
     ways = True, False, None
-    thinned, plain, by_kind = (trials_of(2, 1.25, slow=way)[1] for way in ways)
+    thinned, plain, by_kind = (trials_of(2, 2, slow=way)[1] for way in ways)
     assert thinned < plain / 3 and by_kind == plain  # a formula, however slow
     monkeypatch.setattr(Three, "integrates", True)
-    assert trials_of(2, 1.25, slow=None)[1] == thinned
+    assert trials_of(2, 2, slow=None)[1] == thinned
 
 
 @pytest.fixture(scope="module")
@@ -229,11 +230,12 @@ def test_a_stopped_one_ends_as_if_it_had_not_been(decided, tmp_path):
         part = execute(load(STUDY, model=Three()), path, crew, progress=enough.tell)
     assert not part.complete and part.thinned
     words = f"{part.ended} trials have run; deciding was stopped"
-    assert words in " ".join(tolstat.report(part).trials.notes)
-    page = " ".join(tolstat.report(part).html().split())
+    report = tolstat.report(part)
+    assert words in " ".join(report.trials.notes)
+    page = " ".join(report.html().split())
     assert f"So far {part.ended} trials have run" in page
     assert f"of {part.trials} trials" not in page
-    assert tolstat.report(part).responses["sum"].limited  # of whole stages
+    assert report.responses["sum"].limited  # of whole stages
     enough = Enough(part.ended + 300)
     with Workers(2, enough, block=100) as crew:
         part = go_on(path, crew, model=Three(), progress=enough.tell)
@@ -270,10 +272,36 @@ def test_time_ends_a_stage_and_whole_ones_count(decided, tmp_path, monkeypatch):
     np.testing.assert_array_equal(longer.column("sum"), decided.column("sum"))
 
 
-def test_a_comparison_says_that_it_rests_on_random_trials(decided):
-    (less,) = tolstat.compare(decided, decided).differences
-    assert less.pairing.trials == 2048
-    assert "the first 2048 trials alone" in less.pairing.words
+def test_a_comparison_has_the_fractions_of_the_reports(decided, rare, plain):
+    for runs in ((decided, rare), (rare, decided), (plain, decided)):
+        (less,) = tolstat.compare(*runs).differences
+        assert less.pairing.trials == 2048
+        assert "the first 2048 trials" in less.pairing.words
+        missed = "if no kind of failure was missed" in less.pairing.words
+        assert missed == (rare in runs)
+        for name in STUDY["limits"]:
+            limit = less.responses[name].limit
+            for i, run in enumerate(runs):
+                limited = tolstat.summary(run).limits[name]
+                share = limited.yields.fraction_out_of_limit
+                ours = limit.fractions_out_of_limit[i]
+                assert ours.value == share.value
+                assert ours == share or run is plain  # there for a single look
+            more = limit.fraction_out_of_limit_difference
+            first, second = limit.fractions_out_of_limit
+            assert more.value == second.value - first.value
+            assert more.lower < more.value < more.upper
+            assert limit.worse is limit.better is None
+
+
+def test_far_trials_tell_nothing_of_the_limit_of_another_design(rare, plain):
+    other = tolstat.limited(plain, {"cubic": ENDS["cubic"]})
+    (less,) = tolstat.compare(rare, other).differences
+    limit, out = less.responses["cubic"].limit, rare.column("cubic")
+    assert limit.trials == (rare.thinned.covering, 2048)
+    stages = rare.thinned.first(limit.trials[0])
+    out = out[: limit.trials[0]] > float(ENDS["cubic"][3:])
+    assert limit.fractions_out_of_limit[0] == thinned_share(out, stages)
 
 
 def test_an_export_says_that_trials_are_not_equally_likely(decided, tmp_path):

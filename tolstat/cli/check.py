@@ -37,6 +37,7 @@ class LimitCheck:
     """The verdicts on all limits of some runs."""
 
     limits: tuple[CheckedLimit, ...]
+    conditions: tuple[str, ...]  # on which verdicts hold: some reasons of limits
     warnings: tuple[str, ...]  # what a reader has to know before the verdicts
     answers: ClassVar[str] = "check"
 
@@ -56,6 +57,9 @@ def check(runs: tuple[Path, ...], numbers: bool) -> None:
 
     The exit code is 0 if all are met, 3 if one is not met, and 4 if one is undecided
     and none is not met. A run without limits is refused with 2.
+
+    A limit that is met on a condition counts as met. Its line says the condition, as
+    "met (if the parts are normal)"; JSON lists them all in `conditions`.
     """
     result = checked(map(open_run, runs))
     for warning in result.warnings:
@@ -73,7 +77,9 @@ def checked(runs: Iterable[Run]) -> LimitCheck:
     for run in runs:
         limits += _limits_of(run)
         warnings += [f"{run.path.name}: {warning}" for warning in _warnings_of(run)]
-    return LimitCheck(tuple(limits), tuple(warnings))
+    decided = (limit.reason for limit in limits if limit.verdict != UNDECIDED)
+    conditions = dict.fromkeys(filter(None, decided))
+    return LimitCheck(tuple(limits), tuple(conditions), tuple(warnings))
 
 
 def _warnings_of(run: Run) -> list[str]:

@@ -3,7 +3,9 @@
 A plan is compared as a mapping of names to values, of those that matter.
 """
 
+import time
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -14,9 +16,17 @@ from numpy.typing import NDArray
 
 from tolstat.catalogue import place_of
 from tolstat.deviations.draw import SAMPLERS
-from tolstat.errors import Advice, DataError, Remedy, RunFileError, StudyError
+from tolstat.errors import (
+    Advice,
+    DataError,
+    Remedy,
+    RunFileError,
+    StudyError,
+    TolstatError,
+)
 from tolstat.execution.run_loop import other_results
 from tolstat.execution.stages import rows_of
+from tolstat.model.checked import simulate
 from tolstat.model.contract import Model, TrialResults
 from tolstat.status import Status
 from tolstat.store.integrity import ranges_of
@@ -27,6 +37,9 @@ from tolstat.study.files import study_text
 from tolstat.study.sampling import Rule, rule_stored
 from tolstat.study.study import Study, load
 from tolstat.toml import toml_table
+
+TRIED = 1, 1, 8, 8, 64, 64  # trials that show how long they take: the quickest count
+LONGEST_TRY = 0.25  # s, that some of them may take
 
 
 def study_of(
@@ -48,6 +61,29 @@ def study_of(
     if study.until and study.until.budget:
         study = replace(study, trials=max(study.trials, run.trials))
     return replace(study, thinned=run.random_trials if run.thinned else 0)
+
+
+def seconds_per_trial(run: Run, study: Study | None) -> float:
+    """Return the time of a trial, s: that of the run, or of some evaluated again.
+
+    The run took the compilation, the audit, and what else the machine did. Trials of a
+    model that moves are not evaluated again, nor without a study.
+    """
+    seconds = float(run.times.get("seconds", np.inf)) / max(run.ended, 1)
+    done = np.flatnonzero(run.status == Status.DONE)[: TRIED[-1]]
+    if study is None or study.model.integrates or not len(done):
+        return seconds
+    names = [contributor.name for contributor in study.description.contributors]
+    deviations = np.column_stack([run.column(name)[done] for name in names])
+    with suppress(TolstatError):  # a model that fails says so where it is needed
+        for number in TRIED:
+            rows = deviations[:number]
+            if len(rows) * seconds > LONGEST_TRY:
+                break
+            began = time.perf_counter()
+            simulate(study.model, rows, study.settings)
+            seconds = min(seconds, (time.perf_counter() - began) / len(rows))
+    return seconds
 
 
 def study_differs(run: Run, study_file: Path | None = None) -> list[str]:

@@ -60,6 +60,11 @@ def ran(study, folder):
     return tolstat.run(path)
 
 
+def on_a_busy_machine(run):
+    """The same run, which took long because of other work: remedies are proved."""
+    return replace(run, times={**run.times, "seconds": 0.2 * run.trials})
+
+
 def test_the_numbers_are_those_of_the_closed_form(tmp_path):
     run = ran(bought(), tmp_path)
     remedy = remedy_of(run)
@@ -387,7 +392,7 @@ def test_a_run_without_its_study_file_has_commands(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run = ran(bought(), Path())
     Path("gap.toml").unlink()
-    remedy = remedy_of(tolstat.open(run.path))
+    remedy = remedy_of(on_a_busy_machine(tolstat.open(run.path)))
     assert remedy.met
     follow(remedy.commands)
 
@@ -400,7 +405,7 @@ def test_measured_and_correlated_parts_stay(tmp_path):
                                "column": "size"}  # fmt: skip
     study["correlation"] = {"housing": {"shaft": 0.5}}
     run = ran(study, tmp_path)
-    remedy = remedy_of(run)
+    remedy = remedy_of(on_a_busy_machine(run))
     assert [*remedy.entries] == ["housing"] and remedy.met
     fresh = follow(remedy.commands)
     assert tolstat.summary(fresh).verdicts["gap"] in ("met", "undecided")

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Collection, Mapping, Sequence
 from string import ascii_uppercase
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,11 +22,12 @@ from tolstat.answers.report.report_warnings import jumping, warnings_of
 from tolstat.answers.report.summaries import described_responses
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
+from tolstat.arrays import Truths
 from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate, without_interval
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.replicates import mean_of_replicates
-from tolstat.statistics.intervals.shares import proportion
+from tolstat.statistics.intervals.shares import anytime_valid, proportion
 from tolstat.statistics.limits.difference import (
     correlation_of_quantiles,
     correlation_of_shares,
@@ -33,7 +35,7 @@ from tolstat.statistics.limits.difference import (
     difference_of_ppk,
     exchange,
 )
-from tolstat.statistics.limits.limit import within
+from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.sample import Sample, quantiles_at
 from tolstat.statistics.summary import Summary, by_share, summarize
 from tolstat.store.open_run import RunSource
@@ -210,7 +212,7 @@ def _of_quantiles(pair: Pairing, name: str, sample: Sample) -> dict[float, Estim
 def _limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
     """Return the difference in trials out of the limit of a response of both runs.
 
-    Paired runs are compared by the trials that ran in both. None where neither study
+    The fractions are those of all trials that a report judges. None where neither study
     limits the response.
     """
     both = pair.first, pair.second
@@ -218,42 +220,61 @@ def _limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
     if (limit := a or b) is None:
         return None
     limits = a or limit, b or limit
-    sample = pair.sample
-    samples = [sample or design.sample_for(name) for design in both]
-    out = [
-        ~(within(values, limit.permitted) & ran.done)
-        for values, limit, ran in zip(pair.values(name), limits, samples, strict=True)
-    ]
-    before, after = (
-        _widened(design, name, ran.share(flags, ran.ran, proportion))
-        for design, flags, ran in zip(both, out, samples, strict=True)
-    )
-    ppks = by_share(before, limits[0]), by_share(after, limits[1])
+    judged = [_judged(*side, name) for side in zip(both, limits, strict=True)]
+    before, after = (side.fraction for side in judged)
+    ran, sample = (judged[0].ran, judged[1].ran), pair.sample
     more, together, worse, better = difference(before, after), 0.0, None, None
-    if sample:
-        first, second = (~flags[sample.ran] for flags in out)
-        worse, better, more = exchange(first, second)
-        together = correlation_of_shares(first, second)
-        if sample.replicates:
+    thinned = any(design.run.thinned for design in both)
+    if sample and not thinned:  # thinned ones are not paired: chance evaluates others
+        first, second = (~side.out[: pair.trials][sample.ran] for side in judged)
+        worse, better, exact = exchange(first, second)
+        common = len(first)
+        if not sample.replicates:
+            together = correlation_of_shares(first, second)
+            together *= common / math.sqrt(math.prod(ran))
+        if ran != (common, common) or any(design.run.stopped for design in both):
+            more = difference(before, after, together)
+        elif sample.replicates:
             less, ends = first.astype(float) - second, Reach((-1.0, 1.0))
             more = mean_of_replicates(less, sample.replicate[sample.ran], ends)
+        else:
+            more = exact
+    ppks = by_share(before, limits[0]), by_share(after, limits[1])
     moments = Estimate(math.nan, reason=RANDOM_ONLY)
-    if not any(ran.weights for ran in samples):
+    samples = [design.sample for design in both]
+    if not any(x.weights for x in samples):
         moments = difference_of_ppk(*pair.done(name), limits)
     ppk_more = difference(*ppks, together)
-    if any(ran.replicates for ran in samples):
+    if any(x.replicates for x in samples):
         moments = without_interval(moments)
         ppk_more = without_interval(ppk_more) if sample else ppk_more
     return LimitDifference(
-        (limits[0].words, limits[1].words), (before, after), worse, better, more, ppks,
-        ppk_more, moments,
+        (limits[0].words, limits[1].words), (before, after), ran, worse, better, more,
+        ppks, ppk_more, moments,
     )  # fmt: skip
 
 
-def _widened(design: Drawn, name: str, share: Estimate) -> Estimate:
-    """Return a fraction out of limit, as uncertain as few measured parts make it."""
-    uncertainty = design.uncertainty(name)
-    return uncertainty.widened(share) if uncertainty else share
+class _Judged(NamedTuple):
+    out: Truths  # of limit, by trial; failed ones are
+    ran: int
+    fraction: Estimate  # as uncertain as few measured parts make it
+
+
+def _judged(design: Drawn, limit: Limit, name: str) -> _Judged:
+    """Return what a report judges a limit by.
+
+    Where another design has the limit, by the stages that left out no trials. For any
+    number of trials if the run chose it by its results, else for a single look.
+    """
+    has_limit = name in design.run.limits
+    judged = design.judged(1 - limit.demanded if has_limit else 1.0)
+    sample = judged.sample_for(name)
+    out = ~(within(judged.values(name), limit.permitted) & sample.done)
+    counted = anytime_valid if design.run.stopped else proportion
+    share = sample.share(out, sample.ran, counted)
+    if uncertainty := design.uncertainty(name):
+        share = uncertainty.widened(share)
+    return _Judged(out, int(np.count_nonzero(sample.ran)), share)
 
 
 def _range_of_difference(

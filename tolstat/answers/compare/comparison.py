@@ -20,8 +20,9 @@ class LimitDifference(NamedTuple):
 
     # the limit of each, or that of the other where it has none
     limits: tuple[str, str]
-    # of each, for a single look; failed trials are out of limit
+    # of each, as its report judges it; failed trials are out of limit
     fractions_out_of_limit: tuple[Estimate, Estimate]
+    trials: tuple[int, int]  # that these rest on
     worse: int | None  # trials within in the first and out of limit in the second
     better: int | None  # the reverse; None of unpaired runs
     fraction_out_of_limit_difference: Estimate
@@ -45,7 +46,7 @@ def _sign(difference: Estimate) -> int:
 
 
 UNLIMITED = LimitDifference(
-    ("", ""), (NONE, NONE), None, None, NONE, (NONE, NONE), NONE, NONE
+    ("", ""), (NONE, NONE), (0, 0), None, None, NONE, (NONE, NONE), NONE, NONE
 )
 
 

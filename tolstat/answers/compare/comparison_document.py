@@ -185,11 +185,15 @@ class _Pair:
         b, rows = self.b, list[Row]()
         by_moments = f"Ppk by moments: {b} - A"
         both = self.pairing.done_in_both + self.pairing.failed
-        ran = [both or design.done + design.failed for design in self.designs]
-        for name, limit in self.difference.limits.items():
+        ran = tuple(both or design.done + design.failed for design in self.designs)
+        of_report = "; ppm and Ppk: trials that the report of each design judges by"
+        limits, caption = self.difference.limits, self._caption()
+        if any(limit.trials != ran for limit in limits.values()):
+            caption = text(caption, of_report)
+        for name, limit in limits.items():
             first, second = limit.limits
             other = text(f"{b}: {second}") if second != first else ()
-            ppms = map(ppm, limit.fractions_out_of_limit, ran)
+            ppms = map(ppm, limit.fractions_out_of_limit, limit.trials)
             ppks = map(ppk_cell, limit.equivalent_ppks)
             rows.append({
                 "response": Name(name),
@@ -204,7 +208,7 @@ class _Pair:
             })  # fmt: skip
         return table_of(
             rows, "Out of limit, and equivalent Ppk", page_only=[by_moments],
-            caption=self._caption(), look="dense",
+            caption=caption, look="dense",
         )  # fmt: skip
 
     def _responses(self) -> Table:

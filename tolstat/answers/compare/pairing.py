@@ -10,6 +10,7 @@ from tolstat.arrays import Array
 from tolstat.document.sentences import some_of
 from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.yields import Caveat
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sensitivity.out_of_limit import CHANCE
 from tolstat.status import Status
@@ -106,12 +107,15 @@ def pair_of(first: Run, second: Run) -> Pairing:
         failures = sample.failures
     for run in (first, second):
         if run.thinned:
-            words += f"; of {run.path.name} the first {run.random_trials} trials alone"
-            words += ", which are random: the others are thinned"
+            words += f"; of {run.path.name} the first {run.random_trials} trials, which"
+            words += " are random; fractions out of limit rest on thinned ones, too"
+            words += f", {Caveat.MISSED_KIND}" * run.thinned.skips
     promise = A.sampled.promise
     if A.run.sampling == "random":  # anytime-valid ones of verdicts are not shown
         promise = "of quantiles exact, as random trials are independent"
     promise += "; of fractions and Ppk for a single look"
+    if first.stopped or second.stopped:
+        promise += ", or for any number of trials where a run chose it"
     return Pairing(kind, words, *counts, failures, promise, A, B, sample, names)
 
 

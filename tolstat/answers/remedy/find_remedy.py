@@ -27,7 +27,7 @@ from tolstat.arrays import Array
 from tolstat.catalogue import custom_names
 from tolstat.document.inline import Typed
 from tolstat.errors import TolstatError
-from tolstat.execution.compatibility import study_of
+from tolstat.execution.compatibility import seconds_per_trial, study_of
 from tolstat.execution.run_loop import evaluate_stages
 from tolstat.execution.stages import SampledStages
 from tolstat.execution.workers.block_scheduler import Workers
@@ -257,7 +257,7 @@ class _Search:
         run = self.run
         if run.listed:
             return None  # nothing is evaluated here
-        seconds = float(run.times.get("seconds", np.inf)) / max(run.ended, 1)
+        seconds = seconds_per_trial(run, self.study)
         most = QUICK if run.steps is None else QUICK_INTEGRATED
         if seconds * FRESH_TRIALS > most:
             return None

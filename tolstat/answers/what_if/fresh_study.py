@@ -16,7 +16,7 @@ from tolstat.answers.what_if.reweighted_trials import (
     reweighted,
 )
 from tolstat.errors import QuestionError, StudyError, TolstatError
-from tolstat.execution.compatibility import study_of
+from tolstat.execution.compatibility import seconds_per_trial, study_of
 from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.sample_size import (
@@ -227,8 +227,8 @@ def _enough(
                 share = np.average(out, weights=weights.values[ran])
                 counts[name] = round(share * weights.number), weights.number
             known = True
-    seconds = float(run.provenance["seconds"]) / max(run.ended, 1)
-    goes_on = fresh.limits and fresh.sampling == "random" and seconds <= QUICK
+    goes_on = fresh.limits and fresh.sampling == "random"
+    goes_on = goes_on and seconds_per_trial(run, study) <= QUICK
     planned, most = run.trials, MOST_TIMES * run.trials
     demands = [
         (*counts[name], 1 - limit.demanded) for name, limit in fresh.limits.items()
