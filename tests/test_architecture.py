@@ -54,11 +54,7 @@ PLANTED = [
     ("answers/far.py", "import distributed", "Dask only where blocks are executed"),
     ("study/unit.py", "import pint", "pint only in units"),
     ("store/shown.py", "import rich", "the command line's libraries stay there"),
-    (
-        "store/checked.py",
-        "import pydantic",
-        "pydantic and TOML writing only in study",
-    ),
+    ("store/checked.py", "import pydantic", "pydantic and TOML writing only in study"),
     (
         "statistics/unit.py",
         "import tolstat.units.scale",

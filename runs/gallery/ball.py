@@ -17,10 +17,4 @@ class Ball(Motion):
 
     def motion(self, t, y, p):
         impact(y.h < 0.0, v=-p.e * y.v, bounces=y.bounces + 1.0)
-        return {
-            "h": y.v,
-            "v": -9.81,
-            "bounces": 0.0,
-            "height": y.h,
-            "count": y.bounces,
-        }
+        return {"h": y.v, "v": -9.81, "bounces": 0.0, "height": y.h, "count": y.bounces}

@@ -34,9 +34,5 @@ right.fill_between(dT, np.maximum(lower, 0.1), upper, alpha=0.25, color="#c1432e
 right.plot(dT, np.where(value > 0, value, np.nan), ".-", color="#c1432e")
 right.axhline(2700, color="black", linewidth=1, linestyle="--")
 right.text(-60, 2700 * 1.2, "permitted")
-right.set(
-    xlabel="warmer than 20 °C by, K",
-    ylabel="out of limit, ppm",
-    yscale="log",
-)
+right.set(xlabel="warmer than 20 °C by, K", ylabel="out of limit, ppm", yscale="log")
 figure.savefig(RUNS / "pictures" / "cases.png", dpi=110)

@@ -23,9 +23,6 @@ figure, axes = plt.subplots(figsize=(9, 3), layout="constrained")
 axes.plot(difference, 100 * frame["extra_loss"], ".", color="#c1432e", markersize=4)
 axes.axhline(100 * limit.upper, color="black", linewidth=1, linestyle="--")
 axes.text(0, 100 * limit.upper + 0.2, f"limit {limit.words}", ha="center")
-axes.set(
-    xlabel="rod 1 longer than rod 2 by, mm",
-    ylabel="lost at the guides, %",
-)
+axes.set(xlabel="rod 1 longer than rod 2 by, mm", ylabel="lost at the guides, %")
 
 figure.savefig(RUNS / "pictures" / "first.png", dpi=110)

@@ -124,8 +124,7 @@ def test_a_table_and_a_single_point_have_a_page(tmp_path):
     (tmp_path / "cases.csv").write_text("a [mm],b [mm]\n0,0\n0.5,0.6\n0.1,0.2\n")
     table = {k: v for k, v in CHAIN.items() if k != "grid"} | {"sampling": "table"}
     run = tolstat.run(
-        {**table, "table": str(tmp_path / "cases.csv")},
-        output=tmp_path / "table.h5",
+        {**table, "table": str(tmp_path / "cases.csv")}, output=tmp_path / "table.h5"
     )
     found = tolstat.report(run)
     assert (found.best.at, found.worst.at, found.meet_all) == ("trial 0", "trial 1", 2)

@@ -14,26 +14,12 @@ from tests.answers.picture_checks import nothing_overlaps
 from tests.model.rich import Rich
 from tolstat import catalogue
 from tolstat.answers.views.evaluate import view_of
-from tolstat.answers.views.view_file import (
-    as_csv,
-    draw_view,
-    save_view,
-    view_document,
-)
+from tolstat.answers.views.view_file import as_csv, draw_view, save_view, view_document
 from tolstat.cli.main import main
 from tolstat.document.inline import Number, in_cell, plain
 from tolstat.document.view_content import view_table
 from tolstat.errors import ModelError, QuestionError, RunFileError
-from tolstat.model.view import (
-    Axis,
-    Chart,
-    Curve,
-    Listing,
-    Mark,
-    Offer,
-    Panel,
-    Region,
-)
+from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Offer, Panel, Region
 from tolstat.render.page import page as html
 
 STUDY = {

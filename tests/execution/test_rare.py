@@ -476,14 +476,7 @@ def test_failed_trials_are_out_of_limit(toy, tmp_path):
     assert said in " ".join(text.split()) and "5000 of 5000 trials have run" in text
     assert as_text(row["trials"].main) == "5000" and "failed" not in row
     assert entry_of(run).failed is None
-    for printed in (
-        text,
-        shown,
-        followed.output,
-        followed.stderr,
-        index,
-        found.csv(),
-    ):
+    for printed in (text, shown, followed.output, followed.stderr, index, found.csv()):
         assert not re.search(rf"trials[^.:]*\b{failed} (?!not finite)", printed), (
             printed
         )

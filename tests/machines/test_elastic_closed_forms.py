@@ -9,14 +9,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.linalg import eigh, expm
 
-from tests.machines.elastic import (
-    CASES,
-    NINTHS,
-    jerk,
-    matrices,
-    random_machine,
-    solved,
-)
+from tests.machines.elastic import CASES, NINTHS, jerk, matrices, random_machine, solved
 from tests.machines.elastic_closed_forms import (
     modal_sum,
     one_mass,

@@ -63,9 +63,7 @@ def test_poles_of_a_damped_coupling_as_computed_elsewhere():
     known = [0.05229004, 0.00139931, 0, 0, 0.04100728, 4.26e-6, 0.19222732, 0.02444232]
     np.testing.assert_allclose(zeta[0], known, atol=5.1e-9)
     row = tolstat.view(
-        "rolling_block",
-        "damping",
-        settings={"link_damping": (1e-3,) * 8},
+        "rolling_block", "damping", settings={"link_damping": (1e-3,) * 8}
     ).frame()
     # all times equal: zeta_r = pi f_r tau
     np.testing.assert_allclose(

@@ -11,10 +11,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.remedies.change import Change, Design, drawing_step
-from tolstat.statistics.remedies.movable_trials import (
-    MovableTrials,
-    movable_trials,
-)
+from tolstat.statistics.remedies.movable_trials import MovableTrials, movable_trials
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 

@@ -108,10 +108,7 @@ def test_ppk_by_moments_leaves_out_a_twentieth_at_a_time():
     first, second = z + 0.2, 0.8 * z + 0.1 * rng.normal(size=1210)
 
     def more(keep):
-        ends = (
-            (first[keep], limits[0].permitted),
-            (second[keep], limits[1].permitted),
-        )
+        ends = ((first[keep], limits[0].permitted), (second[keep], limits[1].permitted))
         each = [
             min(high - y.mean(), y.mean() - low) / 3 / np.std(y, ddof=1)
             for y, (low, high) in ends

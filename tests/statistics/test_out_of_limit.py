@@ -13,11 +13,7 @@ from tolstat.statistics.intervals.weights import (
     Weights,
     effective_number,
 )
-from tolstat.statistics.sensitivity.out_of_limit import (
-    CLEAR,
-    differences,
-    holm,
-)
+from tolstat.statistics.sensitivity.out_of_limit import CLEAR, differences, holm
 
 
 @pytest.mark.parametrize("digits", [16, 0])

@@ -51,8 +51,7 @@ def test_equal_parts_of_a_sum_are_no_pair(number, ends):
 
 
 @pytest.mark.parametrize(
-    ("factors", "machines"),
-    [((1, 2, -1), 40), ((1, 1, -1), 20), ((1, 1, -1, -1), 20)],
+    ("factors", "machines"), [((1, 2, -1), 40), ((1, 1, -1), 20), ((1, 1, -1, -1), 20)]
 )
 def test_those_that_follow_a_pair_join_it(factors, machines):
     for seed in range(3):

@@ -9,12 +9,7 @@ import pytest
 from scipy import stats
 
 from tolstat.statistics.intervals.as_sampled import skewness, spreads
-from tolstat.statistics.intervals.moments import (
-    Reach,
-    mean_of,
-    sigma_of,
-    unseen,
-)
+from tolstat.statistics.intervals.moments import Reach, mean_of, sigma_of, unseen
 from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.statistics.intervals.weights import least_mean, mean_between

@@ -15,10 +15,7 @@ from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.intervals.weights import Thinned, Weights
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.remedies.change import Change, Design, drawing_step
-from tolstat.statistics.remedies.movable_trials import (
-    NoRemedy,
-    movable_trials,
-)
+from tolstat.statistics.remedies.movable_trials import NoRemedy, movable_trials
 from tolstat.statistics.remedies.prediction import predicted, proved, steps
 from tolstat.statistics.remedies.remedy import (
     AIM_PREDICTED,

@@ -50,8 +50,7 @@ class Three(Model):
         )
         names = ("sum", "jam", "cubic")
         return Description(
-            parts,
-            tuple(Response(n, "1", n, "a", "all", shown="1") for n in names),
+            parts, tuple(Response(n, "1", n, "a", "all", shown="1") for n in names)
         )
 
     def evaluate(self, deviations, settings):

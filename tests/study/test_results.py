@@ -10,12 +10,7 @@ from scipy import stats
 
 import tolstat
 from tests.cli.command_line import call
-from tolstat.errors import (
-    DataError,
-    QuestionError,
-    RunFileError,
-    StudyError,
-)
+from tolstat.errors import DataError, QuestionError, RunFileError, StudyError
 
 ROWS = 2000
 STUDY = """\

@@ -28,10 +28,7 @@ def demand_words(limit: Limit) -> str:
 
 
 def limit_row(
-    limited: Limited,
-    trials: int = 0,
-    failed: int = 0,
-    stopped: Stopped | None = None,
+    limited: Limited, trials: int = 0, failed: int = 0, stopped: Stopped | None = None
 ) -> dict[str, Given]:
     """Return cells of a table: a limit with its demand, verdict and results.
 

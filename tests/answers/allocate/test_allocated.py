@@ -165,9 +165,7 @@ def uniform():
     }  # fmt: skip
 
 
-def test_tolerances_are_scaled_together_if_weights_are_not_enough(
-    monkeypatch,
-):
+def test_tolerances_are_scaled_together_if_weights_are_not_enough(monkeypatch):
     """The optimum about the same middles, where a search stays: 42.67.
 
     Both of half 0.075 / 1.6 mm: a corner of (2 h - 0.075)^2 / 8 h^2 is 2 %.

@@ -12,11 +12,7 @@ from tolstat.answers.allocate import allocate_tolerances as allocating
 from tolstat.errors import StudyError
 from tolstat.study import memory_needed as size
 
-ARCSINE = {
-    "tolerance": "+-0.1 mm",
-    "distribution": "arcsine",
-    "cost": {"+-0.1 mm": 1},
-}
+ARCSINE = {"tolerance": "+-0.1 mm", "distribution": "arcsine", "cost": {"+-0.1 mm": 1}}
 
 
 GRID = {"link_1": ["0 mm"]}

@@ -89,9 +89,7 @@ def test_the_choice_at_the_drawings_cost_is_found_by_halving(shares_known, monke
     assert for_equal_cost(search, worse) == search.specified
 
 
-def test_a_choice_proved_worse_than_the_drawing_is_not_offered(
-    monkeypatch,
-):
+def test_a_choice_proved_worse_than_the_drawing_is_not_offered(monkeypatch):
     monkeypatch.setattr(searches, "for_equal_cost", lambda search, _: search.loosest)
     search = searching(reciprocal(), trials=500)
     proof = searches.at_equal_cost(search, [], 3)

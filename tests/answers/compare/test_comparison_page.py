@@ -39,9 +39,7 @@ def test_a_ppk_without_interval_is_as_small_as_its_reason(comparison):
     limits = [each.limit for each in less.responses.values() if each.limit]
     table = table_under(comparison.document, "Out of limit, and equivalent Ppk")
     a_ppk_without_interval_stands_as_small_as_its_reason(
-        table.rows,
-        comparison.text,
-        [(each.moments_ppk_difference,) for each in limits],
+        table.rows, comparison.text, [(each.moments_ppk_difference,) for each in limits]
     )
 
 

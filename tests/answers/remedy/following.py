@@ -8,10 +8,7 @@ from click.testing import CliRunner
 
 import tolstat
 from tolstat.answers.next_steps import typed_entries
-from tolstat.answers.remedy.changed_entries import (
-    changeable_entries,
-    changed_entries,
-)
+from tolstat.answers.remedy.changed_entries import changeable_entries, changed_entries
 from tolstat.cli.main import main
 
 

@@ -222,8 +222,7 @@ def test_the_first_page_names_main_causes_and_the_remedy(report):
     assert as_text(cause.main) == apart
     out = jam.causes.trials_out_of_limit
     assert re.fullmatch(
-        rf"\d+ of {out} out-of-limit trials in its outer 5 %",
-        as_text(cause.below),
+        rf"\d+ of {out} out-of-limit trials in its outer 5 %", as_text(cause.below)
     )
     assert f"{apart} {as_text(cause.below)}; any of them alone in" in (
         section_words(found, "jam_share")

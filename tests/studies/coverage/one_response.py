@@ -14,12 +14,7 @@ from tolstat.statistics.intervals.replicates import share_from_replicates
 from tolstat.statistics.intervals.shares import anytime_valid, proportion
 from tolstat.statistics.limits.limit import Limit, ppk_of
 from tolstat.statistics.point_mass import point_mass_of
-from tolstat.statistics.sample import (
-    Sample,
-    as_sampled,
-    for_any,
-    quantiles_at,
-)
+from tolstat.statistics.sample import Sample, as_sampled, for_any, quantiles_at
 from tolstat.statistics.sample_size import (
     FIRST_STAGE,
     Precision,
@@ -120,10 +115,7 @@ def intervals(name, rng, size):
 
 MOMENTS = ("mean", "sigma")  # for any distribution
 # share of a kind of machine that may be missing among many others
-RARER = {
-    "2 in 1000 of another kind": 0.002,
-    "3 in 400 jam, others nearly none": 0.0075,
-}
+RARER = {"2 in 1000 of another kind": 0.002, "3 in 400 jam, others nearly none": 0.0075}
 LEAST_SEEN = 5  # expected machines from which it is no rarer kind than those seen
 
 

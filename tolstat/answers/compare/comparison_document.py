@@ -54,10 +54,7 @@ def comparison_document(comparison: Comparison) -> blocks.Document:
     )
     pairs = (_Pair(comparison, less) for less in comparison.differences)
     rows: list[Row] = [
-        {
-            "": key.replace("_", " "),
-            **{run.label: getattr(run, key) for run in designs},
-        }
+        {"": key.replace("_", " "), **{run.label: getattr(run, key) for run in designs}}
         for key in PROVENANCE
     ]
     table = table_of(rows, words=[run.label for run in designs])

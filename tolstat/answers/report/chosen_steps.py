@@ -29,12 +29,7 @@ from tolstat.answers.report.report_warnings import (
 from tolstat.answers.report.response_summary import ResponseSummary, by_what_decides
 from tolstat.answers.run_answer import predicted_seconds
 from tolstat.answers.sampled_trials import Drawn, audited_of
-from tolstat.statistics.limits.yields import (
-    MET,
-    NOT_MET,
-    UNDECIDED,
-    Caveat,
-)
+from tolstat.statistics.limits.yields import MET, NOT_MET, UNDECIDED, Caveat
 from tolstat.statistics.sample_size import FEWEST_RANDOM, MOST_ROWS, grown, is_thinned
 from tolstat.statistics.sensitivity.named_causes import LEAST
 from tolstat.statistics.summary import Limited

@@ -5,11 +5,7 @@ from collections.abc import Collection, Mapping
 from types import MappingProxyType
 
 from tolstat.answers.cells import indices_words, limit_row
-from tolstat.answers.report.finding_words import (
-    in_words,
-    next_steps,
-    what_next,
-)
+from tolstat.answers.report.finding_words import in_words, next_steps, what_next
 from tolstat.answers.report.report_answer import (
     LimitFinding,
     NoCause,

@@ -70,11 +70,7 @@ def main_causes(drawn: Drawn) -> dict[str, Causes]:
 
 
 def _causes(
-    run: Run,
-    response: str,
-    out: Truths,
-    candidates: NamedCauses,
-    fixed: frozenset[str],
+    run: Run, response: str, out: Truths, candidates: NamedCauses, fixed: frozenset[str]
 ) -> Causes:
     """Return the causes among contributors, equivalent parts and pairs."""
     count, trials = int(out.sum()), len(out)

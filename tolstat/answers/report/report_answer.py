@@ -9,10 +9,7 @@ from tolstat.answers.cells import summary_cells
 from tolstat.answers.next_steps import Step
 from tolstat.answers.remedy.remedy_finding import RemedyFinding
 from tolstat.answers.report.report_warnings import NumbersWarning, ReportWarning
-from tolstat.answers.report.response_summary import (
-    ResponseSummary,
-    by_what_decides,
-)
+from tolstat.answers.report.response_summary import ResponseSummary, by_what_decides
 from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.inline import Number, Row
 from tolstat.statistics import estimate

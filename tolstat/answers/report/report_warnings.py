@@ -14,11 +14,7 @@ from tolstat.arrays import Array, Integers
 from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import Movement
-from tolstat.statistics.limits.yields import (
-    MET,
-    Caveat,
-    PartsUncertainty,
-)
+from tolstat.statistics.limits.yields import MET, Caveat, PartsUncertainty
 from tolstat.statistics.summary import Limited
 from tolstat.store.run_records import Residual
 from tolstat.store.stored_run import Run

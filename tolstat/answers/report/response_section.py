@@ -17,11 +17,7 @@ from tolstat.answers.report.first_page import (
 from tolstat.answers.report.full_report import Report
 from tolstat.answers.report.lots import WITHIN_LOTS, within_lots
 from tolstat.answers.report.response_figures import figures_of
-from tolstat.answers.report.response_summary import (
-    Cause,
-    Causes,
-    NamedCause,
-)
+from tolstat.answers.report.response_summary import Cause, Causes, NamedCause
 from tolstat.answers.report.summary_document import AS_SAMPLED, for_any
 from tolstat.document import blocks
 from tolstat.document.blocks import Block, Cell, Given, Section, Table, section

@@ -7,11 +7,7 @@ import numpy as np
 
 from tolstat.answers.cells import numbers_of
 from tolstat.answers.next_steps import command
-from tolstat.answers.report.finding_words import (
-    in_words,
-    next_steps,
-    what_next,
-)
+from tolstat.answers.report.finding_words import in_words, next_steps, what_next
 from tolstat.answers.report.first_page import (
     CENTRAL,
     is_clipped,

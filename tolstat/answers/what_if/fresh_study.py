@@ -11,10 +11,7 @@ import numpy as np
 
 from tolstat.answers.relimit import problems_of
 from tolstat.answers.sampled_trials import drawn_trials, no_sample
-from tolstat.answers.what_if.reweighted_trials import (
-    read_scenario,
-    reweighted,
-)
+from tolstat.answers.what_if.reweighted_trials import read_scenario, reweighted
 from tolstat.errors import QuestionError, StudyError, TolstatError
 from tolstat.execution.compatibility import seconds_per_trial, study_of
 from tolstat.model.contract import Model

@@ -11,11 +11,7 @@ from tolstat.arrays import Array, Truths
 from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.limits.yields import UNDECIDED, verdict
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.sample_size import (
-    FIRST_STAGE,
-    STAGE_MULTIPLE,
-    trials_needed,
-)
+from tolstat.statistics.sample_size import FIRST_STAGE, STAGE_MULTIPLE, trials_needed
 
 GROWTH = 1.1  # trials of a look over those of the look before
 

@@ -109,10 +109,7 @@ class _FourRanked:
     """Deviations, their distances from the median, and the remainders of both."""
 
     def __init__(
-        self,
-        deviations: Mapping[str, Array],
-        rests: Mapping[str, Array],
-        out: Truths,
+        self, deviations: Mapping[str, Array], rests: Mapping[str, Array], out: Truths
     ) -> None:
         self.names = list(deviations)
         self._linked = any(rests[n] is not x for n, x in deviations.items())
