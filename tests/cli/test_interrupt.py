@@ -124,16 +124,17 @@ def test_ctrl_c_while_the_command_line_still_loads(tmp_path):
 def test_ctrl_c_during_a_report_leaves_no_file(small_run):
     """While its third picture is drawn."""
     code = (
-        "import sys\n"
-        "from matplotlib.figure import Figure\n"
+        "import time\n"
         "from tolstat.cli.entry import entry\n"
-        "drawn, plain = [], Figure.savefig\n"
-        "def savefig(self, *arguments, **more):\n"
-        "    drawn.append(self)\n"
+        "from tolstat.render import drawing\n"
+        "drawn, plain = [], drawing.as_svg\n"
+        "def as_svg(*arguments):\n"
+        "    drawn.append(arguments)\n"
         "    if len(drawn) == 3:\n"
         "        print('drawing', flush=True)\n"
-        "    plain(self, *arguments, **more)\n"
-        "Figure.savefig = savefig\n"
+        "        time.sleep(5)\n"
+        "    return plain(*arguments)\n"
+        "drawing.as_svg = as_svg\n"
         "entry()\n"
     )
     process = subprocess.Popen(

@@ -7,6 +7,7 @@ import pytest
 
 import tolstat
 from tests.machines.elastic import CASES, solved
+from tolstat.answers.next_steps import with_commands
 from tolstat.answers.report.chosen_steps import finer_run
 from tolstat.errors import ModelError, StudyError
 from tolstat.machines.elastic_machine.frequency_functions import frequency_functions
@@ -307,7 +308,8 @@ def test_an_audit_by_runge_kutta_is_named_as_a_study_types_it(tmp_path):
     }
     run = tolstat.run(study, output=tmp_path / "r.h5")
     assert run.audited.settings["runge_kutta"] == 1.0
-    assert finer_run(run, ["error_4"]).settings["runge_kutta"] == "true"
+    (finer,) = with_commands(run, [finer_run(run, ["error_4"])])
+    assert finer.settings["runge_kutta"] == "true"
     page = tolstat.report(run).html()
     assert (
         "evaluated again with runge_kutta true, rtol 1e-11, max_step 0.0025 s" in page

@@ -106,3 +106,15 @@ def test_gaps_are_left_and_what_is_missing_is_no_error():
         assert sum(path.count("M") for path in drawn) == areas + entries
         (axes,) = draw(Plot((each,)), "gaps").axes
         assert len(axes.patches) == areas
+
+
+@pytest.mark.parametrize("value", [0.0, 1.0, -1e-12, 1e12])
+@pytest.mark.parametrize("scale", ["", "symlog"])
+def test_equal_values_have_an_axis(value, scale):
+    values = np.full(3, value)
+    panel = PlotPanel(PlotAxis("", scale), PlotAxis(""), (curve(values, values),))
+    bars = PlotPanel(PlotAxis(""), PlotAxis(""), (Bars(("a", "b"), values[:2]),))
+    for plot in (panel, bars):
+        svg = as_svg(Plot((plot,)), "equal")
+        assert "nan" not in svg and "inf" not in svg
+        assert re.search(WORDS, svg)

@@ -74,9 +74,10 @@ class Ruler(NamedTuple):
             score = float(ndtri(ndtr(-max(abs(low), abs(high))) / 2))
             return cls(axis, score, -score)
         margin = MARGIN * ((high - low) or abs(low) or 1.0)
+        at_zero = based and low < high  # bars of no height still have an axis
         return cls(
-            axis, float(low if based and low == 0 else low - margin),
-            float(high if based and high == 0 else high + margin),
+            axis, float(low if at_zero and low == 0 else low - margin),
+            float(high if at_zero and high == 0 else high + margin),
         )  # fmt: skip
 
     def part(self, values: Array) -> Array:

@@ -89,7 +89,7 @@ class MovableTrials:
     def out_of(self, trials: Truths) -> float:
         """Return the number of some of the trials, as `units`, with the failed ones."""
         if self.units is None:
-            return np.count_nonzero(trials) + self.failed
+            return int(np.count_nonzero(trials)) + self.failed
         return float(self.units[trials].sum()) + self.failed
 
     def share(self, out: Truths, permitted: float) -> Estimate:
@@ -251,7 +251,7 @@ def movable_trials(
     done, thinned, units = sample.done, None, sample.ran.astype(np.float64)
     if sample.thinned:
         thinned, units = sample, sample.thinned.units
-    failed, ran = units[sample.failed_trials].sum(), units.sum()
+    failed, ran = float(units[sample.failed_trials].sum()), units.sum()
     permitted = np.array([limit.permitted for limit in limits]).reshape(-1, 2)
     out = np.array([1 - limit.demanded for limit in limits])
     refusals = {
