@@ -139,8 +139,8 @@ def test_gaps_are_left_and_what_is_missing_is_no_error():
         assert len(axes.patches) == areas
 
 
-def test_rows_of_bars_are_apart_in_a_file():
-    """By Matplotlib: no name is drawn over the next; numbers leave bars some room."""
+def test_words_up_an_axis_are_apart():
+    """Rows of bars in a file, by Matplotlib; bars have room; normal scores."""
     names = tuple(f"row {i}" for i in range(8))
     bars = Bars(names, np.arange(8.0), words=("1.499999996e6 to 1.500000004e6",) * 8)
     plot = Plot((PlotPanel(PlotAxis(""), PlotAxis(""), (bars,)),), height=1.7)
@@ -150,4 +150,9 @@ def test_rows_of_bars_are_apart_in_a_file():
     boxes = sorted(label.get_window_extent().y0 for label in axes.get_yticklabels())
     high = axes.get_yticklabels()[0].get_window_extent().height
     assert min(np.diff(boxes)) >= high
+    score = PlotAxis("", "normal")
+    dots = curve(np.array([0.0, 1.0]), np.array([1e-7, 1 - 1e-7]))
+    svg = as_svg(Plot((PlotPanel(PlotAxis(""), score, (dots,)),)), "scores")
+    heights = sorted(float(y) for _, y, a, _ in re.findall(WORDS, svg) if a == "end")
+    assert min(np.diff(heights)) >= 8.3 and len(heights) > 6
     assert axes.get_window_extent().width >= 36 * figure.dpi / 72

@@ -18,13 +18,13 @@ from tolstat.document.plot import Bars, Plot
 from tolstat.errors import QuestionError
 from tolstat.literal import visible
 from tolstat.render.colours import ROLES
-from tolstat.render.panels import LINE, SIZE, Picture, laid_out, wrapped
+from tolstat.render.panels import LINE, SIZE, Picture, fitted, laid_out, wrapped
 from tolstat.render.picture import STYLE
 from tolstat.render.shapes import Shape
 from tolstat.render.ticks import INVERSES, TRANSFORMS, Ruler, Tick
 
 LARGER = 10 / SIZE  # letters of a file, over those of a page
-TITLE = 0.3  # inches, of the words above all panels
+TITLE, HEAD = 0.3, 11  # inches, of the words above all panels; points of their letters
 LEGEND: dict[str, Any] = {
     "loc": "lower right", "borderaxespad": 0.1, "handlelength": 1.4,
     "columnspacing": 1.2,
@@ -46,7 +46,9 @@ def draw(picture: Plot | Table, title: str) -> Figure:
     with mpl.rc_context(STYLE):
         figure = _table(picture) if isinstance(picture, Table) else _figure(picture)
         top = 1 - TITLE / 6 / figure.get_figheight()
-        figure.suptitle(visible(title), x=0.01, y=top, ha="left", fontsize=11)
+        room = 72 * 0.99 * figure.get_figwidth() * SIZE / HEAD
+        words = fitted(visible(title), room)
+        figure.suptitle(words, x=0.01, y=top, ha="left", fontsize=HEAD)
     return figure
 
 
@@ -77,6 +79,7 @@ def _draw_panel(axes: Axes, picture: Picture) -> None:
     _rule(axes, "x", picture.x, picture.x_ticks, picture.under)
     _rule(axes, "y", picture.y, y_ticks, picture.first)
     axes.grid(visible=not picture.bars, axis="y")
+    axes.set_axisbelow(True)  # the grid, behind bars as on a page
     handles = [(_draw(axes, s, panel.y.scale), s) for s in picture.shapes]
     if panel.right:
         right = axes.twinx()

@@ -181,7 +181,14 @@ class Picture:
             parts = self.y.part(np.arange(len(names), dtype=float)).tolist()
             return [Tick(p, shortened(n)) for p, n in zip(parts, names, strict=True)]
         high = self.box.bottom - self.box.top
-        return ruler.ticks(min(max(round(high / APART[1]), 1), MOST_TICKS))
+        ticks = ruler.ticks(min(max(round(high / APART[1]), 1), MOST_TICKS))
+        if ruler.axis.scale != "normal":
+            return ticks
+        kept = list[Tick]()  # from the middle on, where they do not touch
+        for tick in sorted(ticks, key=lambda tick: abs(tick.part - 0.5)):
+            if all(abs(tick.part - other.part) * high >= SIZE for other in kept):
+                kept.append(tick)
+        return kept
 
     @property
     def below(self) -> float:
