@@ -11,6 +11,7 @@ from tolstat.document.plot import (
     Bars,
     Histogram,
     Intervals,
+    Mark,
     Plot,
     PlotAxis,
     PlotPanel,
@@ -19,6 +20,7 @@ from tolstat.document.plot import (
 from tolstat.model.view import Band
 from tolstat.render.drawing import as_svg
 from tolstat.render.figures import draw
+from tolstat.render.panels import width_of
 
 DOT = r'<path transform="scale\(([\d.]+)\)" d="M(-?[\d.]+) (-?[\d.]+)h0"'
 WORDS = r'<text x="([\d.]+)" y="([\d.]+)" text-anchor="(\w+)">(-?[\d.e+-]+)</text>'
@@ -67,6 +69,35 @@ def test_numbers_of_a_probability_scale_are_quantiles():
     scores = norm.ppf(per_cent / 100)
     slope = np.diff(down) / np.diff(scores)
     assert slope == pytest.approx(np.full(len(slope), slope.mean()), rel=0.02)
+
+
+def test_numbers_tell_small_counts_and_close_values_apart():
+    """Also where a symmetric axis is linear, and far from zero."""
+    low = np.array([0.0, 1.0])
+    counts = PlotPanel(PlotAxis(""), PlotAxis("", "symlog"), (curve(low, 5 * low),))
+    close = PlotPanel(PlotAxis(""), PlotAxis(""), (curve(low, 1e9 + low / 1000),))
+    for panel, parts in ((counts, 5), (close, 5)):
+        svg = as_svg(Plot((panel,)), "numbers")
+        numbers = [words for _, _, a, words in re.findall(WORDS, svg) if a == "end"]
+        assert len({*numbers}) == len(numbers) >= parts
+
+
+def test_long_words_stay_in_the_figure():
+    """Of names in legends and below axes, and of marks at the right end."""
+    x, name = np.array([0.0, 1.0]), "a_name_of_sixty_letters" + "_" * 37
+    line, mark = curve(x, x, name=name), Mark(1.0, "USL 1234.567891")
+    marked, plain = (
+        PlotPanel(PlotAxis(name), PlotAxis(""), layers)
+        for layers in ((line, mark), (line,))
+    )
+    for plot in (Plot((marked,)), Plot((plain,) * 3, side_by_side=True, width=7.0)):
+        svg = as_svg(plot, "names")
+        words = re.findall(r'<text x="(.*?)" y=".*?" text-anchor="(.*?)">(.*?)<', svg)
+        assert sum("…" in word for *_, word in words) >= 2
+        for place, anchor, word in words:
+            before = {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor]
+            start = float(place) - before * width_of(word)
+            assert 0 <= start <= 72 * plot.width - width_of(word)
 
 
 def test_many_dots_are_a_few_elements():
@@ -118,3 +149,22 @@ def test_equal_values_have_an_axis(value, scale):
         svg = as_svg(Plot((plot,)), "equal")
         assert "nan" not in svg and "inf" not in svg
         assert re.search(WORDS, svg)
+
+
+def test_words_up_an_axis_are_apart():
+    """Rows of bars in a file, by Matplotlib; bars have room; normal scores."""
+    names = tuple(f"row {i}" for i in range(8))
+    bars = Bars(names, np.arange(8.0), words=("1.499999996e6 to 1.500000004e6",) * 8)
+    plot = Plot((PlotPanel(PlotAxis(""), PlotAxis(""), (bars,)),), height=1.7)
+    figure = draw(plot, "bars")
+    figure.canvas.draw()
+    (axes,) = figure.axes
+    boxes = sorted(label.get_window_extent().y0 for label in axes.get_yticklabels())
+    high = axes.get_yticklabels()[0].get_window_extent().height
+    assert min(np.diff(boxes)) >= high
+    score = PlotAxis("", "normal")
+    dots = curve(np.array([0.0, 1.0]), np.array([1e-7, 1 - 1e-7]))
+    svg = as_svg(Plot((PlotPanel(PlotAxis(""), score, (dots,)),)), "scores")
+    heights = sorted(float(y) for _, y, a, _ in re.findall(WORDS, svg) if a == "end")
+    assert min(np.diff(heights)) >= 8.3 and len(heights) > 6
+    assert axes.get_window_extent().width >= 36 * figure.dpi / 72

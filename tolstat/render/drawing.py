@@ -89,7 +89,8 @@ def _words(
                 yield _text(x, bottom + GAP, wrapped(words).split("\n"), "end", -90)
             else:
                 yield _text(x, lower - 2, [words], "middle")
-        yield _text((left + right) / 2, lower + LINE - 2, [panel.x.label], "middle")
+        x, words = picture.lower_label
+        yield _text(x, lower + LINE - 2, [words], "middle")
     if picture.first:
         for y, words in up:
             yield _text(left - GAP, y + SIZE / 3, [words], "end")

@@ -14,17 +14,17 @@ from matplotlib.ticker import NullLocator
 
 from tolstat.document.blocks import Cell, Table
 from tolstat.document.inline import Number, in_cell, plain
-from tolstat.document.plot import Plot
+from tolstat.document.plot import Bars, Plot
 from tolstat.errors import QuestionError
 from tolstat.literal import visible
 from tolstat.render.colours import ROLES
-from tolstat.render.panels import LINE, SIZE, Picture, laid_out, wrapped
+from tolstat.render.panels import LINE, SIZE, Picture, fitted, laid_out, wrapped
 from tolstat.render.picture import STYLE
 from tolstat.render.shapes import Shape
 from tolstat.render.ticks import INVERSES, TRANSFORMS, Ruler, Tick
 
 LARGER = 10 / SIZE  # letters of a file, over those of a page
-TITLE = 0.3  # inches, of the words above all panels
+TITLE, HEAD = 0.3, 11  # inches, of the words above all panels; points of their letters
 LEGEND: dict[str, Any] = {
     "loc": "lower right", "borderaxespad": 0.1, "handlelength": 1.4,
     "columnspacing": 1.2,
@@ -46,12 +46,20 @@ def draw(picture: Plot | Table, title: str) -> Figure:
     with mpl.rc_context(STYLE):
         figure = _table(picture) if isinstance(picture, Table) else _figure(picture)
         top = 1 - TITLE / 6 / figure.get_figheight()
-        figure.suptitle(visible(title), x=0.01, y=top, ha="left", fontsize=11)
+        room = 72 * 0.99 * figure.get_figwidth() * SIZE / HEAD
+        words = fitted(visible(title), room)
+        figure.suptitle(words, x=0.01, y=top, ha="left", fontsize=HEAD)
     return figure
 
 
 def _figure(plot: Plot) -> Figure:
-    """Return panels that lie as on a page, in larger letters."""
+    """Return panels that lie as on a page, in larger letters.
+
+    Rows of bars are as far apart as these need: such a figure is larger, too.
+    """
+    if any(isinstance(layer, Bars) for p in plot.panels for layer in p.layers):
+        high = LARGER * plot.height + TITLE
+        plot = plot._replace(width=LARGER * plot.width, height=high)
     figure = Figure(figsize=(plot.width, plot.height))
     free = plot.height - TITLE
     page = plot._replace(width=plot.width / LARGER, height=free / LARGER)
@@ -71,6 +79,7 @@ def _draw_panel(axes: Axes, picture: Picture) -> None:
     _rule(axes, "x", picture.x, picture.x_ticks, picture.under)
     _rule(axes, "y", picture.y, y_ticks, picture.first)
     axes.grid(visible=not picture.bars, axis="y")
+    axes.set_axisbelow(True)  # the grid, behind bars as on a page
     handles = [(_draw(axes, s, panel.y.scale), s) for s in picture.shapes]
     if panel.right:
         right = axes.twinx()
@@ -80,7 +89,10 @@ def _draw_panel(axes: Axes, picture: Picture) -> None:
         _rule(right, "y", picture.y2, picture.y_ticks(picture.y2))
         handles += [(_draw(right, s, panel.right.y.scale), s) for s in picture.others]
     axes.set_title(panel.title)
-    axes.set_xlabel(panel.x.label if picture.under else "")
+    if picture.under:
+        middle, label = picture.lower_label
+        wide = picture.box.right - picture.box.left
+        axes.set_xlabel(label, x=(middle - picture.box.left) / wide)
     axes.set_ylabel("\n".join(picture.label(panel.y.label)) if picture.first else "")
     for mark, part, line in picture.marks:
         axes.annotate(mark.words, (part, 1.0), (0, 3 + LARGER * LINE * line),
@@ -90,6 +102,8 @@ def _draw_panel(axes: Axes, picture: Picture) -> None:
         axes.text(1.02, tick.part, beside, va="center", transform=axes.transAxes)
     if picture.rows:
         named = [handle for handle, shape in handles if shape.name]
+        for handle, entry in zip(named, picture.entries, strict=True):
+            handle.set_label(_label(entry.name))
         columns = len(picture.rows[0])
         high = picture.box.bottom - picture.box.top
         above = LINE / high if panel.title and not picture.title_beside else 0.0
@@ -123,8 +137,7 @@ def _draw(axes: Axes, shape: Shape, scale: str) -> Any:
         y = TRANSFORMS[scale](y) if scale == "normal" else y
     named: dict[str, Any] = {
         "color": ROLES[shape.colour], "alpha": shape.alpha if shape.alpha < 1 else None,
-        # a legend hides what begins with _
-        "label": f" {name}" if name.startswith("_") else name or "_unnamed",
+        "label": _label(name),
     }  # fmt: skip
     if shape.area and np.isinf(y).any():
         return axes.axvspan(x.min(), x.max(), linewidth=0, zorder=0, **named)
@@ -146,6 +159,11 @@ def _draw(axes: Axes, shape: Shape, scale: str) -> Any:
         rasterized=not shape.dash and len(x) > MOST_POINTS, **named,
     )  # fmt: skip
     return line
+
+
+def _label(name: str) -> str:
+    """Return the name of a legend's entry, which hides what begins with _."""
+    return f" {name}" if name.startswith("_") else name or "_unnamed"
 
 
 def _table(table: Table) -> Figure:

@@ -17,6 +17,7 @@ LINE, EDGE, GAP = 10.5, 3.0, 4.0  # points: of words; around all; between two th
 SAMPLE = 12.0  # points of a line or an area in a legend
 SLOTS = 3  # panels side by side that a figure has room for, however few there are
 BESIDE = 10.0  # points between these
+LEAST = 36.0  # points: of bars beside words; narrower ones stand alone
 APART = 30.0, 16.0  # points between numbers along an axis, at least
 MOST_TICKS, BETWEEN_WORDS = 6, 3  # on an upright axis; beside words on both sides
 NAME, LONGEST = 28, 18  # letters of a name below an axis in a line; beside bars
@@ -46,7 +47,10 @@ def _stacked(plot: Plot, pictures: Sequence["Picture"]) -> None:
         picture.x, picture.under = ruler, picture is last
         picture.box = Box(0.0, 0.0, wide, 36 * plot.height / n)  # at first about
     left, right = (EDGE + max(ends) for ends in _ends(pictures))
-    heads = [picture.head(wide - left - right) for picture in pictures]
+    if last.bars and wide - left - right < LEAST:  # the page has these words
+        last.bars = last.bars._replace(words=())
+        left, right = (EDGE + max(ends) for ends in _ends(pictures))
+    heads = [picture.head(wide - left - right, left - EDGE) for picture in pictures]
     below = EDGE + LINE * bool(last.panel.x.label) + last.below
     free = (72 * plot.height - below - sum(heads) - EDGE * (2 * n - 1)) / n
     for picture in pictures:
@@ -56,6 +60,7 @@ def _stacked(plot: Plot, pictures: Sequence["Picture"]) -> None:
     for picture, head in zip(pictures, heads, strict=True):
         top += head
         picture.box = Box(left, top, wide - right, top + free)
+        picture.along = EDGE, wide - EDGE
         top += free + 2 * EDGE
 
 
@@ -78,6 +83,7 @@ def _side_by_side(plot: Plot, pictures: Sequence["Picture"]) -> None:
     for i, picture in enumerate(pictures):
         start = left + i * (wide + BESIDE)
         picture.box = Box(start, top, start + wide, bottom)
+        picture.along = start - BESIDE / 2 + 1, start + wide + BESIDE / 2 - 1
 
 
 def width_of(words: str) -> float:
@@ -99,6 +105,7 @@ class Picture:
     """A panel, and where it lies in its figure."""
 
     under = first = True  # whether words stand below it, and to its left
+    along = 0.0, 0.0  # between which its lower label has room
 
     def __init__(self, panel: PlotPanel, legend: bool) -> None:
         self.panel, self.box = panel, Box(0.0, 0.0, 1.0, 1.0)
@@ -117,8 +124,13 @@ class Picture:
         self.entries = [s for s in everything if s.name and legend]
         self.rows: list[list[Shape]] = []  # of the legend
 
-    def head(self, wide: float) -> float:
-        """Return the height of what stands above the panel, in points."""
+    def head(self, wide: float, beside: float = 0.0) -> float:
+        """Return the height of what stands above the panel, in points.
+
+        Long names of its legend may begin so many points `beside` it.
+        """
+        room = wide + beside - SAMPLE - 2 * GAP
+        self.entries = [e._replace(name=fitted(e.name, room)) for e in self.entries]
         n, parts = len(self.entries), list[Integers]()
         widths = np.array([entry_width(entry) for entry in self.entries])
         for columns in range(n, 0, -1):  # as many as find room
@@ -141,7 +153,8 @@ class Picture:
         for mark in sorted(marks, key=lambda mark: mark.value):
             part = float(self.x.part(np.array(self.panel.x.factor * mark.value)))
             half = width_of(mark.words) / 2 + GAP
-            middle = max(wide * part, half)  # not beside the panel
+            # not to the left of the panel, nor beyond the figure
+            middle = max(min(wide * part, wide + self.room - half + GAP), half)
             free = (i for i, end in enumerate(ends) if middle - half >= end)
             line = next(free, len(ends))
             ends[line : line + 1] = [middle + half]
@@ -168,7 +181,14 @@ class Picture:
             parts = self.y.part(np.arange(len(names), dtype=float)).tolist()
             return [Tick(p, shortened(n)) for p, n in zip(parts, names, strict=True)]
         high = self.box.bottom - self.box.top
-        return ruler.ticks(min(max(round(high / APART[1]), 1), MOST_TICKS))
+        ticks = ruler.ticks(min(max(round(high / APART[1]), 1), MOST_TICKS))
+        if ruler.axis.scale != "normal":
+            return ticks
+        kept = list[Tick]()  # from the middle on, where they do not touch
+        for tick in sorted(ticks, key=lambda tick: abs(tick.part - 0.5)):
+            if all(abs(tick.part - other.part) * high >= SIZE for other in kept):
+                kept.append(tick)
+        return kept
 
     @property
     def below(self) -> float:
@@ -192,6 +212,15 @@ class Picture:
         beside = 2 * GAP + max(map(width_of, words), default=0.0)
         return beside if self.panel.x.words else max(beside, half)
 
+    @property
+    def lower_label(self) -> tuple[float, str]:
+        """What is along the axis, in a line below it, and the place of its middle."""
+        start, end = self.along
+        words = fitted(self.panel.x.label, end - start)
+        half = width_of(words) / 2
+        middle = (self.box.left + self.box.right) / 2
+        return max(min(middle, end - half), start + half), words
+
     def label(self, words: str) -> list[str]:
         """Return words along an upright axis, in as many lines as they need."""
         high = self.box.bottom - self.box.top
@@ -202,6 +231,15 @@ class Picture:
 def entry_width(entry: Shape) -> float:
     """Return the width of an entry of a legend, with the room behind it."""
     return SAMPLE + 4 * GAP + width_of(entry.name)
+
+
+def fitted(words: str, room: float) -> str:
+    """Return words of at most so many points; long ones lose their middle."""
+    short, end = words, len(words) // 2
+    while end > 1 and width_of(short) > room:
+        end -= 1
+        short = f"{words[:end]}…{words[-end:]}"
+    return short
 
 
 def wrapped(name: str) -> str:

@@ -127,7 +127,7 @@ def _bars(bars: Bars, panel: PlotPanel) -> Iterator[Shape]:
     for i, (start, end) in enumerate(zip(starts, ends, strict=True)):
         at = np.array([end]), np.array([float(i)])
         if start == end:
-            yield Shape(*at, "ink", dash="", dot="o", size=4.0)
+            yield Shape(*at, "ink", dash="", dot="o", size=4.0, clip=False)
         elif bars.look == "arrows":
             dot = ">" if end > start else "<"
             yield Shape(*at, colours[i], dash="", dot=dot, size=5.0, clip=False)

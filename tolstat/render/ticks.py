@@ -100,15 +100,21 @@ class Ruler(NamedTuple):
                 named = [(share, f"{100 * share:.10g}") for share in shares]
             case PlotAxis(scale="log") if high - low > DECADE:
                 decades = range(math.floor(low), math.ceil(high) + 1)
-                digits = (1,) if high - low > 2 else (1, 2, 5)
+                digits = (1.0,) if high - low > 2 else (1.0, 2.0, 5.0)
                 step = max(1, round((high - low) / most))
                 numbers = [d * 10.0**power for power in decades[::step] for d in digits]
                 named = [(number, f"{number:g}") for number in numbers]
             case PlotAxis(scale="log"):
                 named = _linear(10.0**low, 10.0**high, most)
+            case PlotAxis(scale="symlog") if max(abs(low), abs(high)) <= 1:
+                named = _linear(LINEAR * low, LINEAR * high, most)
             case PlotAxis(scale="symlog"):
-                decades = range(math.ceil(max(abs(low), high)) + 1)
-                sizes = [LINEAR * 10.0**power for power in decades]
+                far = max(abs(low), abs(high))
+                digits = (0.2, 0.5, 1.0) if far <= 2 else (1.0,)
+                sizes = [
+                    d * LINEAR * 10.0**power
+                    for power in range(math.ceil(far) + 1) for d in digits
+                ]  # fmt: skip
                 named = [(x, f"{x:g}") for x in (0.0, *sizes, *(-x for x in sizes))]
             case _:
                 named = _linear(low, high, most)
@@ -134,6 +140,7 @@ def _linear(low: float, high: float, most: int) -> list[tuple[float, str]]:
     numbers = range(math.ceil(low / step - NEAR), math.floor(high / step + NEAR) + 1)
     largest = max(abs(low), abs(high))
     if not 1e-4 <= largest < 1e7:
-        return [(i * step, f"{i * step:.10g}") for i in numbers]
+        digits = max(10, math.ceil(math.log10(largest / step)) + 2)  # of a part of it
+        return [(i * step, f"{i * step:.{digits}g}") for i in numbers]
     decimals = next(d for d in range(20) if abs(round(step, d) - step) <= NEAR * step)
     return [(i * step, f"{i * step:.{decimals}f}") for i in numbers]

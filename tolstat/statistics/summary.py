@@ -352,11 +352,12 @@ def _indices(
     limit: Limit, low: Array, middle: Array, high: Array
 ) -> tuple[Array, Array]:
     """Return Pp and Ppk from the ends and the middle of 99.73 %."""
-    pp = (limit.upper - limit.lower) / (high - low)
-    sides = (
-        (limit.upper - middle) / (high - middle),
-        (middle - limit.lower) / (middle - low),
-    )
+    with np.errstate(divide="ignore"):  # equal values are infinitely capable
+        pp = (limit.upper - limit.lower) / (high - low)
+        sides = (
+            (limit.upper - middle) / (high - middle),
+            (middle - limit.lower) / (middle - low),
+        )
     return pp, np.minimum(*sides)
 
 

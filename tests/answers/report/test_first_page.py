@@ -25,7 +25,7 @@ from tests.answers.page_checks import (
 from tests.conftest import ROOT
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.answers.report import response_section
-from tolstat.answers.report.chain_figures import chain_of
+from tolstat.answers.report.chain_figures import chain_of, waterfall
 from tolstat.answers.report.first_page import first_page, lead
 from tolstat.answers.report.full_report import report_of
 from tolstat.document.blocks import (
@@ -238,6 +238,14 @@ def first_words(run):
     return as_text(lead(report_of(run)).parts)
 
 
+def test_a_way_to_judge_keeps_its_colour_and_numbers_without_the_first(stack):
+    chain = chain_of(report_of(stack), "gap")
+    three, two = map(waterfall, (chain, chain._replace(ranges=chain.ranges[1:])))
+    colours, fewer = (f.picture.panels[0].layers[0].colours for f in (three, two))
+    assert fewer[-2:] == colours[-2:] and len(set(colours[-3:])) == 3
+    assert two.alt.split(", ")[1:] == [*three.alt.split(", ")[2:]]
+
+
 def test_a_chain_is_drawn_and_fits_one_sheet(stack, tmp_path):
     """Tiles, histogram, links, waterfall, Pareto and three ways stand on page 1."""
     found = report_of(stack)
@@ -250,8 +258,8 @@ def test_a_chain_is_drawn_and_fits_one_sheet(stack, tmp_path):
     assert "Contributions, the largest first" not in behind and len(behind) == 3
     tiles = tiles_of(document)
     assert words_of(tiles["yield, this limit, %"]).split()[0] == "99.50"
-    waterfall = [*figures_in(document.blocks[0])][2].picture
-    ends = waterfall.panels[0].layers[0].values
+    drawn = [*figures_in(document.blocks[0])][2].picture
+    ends = drawn.panels[0].layers[0].values
     gap = found.responses["gap"]
     assert ends[0] == pytest.approx(1e3 * gap.nominal)
     assert ends[4] == pytest.approx(1e3 * gap.root_sum_square.mean)

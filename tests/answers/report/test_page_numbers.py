@@ -25,6 +25,7 @@ from tests.answers.page_checks import (
 )
 from tolstat.answers.cells import ppk_cell
 from tolstat.answers.report.full_report import report_of
+from tolstat.answers.report.response_figures import bars_of
 from tolstat.answers.report.response_section import response_section
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Number, in_cell, plain
@@ -363,3 +364,17 @@ def test_shares_of_very_many_trials_are_those_of_the_first(tmp_path, monkeypatch
     assert report.responses["gap"].contributions.first_order == expected
     section = section_of(report.document(), "Variance contributions")
     assert "Shares are those of the first 600 trials." in words_in(section)
+
+
+@pytest.mark.parametrize(
+    ("permitted", "colour"),
+    [((19.98, 20.02), "first"), ((-np.inf, 20.0), "first"), ((20.1, 20.2), "limit")],
+)
+def test_equal_values_are_one_bar_in_its_middle(permitted, colour):
+    """Narrow beside what is permitted, as high as there are values."""
+    drawn = bars_of(np.full(60, 20.0), permitted, 1.0)
+    (bars,) = (each for each in drawn if each.heights.any())
+    (row,) = np.flatnonzero(bars.heights)
+    middle, wide = bars.edges[row : row + 2].mean(), np.diff(bars.edges)[row]
+    assert (bars.colour, bars.heights[row]) == (colour, pytest.approx(60))
+    assert middle == pytest.approx(20.0) and wide < 0.7

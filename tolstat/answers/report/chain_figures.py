@@ -16,6 +16,8 @@ from tolstat.statistics.summary import HIGH, LOW
 
 MOST_LINKS = 8  # that have rows; of more the narrowest are one row
 CLOSED = 1e-6  # of a slope from 1: as in a chain of lengths
+# ways to judge, with their colours
+RANGES = {"worst case": "third", "RSS, 3 sigma": "sixth", "Monte Carlo": "first"}
 HEIGHT, AXIS = 0.17, 0.62  # of a row and of the rest, inches
 
 
@@ -60,12 +62,13 @@ def chain_of(report: Report, name: str) -> Chain | None:
     rest = response.nominal - sum(link.length for link in links)
     worst = {n.worst: n.value for n in run.numbers if n.of == name and n.worst}
     linear, quantiles = response.root_sum_square, response.quantiles
-    ranges = [("worst case", worst.get("least"), worst.get("largest"))]
+    worst_case, sum_square, trials = RANGES
+    ranges = [(worst_case, worst.get("least"), worst.get("largest"))]
     if linear:
         reach = NORMAL_SCORE * linear.sigma
-        ranges.append(("RSS, 3 sigma", linear.mean - reach, linear.mean + reach))
+        ranges.append((sum_square, linear.mean - reach, linear.mean + reach))
     if quantiles[LOW].sure and quantiles[HIGH].sure:
-        ranges.append(("Monte Carlo", quantiles[LOW].value, quantiles[HIGH].value))
+        ranges.append((trials, quantiles[LOW].value, quantiles[HIGH].value))
     complete = (
         (words, lower, upper)
         for words, lower, upper in ranges
@@ -102,24 +105,29 @@ def waterfall(chain: Chain) -> blocks.Figure:
     times, words = scale.factor, [scale.number(nominal)]
     for link in links:
         half, place = 0.5 * times * (link.upper - link.lower), max(scale.place or 0, 0)
-        words.append(f"{times * link.mean:+.{place}f} ± {half:.{place}f}")
+        mean = round(times * link.mean, place) + 0.0  # not -0
+        words.append(f"{mean:+.{place}f} ± {half:.{place}f}")
     words += [f"{scale.number(a)} to {scale.number(b)}" for _, a, b in ranges]
     names = ["nominal", *(x.name for x in links), *(x[0] for x in ranges)]
-    colours = ["ink", *["fifth"] * len(links), "third", "sixth", "first"]
+    colours = ["ink", *["fifth"] * len(links), *(RANGES[x[0]] for x in ranges)]
     bars = plot.Bars(
         tuple(names), times * np.concatenate([[nominal], ends, high]),
         times * np.hstack([none, reach, np.tile(none, len(ranges))]),
         starts=times * np.concatenate([[nominal], starts, low]),
-        words=tuple(words), colours=tuple(colours[: len(names)]), look="steps",
+        words=tuple(words), colours=tuple(colours), look="steps",
     )  # fmt: skip
     axis = plot.PlotAxis(scale.label(chain.name))
     layers: tuple[plot.Layer, ...] = bars, *limit_marks(chain.response, scale)
     panel = plot.PlotPanel(axis, plot.PlotAxis(""), layers)
+    spans = zip(ranges, words[1 + len(links) :], strict=True)
     return blocks.Figure(
-        f"Waterfall of {chain.name}: from the nominal value to the mean, and "
-        + ", ".join(f"{r[0]} {w}" for r, w in zip(ranges, words[-3:], strict=False)),
+        f"Waterfall of {chain.name}: from the nominal value to the mean"
+        + "".join(f", {way[0]} {span}" for way, span in spans),
         plot.Plot((panel,), height=HEIGHT * len(names) + AXIS),
-        text("Lines: tolerances. Monte Carlo: 0.135 to 99.865 %."),
+        text(
+            "Lines: tolerances."
+            + " Monte Carlo: 0.135 to 99.865 %." * ("Monte Carlo" in names)
+        ),
     )  # fmt: skip
 
 

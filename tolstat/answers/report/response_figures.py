@@ -69,7 +69,9 @@ def histogram(
     if len(values):
         permitted = response.limited.limit.permitted if response.limited else OPEN
         layers += bars_of(values, permitted, times)
+    # equal values have no bell: their sigma is that of rounding
     normal = not response.point_mass and response.sigma.value > 0
+    normal = normal and bool(np.ptp(values) > 0)
     if normal:
         layers.append(bell_of(values, BINS, times))
     marks = {f"nominal {scale.number(response.nominal)}": (response.nominal, "-.")}
@@ -124,11 +126,12 @@ def bars_of(
     """Return how many values lie in bins of equal width; others in another colour."""
     # an edge on each end of the limit, so that no bar lies on both sides
     inside = [end for end in permitted if values.min() < end < values.max()]
-    edges = np.unique([*edges_of(values, bins), *inside])
+    edges = np.unique([*edges_of(values, bins, permitted), *inside])
     heights = np.histogram(values, edges)[0] / np.diff(edges)
     heights *= (edges[-1] - edges[0]) / bins
     lower, upper = permitted
-    out = (edges[1:] <= lower) | (edges[:-1] >= upper)
+    middles = (edges[1:] + edges[:-1]) / 2
+    out = (middles < lower) | (middles > upper)
     return [
         plot.Histogram(times * edges, np.where(chosen, heights, 0.0), colour)
         for chosen, colour in ((~out, "first"), (out, "limit"))
@@ -302,11 +305,19 @@ def line_at(value: float, words: str, colour: str, dash: str) -> Span:
     return Span(value, value, words, colour, dash)
 
 
-def edges_of(values: Array, bins: int = BINS) -> Array:
-    """Return the edges of the bars of a histogram; fewer where values hardly differ."""
+def edges_of(
+    values: Array, bins: int = BINS, permitted: tuple[float, float] = OPEN
+) -> Array:
+    """Return the edges of the bars of a histogram; fewer where values hardly differ.
+
+    Equal values lie in the middle of a bar, narrow beside what is permitted.
+    """
     low, high = float(values.min()), float(values.max())
     if not high > low:
-        high = low + (abs(low) or 1.0)
+        far = [abs(end - low) for end in permitted if math.isfinite(end)]
+        wide = 2 * (max(far, default=0.0) or abs(low) or 1.0) / bins
+        low -= wide * (bins // 2 + 0.5)
+        high = low + wide * bins
     edges: Array = np.unique(np.linspace(low, high, bins + 1))
     return edges
 

@@ -1,7 +1,7 @@
 """The limit of a response."""
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,9 @@ from tolstat.arrays import Array, Integers, Truths
 from tolstat.status import Status
 
 DEMANDED = 0.9973  # yield if the study demands no other
+ROUNDING = 1e-12  # of an end: that far beyond it, values lie on it
 WORST = 10  # trials listed for a response with a limit
+Ends = TypeVar("Ends", float, Array)
 
 
 class Limit(NamedTuple):
@@ -69,9 +71,14 @@ class Limit(NamedTuple):
 NO_LIMIT = Limit(-math.inf, math.inf)
 
 
+def rounded_out(lower: Ends, upper: Ends) -> tuple[Ends, Ends]:
+    """Return permitted ends with room for rounding: 61 steps of 0.04 mm are 2.44 mm."""
+    return lower - ROUNDING * abs(lower), upper + ROUNDING * abs(upper)
+
+
 def within(values: Array, permitted: tuple[float, float]) -> Truths:
     """Return which values are permitted; the NaN of a failed trial is not."""
-    lower, upper = permitted
+    lower, upper = rounded_out(*permitted)
     with np.errstate(invalid="ignore"):
         inside: Truths = (values >= lower) & (values <= upper)
     return inside

@@ -13,7 +13,7 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import AuditedResponse
 from tolstat.statistics.intervals.moments import Ends
 from tolstat.statistics.intervals.weighted_estimates import unmet
-from tolstat.statistics.limits.limit import DEMANDED, within
+from tolstat.statistics.limits.limit import DEMANDED, rounded_out, within
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sample_size import trials_needed
 
@@ -272,7 +272,7 @@ def judged_with(
     (ends, audited), within_limit = errors, share(good)
     judged, alternatives = verdict(within_limit, demanded), list[Truths]()
     if ends is not None:
-        (least, largest), (lower, upper) = ends, limit
+        (least, largest), (lower, upper) = ends, rounded_out(*limit)
         alternatives.append(done & (least >= lower) & (largest <= upper))
         alternatives.append((least <= upper) & (largest >= lower))
     if any(verdict(share(units), demanded) != judged for units in alternatives) or (

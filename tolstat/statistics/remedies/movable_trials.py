@@ -12,7 +12,7 @@ from scipy.special import ndtri
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.limit import Limit, rounded_out
 from tolstat.statistics.remedies.change import Change, Design
 from tolstat.statistics.remedies.surface import Surface, fitted_surface
 from tolstat.statistics.sample import Sample
@@ -204,7 +204,7 @@ class Moved:
         room, reach = self.room, self.reach
         with np.errstate(divide="ignore", invalid="ignore"):
             margins = np.where(np.isinf(room), np.inf, room / reach)
-        lower, upper = self.origin.permitted.T
+        lower, upper = rounded_out(*self.origin.permitted.T)
         done, failed = self.origin.done, self.origin.failed
         for j, end in np.argwhere(reach <= POINT_MASS * np.abs(room)):
             y = self.responses[:, j]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from itertools import count
 from typing import NamedTuple
@@ -10,6 +11,7 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.limit import rounded_out
 from tolstat.statistics.remedies.change import Change
 from tolstat.statistics.remedies.movable_trials import MovableTrials
 from tolstat.statistics.remedies.remedy import (
@@ -41,6 +43,7 @@ class Shares(NamedTuple):
     joint: Estimate
     limits: tuple[Estimate, ...]
     thinned: bool = False
+    likely: float = math.inf  # upper end of the joint one if the surface bends rightly
 
     def permitted(self, permitted_out: Array) -> bool:
         """Return whether the whole interval of each limit is permitted."""
@@ -50,9 +53,10 @@ class Shares(NamedTuple):
     def improve(self, before: Shares, permitted_out: Array) -> bool:
         """Return whether they are surely better, and push no response out of its limit.
 
-        The whole interval of the joint share has to lie below the share before; of
-        thinned trials the share below the whole interval before. And that of no limit
-        may lie above its interval before and above what is permitted.
+        The whole interval of the joint share, if the surface bends rightly, has to lie
+        below the share before; of thinned trials the share below the whole interval
+        before. And that of no limit may lie above its interval before and above what is
+        permitted.
         """
         pushed = (
             after.lower > max(share.upper, most)
@@ -60,7 +64,7 @@ class Shares(NamedTuple):
                 self.limits, before.limits, permitted_out, strict=True
             )
         )
-        better = self.joint.upper < before.joint.value
+        better = min(self.joint.upper, self.likely) < before.joint.value
         if self.thinned:
             better = self.joint.value < before.joint.lower
         return better and not any(pushed)
@@ -93,34 +97,38 @@ def predicted(trials: MovableTrials, change: Change) -> Shares:
     """Predict shares out of limit from all stored trials, moved by a change.
 
     The ends of an interval are those of Clopper and Pearson, of thinned trials those of
-    `thinned_share`, with all responses moved a little: a quarter of what bends add, and
-    half of a large remainder of the surface. Without a change they are those of the
-    trials as stored.
+    `thinned_share`, with all responses moved a little: a quarter of what bends add; of
+    a poor surface all of it, and half of its remainder. Without a change they are those
+    of the trials as stored.
     """
-    as_moved, least, most = _outs(trials, change)
+    as_moved, least, most, likely = _outs(trials, change)
+    permitted = float(trials.permitted_out.max())
     any_out = (np.any(out, axis=1) for out in (as_moved, least, most))
-    joint = _share(trials, any_out, float(trials.permitted_out.max()))
+    joint = _share(trials, any_out, permitted)
     columns = zip(as_moved.T, least.T, most.T, trials.permitted_out, strict=True)
     shares = tuple(_share(trials, outs, p) for *outs, p in columns)
-    return Shares(joint, shares, trials.thinned is not None)
+    upper = trials.share(np.any(likely, axis=1), permitted).upper
+    return Shares(joint, shares, trials.thinned is not None, upper)
 
 
 def _outs(trials: MovableTrials, change: Change) -> list[Truths]:
     """Return which are out of limit after a change: as moved, at least, at most.
 
-    Each is bool[trial, response].
+    And at most if the surface bends rightly. Each is bool[trial, response].
     """
     moved, surface = trials.moved(change).responses, trials.surface
     shift, ratio = trials.design.members(change)
     linear = trials.responses + surface.straight.change(trials.z, shift, ratio)
-    error = NONLINEAR * np.abs(linear - moved)
     poor = surface.remainders > UNEXPLAINED * trials.responses.std(axis=0)
     size = min(1.0, float(np.abs(shift).sum() + (1 - ratio).sum()))
-    error += REMAINDER * size * np.where(poor, surface.remainders, 0.0)
-    lower, upper = trials.permitted.T
+    rest = REMAINDER * size * np.where(poor, surface.remainders, 0.0)
+    bends = np.abs(linear - moved)
+    likely = NONLINEAR * bends + rest
+    error = np.where(poor, 1.0, NONLINEAR) * bends + rest
+    lower, upper = rounded_out(*trials.permitted.T)
     return [
         (moved - widened < lower) | (moved + widened > upper)
-        for widened in (np.zeros_like(error), -error, error)
+        for widened in (np.zeros_like(error), -error, error, likely)
     ]
 
 
