@@ -25,6 +25,7 @@ from tolstat.statistics.intervals.weights import COLUMNS, Thinned
 from tolstat.statistics.limits.limit import Limit, margins
 from tolstat.study.sampling import deciding, rule_stored
 from tolstat.study.study import load
+from tolstat.toml import toml_table
 
 ENDS = limits_of(0.5)
 SLOW = {"until": "decide", "slow": True}
@@ -132,6 +133,15 @@ def test_a_weighted_scenario_is_judged_by_the_first_trials(decided, plain):
         for answer in (of_all, of_first)
     )
     assert narrow.upper - narrow.lower < wide.upper - wide.lower
+
+
+def test_a_changed_study_is_decided_so_too():
+    """Though a command asked for it, and not the study."""
+    run = tolstat.decide(
+        {**STUDY, "trials": 100}, model=Three(), at_most=2500, slow=True
+    )
+    text = tolstat.fresh_study(run, {"part_1": "+-2.9 mm"}, model=Three())
+    assert run.thinned and toml_table(text)["trials"] == SLOW
 
 
 def test_thinned_trials_are_random_trials_of_the_study(decided):

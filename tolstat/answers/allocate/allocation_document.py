@@ -15,16 +15,17 @@ from tolstat.document.inline import Name, Number, Parts, Word
 from tolstat.document.sentences import counted, listed, say, text
 from tolstat.document.view_content import plot_of
 from tolstat.model.view import Axis, Chart, Curve, Mark, Picture
-from tolstat.statistics.limits.yields import MET
+from tolstat.statistics.limits.yields import MET, NOT_MET
 
 CHART = "Cost of the cheapest tolerances over the fraction out of any limit"
 OUT = Axis("fraction out of any limit", "1", "ppm", logarithmic=True)
 BELOW = 0.1  # of the least fraction: lower ends of intervals are shown so far
 LOOSEST = text("at its loosest")
 WIDEN = (
-    "Widen a limit, or permit tighter tolerances: no tolerances were shown to meet all "
+    "widen a limit, or permit tighter tolerances: no tolerances were shown to meet all "
     "limits. "
 )
+MORE = "More trials may settle it (--trials). Else "
 WORDS = {
     Role.DRAWING: "drawing",
     Role.FOUND: "found",
@@ -68,9 +69,15 @@ def _lead(allocation: Allocation) -> Parts:
     return say(
         "{}{}At the tightest, which cost {} (drawing: {}): {}.",
         [_off_limit(name, mean) for name, mean in off_limit.items()],
-        WIDEN if len(off_limit) < len(missed) else None,
+        _advice(allocation) if len(off_limit) < len(missed) else None,
         cost, drawing, listed(missed, ""),
     )  # fmt: skip
+
+
+def _advice(allocation: Allocation) -> str:
+    if NOT_MET in allocation.verdicts.values():
+        return WIDEN.capitalize()
+    return f"{MORE}{WIDEN}"
 
 
 def _off_limit(response: str, mean: OffLimit) -> Parts:

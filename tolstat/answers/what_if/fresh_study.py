@@ -30,6 +30,7 @@ from tolstat.study.distribution_entry import Entry
 from tolstat.study.editor import Entries, StudyChange, StudyEditor
 from tolstat.study.limits_section import read_limits
 from tolstat.study.memory_needed import too_large
+from tolstat.study.sampling import decides, deciding, rule_stored
 from tolstat.study.study import Study, load
 from tolstat.study.study_schema import check_section
 from tolstat.toml import toml_table
@@ -103,6 +104,9 @@ def fresh_study(
     editor, sizes, scenario, limited = edited(run, study, change)
     keys = {"seed": run.sampled.seed + 1}  # the fresh run has no trial of this one
     editor.table |= keys if run.rules else {**keys, "trials": run.trials}
+    rule = deciding(slow=True) if run.thinned else rule_stored(run.rules)
+    if rule and not decides(editor.table["trials"]):  # a command asked for it
+        editor.table["trials"] = rule
     if run.sampled.replicates:
         editor.table["sampling"] = "random"
     elif run.aim and limited:
