@@ -49,7 +49,9 @@ def test_both_limits_are_met_with_fewer_trials(decided):
     report = tolstat.report(decided)
     assert report.verdicts == {"sum": "met", "jam": "met"}
     assert "drawn" in " ".join(report.trials.notes)
-    assert "after so many trials" in report.html()  # how the interval narrowed
+    page = report.html()
+    assert "after so many trials" in page  # how the interval narrowed
+    assert "too few random trials (" in page and "too few (" not in page
     for limited in report.limits.values():
         share = limited.yields.fraction_out_of_limit
         assert share.lower < 0.5 * PERMITTED < share.upper <= PERMITTED
@@ -98,6 +100,17 @@ def test_other_numbers_rest_on_the_first_trials(decided, plain):
     assert ours.mean == theirs.mean and ours.quantiles == theirs.quantiles
     scenario = tolstat.what_if(decided, {"part_1": "+-2 mm"}, model=Three())
     assert scenario.json()
+
+
+def test_a_scenario_without_a_change_is_its_baseline(decided):
+    same = tolstat.what_if(decided, {"part": "+-3 mm"}, model=Three(), evaluate=True)
+    assert same.trials == decided.trials and not same.baseline.run.thinned
+    assert "random ones" in same.notes[-1]
+    for response in same.responses.values():
+        assert response.baseline == response.scenario
+        if limit := response.difference.limit:
+            assert limit.fraction_out_of_limit_difference.value == 0
+            assert limit.worse == limit.better == 0
 
 
 def test_a_weighted_scenario_is_judged_by_the_first_trials(decided, plain):
@@ -299,7 +312,8 @@ def test_a_comparison_has_the_fractions_of_the_reports(decided, rare, plain):
                 assert ours == share or run is plain  # there for a single look
             more = limit.fraction_out_of_limit_difference
             first, second = limit.fractions_out_of_limit
-            assert more.value == second.value - first.value
+            ends = {run.limits[name].permitted for run in runs}  # one: trials are equal
+            assert more.value == (len(ends) > 1) * (second.value - first.value)
             assert more.lower < more.value < more.upper
             assert limit.worse is limit.better is None
 

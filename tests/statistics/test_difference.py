@@ -71,6 +71,9 @@ def test_a_difference_combines_both_intervals_by_squares():
     assert difference(never, some)[:2] == (-math.inf, -math.inf)
     assert difference(never, never).reason == "none out of limit in either"
     open_above = Estimate(1.2, 1.0, math.inf)
+    either = difference(open_above, open_above)  # no end is known: not "at least -inf"
+    assert either.value == 0 and not either.sure and "infinite" in either.reason
+    assert not difference(open_above, never).sure
     for correlation in (0.0, 0.5):
         found = difference(open_above, some, correlation)
         assert found.lower == -math.inf and found.value < found.upper < math.inf

@@ -40,6 +40,7 @@ class Lack(Enum):
     PARTS = "only {parts} measured parts: 10 are needed, 50 decide most limits"
     EQUAL_PARTS = "all measured parts are equal: they tell no spread"
     ANY_OUT = "none out of limit in either"
+    ENDS = "either may be infinite"
 
 
 class NoInterval(str):

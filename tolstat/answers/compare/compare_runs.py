@@ -22,7 +22,7 @@ from tolstat.answers.report.report_warnings import jumping, warnings_of
 from tolstat.answers.report.summaries import described_responses
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.arrays import Truths
+from tolstat.arrays import Array, Truths
 from tolstat.errors import QuestionError
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate, without_interval
 from tolstat.statistics.intervals.moments import Reach
@@ -248,10 +248,23 @@ def _limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
     if any(x.replicates for x in samples):
         moments = without_interval(moments)
         ppk_more = without_interval(ppk_more) if sample else ppk_more
+    same_limit = limits[0].permitted == limits[1].permitted
+    if sample and thinned and same_limit and _are_equal(*pair.values(name)):
+        more, ppk_more = (_of_equal_trials(x) for x in (more, ppk_more))
     return LimitDifference(
         (limits[0].words, limits[1].words), (before, after), ran, worse, better, more,
         ppks, ppk_more, moments,
     )  # fmt: skip
+
+
+def _are_equal(first: Array, second: Array) -> bool:
+    return np.array_equal(first, second, equal_nan=True)
+
+
+def _of_equal_trials(less: Estimate) -> Estimate:
+    """Return a difference that chance alone makes, by which trials it evaluates: 0."""
+    is_outside = less.lower > 0 or less.upper < 0
+    return less if is_outside else less._replace(value=0.0)
 
 
 class _Judged(NamedTuple):

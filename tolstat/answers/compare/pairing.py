@@ -110,6 +110,8 @@ def pair_of(first: Run, second: Run) -> Pairing:
             words += f"; of {run.path.name} the first {run.random_trials} trials, which"
             words += " are random; fractions out of limit rest on thinned ones, too"
             words += f", {Caveat.MISSED_KIND}" * run.thinned.skips
+    if sample and (first.thinned or second.thinned):
+        words += "; their difference is 0 where limit and random trials are equal"
     promise = A.sampled.promise
     if A.run.sampling == "random":  # anytime-valid ones of verdicts are not shown
         promise = "of quantiles exact, as random trials are independent"

@@ -111,12 +111,14 @@ def _causes(
         named = [*meets, *(cause for cause in named if cause not in meets)]
     reason, needed = "", 0
     if count == 0:
-        reason = NoCause.NONE_OUT
+        reason = NoCause.NONE_OUT_AT_RANDOM if run.thinned else NoCause.NONE_OUT
     elif count < LEAST:
-        if not run.thinned:  # its random trials do not become more
+        reason = f"too few ({count})"
+        if run.thinned:  # its random trials do not become more
+            reason = f"too few random trials ({count})"
+        else:
             digits = 10.0 ** math.floor(math.log10(TELLING * trials / count) - 1)
             needed = int(math.ceil(TELLING * trials / count / digits) * digits)
-        reason = f"too few ({count})"
     elif count > MOST * trials:
         reason = NoCause.MOST_OUT
     return Causes(count, reason, needed, tuple(named), contributors, kinds)

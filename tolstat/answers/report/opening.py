@@ -140,12 +140,13 @@ def _where_units_fail(
         box = np.array([left, right, right, left, left])
         layers.append(plot.curve(box, np.array([low, low, high, high, low]), "ink"))
     x, y = (plot.PlotAxis(scales[n].label(n)) for n in (across, up))
+    kind = "random trials" if run.thinned else "trials"
     drawn_within = f"{len(within)} of {np.count_nonzero(~out)} within are drawn"
     return figure_of(
         f"Trials of {name} out of limit, over {across} and {up}",
         x, y, *layers, height=LOW, caption=say(
             f"Main cause of {{}}: {causes.main.words}. Red: {np.count_nonzero(out)} "
-            f"trials out of limit; {drawn_within}.", Name(name),
+            f"{kind} out of limit; {drawn_within}.", Name(name),
         ),
     )  # fmt: skip
 

@@ -23,6 +23,7 @@ class NoCause(StrEnum):
     """Why no contributor is named as a cause."""
 
     NONE_OUT = "no trial out of limit"
+    NONE_OUT_AT_RANDOM = "no random trial out of limit"  # thinned ones may be
     MOST_OUT = "not named: most trials are out of limit"
     NOT_SIGNIFICANT = "no significant difference"
     RANDOM_ONLY = str(estimate.RANDOM_ONLY)

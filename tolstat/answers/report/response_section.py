@@ -218,8 +218,9 @@ class _ResponseSection:
         failed = ", failed ones among them" if self.report.trials.failed else None
         finding = self.report.findings.limits[self.name]
         none = None if causes.named else f": {no_cause(finding)}"
+        kind = "random trial" if self.report.stored_run.thinned else "trial"
         return (
-            blocks.paragraph(counted(out, "trial"), " out of limit", failed, none, "."),
+            blocks.paragraph(counted(out, kind), " out of limit", failed, none, "."),
             *(self._first_rows(self._causes_table(causes)) if out else ()),
             blocks.note(say(LEVELS, str(tested))) if out and tested else None,
             blocks.note(CORRELATED) if self.correlated and tested else None,

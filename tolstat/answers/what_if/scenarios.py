@@ -10,7 +10,11 @@ from tolstat.answers.relimit import with_limits
 from tolstat.answers.report.summaries import all_limits, reportable, summaries_of
 from tolstat.answers.run_answer import notes_of
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.answers.what_if.evaluated_trials import is_cheap, scenario_run
+from tolstat.answers.what_if.evaluated_trials import (
+    baseline_run,
+    is_cheap,
+    scenario_run,
+)
 from tolstat.answers.what_if.fresh_study import as_entries
 from tolstat.answers.what_if.reweighted_trials import (
     check_assumed,
@@ -69,7 +73,8 @@ def what_if(
 
     A cheap model evaluates the trials of the run again, with the same seed: a formula,
     or any model that does 20 000 trials in 10 s, or as fast as the run took. Otherwise
-    the stored trials are weighted by the ratio of densities.
+    the stored trials are weighted by the ratio of densities. Where scenarios of a
+    thinned run are evaluated, so is the baseline: with the same random trials.
 
     Parameters
     ----------
@@ -110,8 +115,7 @@ def what_if(
     0.9999 (0.999247 to 1)
     """
     run = open_run(run)
-    baseline = with_limits(run, limits) if limits else run
-    reportable(baseline)
+    reportable(run)
     study = study_of(run, model=model)
     check_assumed(run, study)
     asked = [deviations] if isinstance(deviations, Mapping) else deviations
@@ -119,9 +123,11 @@ def what_if(
     if evaluate is None:
         evaluate = any(scenarios) and is_cheap(run, study)
     answers = []
+    before = baseline_run(run, study) if evaluate and run.thinned else run
+    baseline = with_limits(before, limits) if limits else before
     for scenario in scenarios:
         if not scenario and limits:
-            answers.append(_answer(run, baseline, {}, Method.STORED))
+            answers.append(_answer(before, baseline, {}, Method.STORED))
         elif evaluate:
             again = scenario_run(run, study, StudyChange(scenario, limits or {}))
             answers.append(_evaluated(baseline, again, scenario, study))

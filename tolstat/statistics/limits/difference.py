@@ -70,7 +70,7 @@ def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> E
 
     Both intervals are combined by squares, end by end, with the correlation of their
     errors: 0 for independent trials. If a number is infinite, the ends are subtracted;
-    that interval holds for any correlation.
+    that interval holds for any correlation. None where it has no finite end.
 
     References
     ----------
@@ -83,9 +83,12 @@ def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> E
         return Estimate(value, reason=a.reason or b.reason)
     if math.isinf(a.value) and math.isinf(b.value):
         return Estimate(math.nan, reason=NoInterval(Lack.ANY_OUT))
-    if math.isinf(a.value + b.value):
-        return Estimate(b.value - a.value, b.lower - a.upper, b.upper - a.lower)
     value = b.value - a.value
+    if a.upper == b.upper == math.inf:
+        finite = value if math.isfinite(value) else math.nan
+        return Estimate(finite, reason=NoInterval(Lack.ENDS))
+    if math.isinf(value):
+        return Estimate(value, b.lower - a.upper, b.upper - a.lower)
 
     def half(x: float, y: float) -> float:
         if math.isinf(x + y):
