@@ -37,7 +37,8 @@ def test_rows_pasted_again_are_refused(tmp_path, numbered, step):
         read(tmp_path, 10 * parts, numbered=numbered)
     with pytest.raises(StudyError, match="have the same cells as"):
         read(tmp_path, [*parts, "12.3", *parts], numbered=numbered)
-    read(tmp_path, 10 * parts, numbered=numbered, repeats=True)
+    allowed = read(tmp_path, 10 * parts, numbered=numbered, repeats=True)
+    assert not any("copy" in sentence for sentence in allowed.deviating.warnings)
     read(tmp_path, parts, numbered=numbered)
 
 
@@ -50,3 +51,21 @@ def test_equal_parts_by_chance_are_taken(tmp_path, numbered):
     read(tmp_path, drift, numbered=numbered)
     zeros = np.where(RNG.random(300) < 1 / 3, 12, normal(300, 0.005))
     read(tmp_path, zeros, numbered=numbered)
+
+
+def test_a_number_of_its_own_makes_no_copy_of_an_equal_part(tmp_path):
+    parts = [f"{x:.4f}" for x in normal(40, 1e-4)]
+    for rows in ([*parts, parts[3]], range(12, 17)):  # sizes may count, too
+        warnings = read(tmp_path, [*rows], numbered=True).deviating.warnings
+        assert not any("copy" in sentence for sentence in warnings)
+
+
+def test_another_column_that_cannot_be_read_is_no_fault(tmp_path):
+    rows = [f"{i};{12 + i * i % 7 / 100:.2f};{i % 5} in" for i in range(1, 40)]
+    (tmp_path / "mixed.csv").write_text("\n".join(["part;L [mm];w [mm]", *rows]))
+    ring = {"nominal": "12 mm", "data": "mixed.csv", "column": "L"}
+    study = {
+        "model": "dimension_chain", "trials": 10, "seed": 1,
+        "settings": {"gap": "ring"}, "links": {"ring": ring},
+    }  # fmt: skip
+    assert load(study, folder=tmp_path).deviating.measured

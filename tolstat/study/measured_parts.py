@@ -16,7 +16,7 @@ from tolstat.study.data_files import (
 )
 from tolstat.study.files import beside
 from tolstat.study.nominal_size import DeviationReader
-from tolstat.study.repeated_rows import check_stretches, copied_parts
+from tolstat.study.repeated_rows import copied_parts
 from tolstat.study.study_schema import PartsEntry, read_entry
 from tolstat.tables.table import MeasuredColumn
 from tolstat.units.conversion import to_si
@@ -59,9 +59,9 @@ def read_parts(
             f"{entry.data}: {torn} may be one number with a decimal comma, in two "
             "columns; if so, write it with a point"
         )
-    if not entry.repeats:
-        check_stretches(file, column.name)
-    if copies := copied_parts(file, column.name):
+    if not entry.repeats and (
+        copies := copied_parts(file, column.name, refuse_pasted=True)
+    ):
         (row, first), more = copies[0], len(copies) - 1
         others = f"; {more} more rows repeat others" if more else ""
         reader.warnings.append(

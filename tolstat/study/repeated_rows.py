@@ -57,25 +57,44 @@ def repeated_rows(
     return f"{sentence}: a row that stands twice counts twice"
 
 
-def copied_parts(table: Table | QdasFile, name: str) -> list[tuple[str, str]]:
+def copied_parts(
+    table: Table | QdasFile, name: str, *, refuse_pasted: bool = False
+) -> list[tuple[str, str]]:
     """Return rows of parts that are copies: the place of each, and of the earlier row.
 
     All their cells are equal, but for numbers that count the rows. A column that names
     the parts, or numbers that agree more often than by rounding, tell copies from equal
     parts.
+
+    Raises
+    ------
+    DataError
+        If rows that were pasted again are to be refused: see `_check_stretches`.
     """
     if isinstance(table, QdasFile):
         return []
-    rows, cells = _parts(table, name)
+    numbers, counting = _numbers(table)
+    index = table.columns[name]
+    left_out = {table.columns[head] for head in counting} - {index}
+    rows = [i for i, row in enumerate(table.rows) if not is_empty(row.cells[index])]
+    cells = [
+        tuple(str(x) for j, x in enumerate(table.rows[i].cells) if j not in left_out)
+        for i in rows
+    ]
+    if refuse_pasted:
+        _check_stretches([table.places[i] for i in rows], cells)
     seen = dict[tuple[str, ...], int]()
     earlier = [seen.setdefault(words, i) for i, words in zip(rows, cells, strict=True)]
     pairs = [(i, first) for i, first in zip(rows, earlier, strict=True) if i != first]
-    if not pairs or not (_named_parts(table, [*seen.values()]) or _by_numbers(table)):
+    if not pairs:
+        return []
+    heads = [head for head in table.columns if head not in counting]
+    if not (_named_parts(table, heads, [*seen.values()]) or _by_numbers(numbers)):
         return []
     return [(table.places[i], table.places[first]) for i, first in pairs]
 
 
-def check_stretches(table: Table | QdasFile, name: str) -> None:
+def _check_stretches(places: Sequence[str], cells: Sequence[tuple[str, ...]]) -> None:
     """Refuse parts of which a stretch repeats an earlier one: rows pasted again.
 
     Raises
@@ -84,43 +103,42 @@ def check_stretches(table: Table | QdasFile, name: str) -> None:
         If it is longer than by chance: so many equal rows one after the other, and so
         many different ones among half of them, have a probability of 1e-3 at most.
     """
-    if isinstance(table, QdasFile):
-        return
-    rows, cells = _parts(table, name)
     counts = np.array([*Counter(cells).values()])
-    agreement = float(np.sum((counts / len(rows)) ** 2)) if rows else 1.0
-    if agreement == 1:
+    if len(counts) < 2:
         return
-    least = math.ceil(math.log(LEVEL / len(rows) ** 2) / math.log(agreement))
+    agreement = float(np.sum((counts / len(cells)) ** 2))
+    least = math.ceil(math.log(LEVEL / len(cells) ** 2) / math.log(agreement))
     seen = dict[tuple[tuple[str, ...], ...], int]()
-    for i in range(len(rows) - 2 * least + 1):
+    for i in range(len(cells) - 2 * least + 1):
         stretch = (*cells[i : i + 2 * least],)
         first = seen.setdefault(stretch, i)
         if first != i and len({*stretch}) >= least:
-            row, earlier = table.places[rows[i]], table.places[rows[first]]
             raise DataError(
-                f"{row} and the {2 * least - 1} after it have the same cells as "
-                f"{earlier} and those after it: a copy is no part of its own; remove "
-                "the copies, or give repeats = true if each row is a part"
+                f"{places[i]} and the {2 * least - 1} after it have the same cells as "
+                f"{places[first]} and those after it: a copy is no part of its own; "
+                "remove the copies, or give repeats = true if each row is a part"
             )
 
 
-def _parts(table: Table, name: str) -> tuple[list[int], list[tuple[str, ...]]]:
-    """Return the rows with a part, and their cells without numbers that count them."""
-    counting = [table.columns[x] for x in table.columns if table.counts_rows(x)]
-    index = table.columns[name]
-    rows = [i for i, row in enumerate(table.rows) if not is_empty(row.cells[index])]
-    cells = [
-        tuple(str(x) for j, x in enumerate(table.rows[i].cells) if j not in counting)
-        for i in rows
-    ]
-    return rows, cells
+def _numbers(table: Table) -> tuple[Array, set[str]]:
+    """Return the columns of numbers, float64[row, column], and those that count rows.
+
+    The latter are not among the former.
+    """
+    columns, counting = [np.empty((len(table.rows), 0))], set[str]()
+    for name in table.numeric:
+        with suppress(DataError):  # another column, which cannot be read
+            if table.counts_rows(name):
+                counting.add(name)
+            else:
+                columns.append(table.numbers(name)[:, None])
+    return np.hstack(columns), counting
 
 
-def _named_parts(table: Table, rows: Sequence[int]) -> bool:
+def _named_parts(table: Table, heads: Sequence[str], rows: Sequence[int]) -> bool:
     """Return whether a column names or counts the parts: no two rows have the same."""
     numeric = table.numeric
-    for name in table.columns:
+    for name in heads:
         words = table.texts(name)
         cells = {words[i] for i in rows}
         if len(cells) < len(rows) or len(rows) < LEAST:
@@ -133,15 +151,7 @@ def _named_parts(table: Table, rows: Sequence[int]) -> bool:
     return False
 
 
-def _by_numbers(table: Table) -> bool:
-    """Return whether rounding does not explain that numbers repeat."""
-    columns = list[Array]()
-    for name in table.numeric:
-        with suppress(DataError):  # another column, which cannot be read
-            if not table.counts_rows(name):
-                columns.append(table.numbers(name))
-    rows = len(table.rows)
-    repeats = repeats_of(
-        np.empty((rows, 0)), np.column_stack([np.empty((rows, 0)), *columns])
-    )
+def _by_numbers(numbers: Array) -> bool:
+    """Return whether rounding does not explain that rows of numbers repeat."""
+    repeats = repeats_of(np.empty((len(numbers), 0)), numbers)
     return repeats is not None and not repeats.by_chance
