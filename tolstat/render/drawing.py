@@ -94,7 +94,7 @@ def _words(
     if picture.first:
         for y, words in up:
             yield _text(left - GAP, y + SIZE / 3, [words], "end")
-        x, label = left - picture.beside() + LINE, picture.label(panel.y.label)
+        x, label = left - picture.beside + LINE, picture.label(panel.y.label)
         yield _text(x, middle, label, "middle", -90)
     for (y, _), words in zip(
         up, picture.bars.words if picture.bars else (), strict=False

@@ -65,7 +65,7 @@ def _stacked(plot: Plot, pictures: Sequence["Picture"]) -> None:
 
 
 def _ends(pictures: Sequence["Picture"]) -> tuple[list[float], list[float]]:
-    return [picture.beside() for picture in pictures], [p.room for p in pictures]
+    return [picture.beside for picture in pictures], [p.room for p in pictures]
 
 
 def _side_by_side(plot: Plot, pictures: Sequence["Picture"]) -> None:
@@ -77,7 +77,7 @@ def _side_by_side(plot: Plot, pictures: Sequence["Picture"]) -> None:
     bottom = 72 * plot.height - EDGE - LINE - max(p.below for p in pictures)
     for picture in pictures:
         picture.box = Box(0.0, top, 72 * plot.width / slots, bottom)
-    left = EDGE + pictures[0].beside()
+    left = EDGE + pictures[0].beside
     right = EDGE + max(picture.room for picture in pictures)
     wide = (72 * plot.width - left - right - BESIDE * (slots - 1)) / slots
     for i, picture in enumerate(pictures):
@@ -196,8 +196,9 @@ class Picture:
         words = [tick.words for tick in self.x.ticks(1)] if self.panel.x.words else []
         return GAP + max([LINE, *(width_of(wrapped(w)) for w in words)])
 
+    @property
     def beside(self) -> float:
-        """Return the width of the words to the left."""
+        """The width of the words to the left."""
         lines = len(self.label(self.panel.y.label))
         words = (tick.words for tick in self.y_ticks(self.y))
         return LINE * lines + 2 * GAP + max(map(width_of, words), default=0.0)

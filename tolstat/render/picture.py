@@ -30,19 +30,14 @@ STYLE: dict[Any, Any] = {
 
 
 def picture(figure: Figure, ending: str) -> bytes:
-    """Return a picture as a file of that ending."""
-    with mpl.rc_context(STYLE):
-        return _saved(figure, ending.removeprefix("."), dpi=150)
-
-
-def _saved(figure: Figure, form: str, dpi: int) -> bytes:
-    """Return a figure in a file format, with its texts shown literally."""
+    """Return a picture as a file of that ending, with its texts shown literally."""
     for text in figure.findobj(Text):
         assert isinstance(text, Text)
         if (words := visible(text.get_text())) != text.get_text():
             text.set_text(words)
-    buffer = io.BytesIO()
+    buffer, form = io.BytesIO(), ending.removeprefix(".")
     # no date: the same picture is the same file
     metadata = {"Date": None} if form == "svg" else None
-    figure.savefig(buffer, format=form, dpi=dpi, metadata=metadata)
+    with mpl.rc_context(STYLE):
+        figure.savefig(buffer, format=form, dpi=150, metadata=metadata)
     return buffer.getvalue()

@@ -164,7 +164,7 @@ class _Search:
 
         Without limits where nothing is evaluated here, or a limit is not the fault.
         """
-        if (fresh := self._fresh_trials()) is None:
+        if (fresh := self.fresh_trials) is None:
             return {}, 0
         none, run = self.trials.design.none, self.run
         try:
@@ -189,7 +189,7 @@ class _Search:
 
     def _tried(self, before: Shares) -> _Tried | None:
         """Return a change that was searched, proved where that is quick."""
-        if (fresh := self._fresh_trials()) is not None:
+        if (fresh := self.fresh_trials) is not None:
             try:
                 proof = proved(self.trials, fresh)
                 if proof is None or not proof.steps:
@@ -241,7 +241,7 @@ class _Search:
                 best = tried
             if tried.met:
                 break
-        if best is None or (fresh := self._fresh_trials()) is None:
+        if best is None or (fresh := self.fresh_trials) is None:
             return best
         try:
             sample = fresh(best.change, 0)
@@ -252,8 +252,9 @@ class _Search:
         step = Step(best.change, predicted(again, again.design.none))
         return self._judged(best.change, [step], before, fresh.number)
 
-    def _fresh_trials(self) -> "_FreshTrials | None":
-        """Return fresh trials of changed studies if these are quick, else None."""
+    @cached_property
+    def fresh_trials(self) -> "_FreshTrials | None":
+        """Fresh trials of changed studies; None if they take long, or say nothing."""
         run = self.run
         if run.listed:
             return None  # nothing is evaluated here

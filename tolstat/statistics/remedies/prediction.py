@@ -38,12 +38,14 @@ class Shares(NamedTuple):
     thinned : bool
         Whether trials were thinned. The upper ends then include kinds of units that
         no trial shows: they are out of limit before a change as well as after it.
+    likely : float
+        Upper end of the joint share if a poor surface bends rightly.
     """
 
     joint: Estimate
     limits: tuple[Estimate, ...]
     thinned: bool = False
-    likely: float = math.inf  # upper end of the joint one if the surface bends rightly
+    likely: float = math.inf
 
     def permitted(self, permitted_out: Array) -> bool:
         """Return whether the whole interval of each limit is permitted."""
