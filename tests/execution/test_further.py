@@ -130,6 +130,33 @@ def test_parts_of_a_batch_stay_equal_in_the_worst_case():
     assert found.value == pytest.approx(0.01 - 0.1)
 
 
+def test_of_very_many_groups_those_are_moved_whose_worse_end_is_least_sure(monkeypatch):
+    """Slopes mislead for the 38th; the last two act only together."""
+    rates, rows = np.linspace(1, 2, 37), list[int]()
+
+    def respond(deviations):
+        rows.append(len(deviations))
+        bent, *pair = deviations[:, 37:].T
+        one_by_one = deviations[:, :37] @ rates + bent**3 - 0.1 * bent
+        return (one_by_one + pair[0] * pair[1])[:, None]
+
+    ends = np.array([-np.ones(40), np.ones(40)])
+    slopes = np.array([*rates, -0.1, 0.0, 0.0])
+    targets = [Target(0, sign, sign * np.sign(slopes)[None, :]) for sign in (1, -1)]
+    groups = [[i] for i in range(40)]
+    whole = worst_corners(respond, ends, groups, targets)
+    tried = sum(rows)
+    rows.clear()
+    monkeypatch.setattr(
+        "tolstat.execution.diagnostics.worst_cases.MOST_MOVED", 2 * 40 * 2
+    )  # two groups of each target
+    worst = worst_corners(respond, ends, groups, targets)
+    values = [rates.sum() + 1.9, -rates.sum() - 1.9]
+    assert [corner.value for corner in worst] == pytest.approx(values)
+    assert sum(corner.tried for corner in worst) < 20 < sum(c.tried for c in whole)
+    assert sum(rows) < tried
+
+
 LINEAR = """\
 model = "rough"
 trials = 500

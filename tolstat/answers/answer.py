@@ -48,11 +48,14 @@ class Answer(ABC):
     answers: ClassVar[str]
     index: ClassVar[str] = "response"
 
-    def document(self) -> Document:
-        """Return its document: headings, sentences, tables, figures."""
+    def document(self, **options: bool) -> Document:
+        """Return its document: headings, sentences, tables, figures.
+
+        Of a report with `whole=True` its tables have all rows.
+        """
         path = DOCUMENTS[self.answers]
         module = import_module(f"tolstat.answers.{path}")
-        document: Document = getattr(module, path.rpartition(".")[2])(self)
+        document: Document = getattr(module, path.rpartition(".")[2])(self, **options)
         return document
 
     @abstractmethod
@@ -91,7 +94,11 @@ class Answer(ABC):
         )
 
         wide = sheet_of_rows(self.answers.replace("_", " "), self.rows())
-        return workbook_of((wide, *sheets_of_document(self.document())))
+        return workbook_of((wide, *sheets_of_document(self._whole())))
+
+    def _whole(self) -> Document:
+        """Return its document with all rows of its tables."""
+        return self.document()
 
     def html(self, run: str = "") -> str:
         """Return it as a self-contained page; `run` in its head identifies a file."""

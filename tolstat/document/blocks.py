@@ -59,7 +59,6 @@ class Table:
     keys: int = 1  # columns that say what a row is
     look: str = ""  # "verdicts" or "dense"
     spare: tuple[str, ...] = ()  # heads that a narrow screen leaves out, in this order
-    page_rows: int | None = None  # of a page; screens and exports have all
 
     @property
     def sides(self) -> tuple[str, ...]:

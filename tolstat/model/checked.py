@@ -1,7 +1,7 @@
 """Checks of a model: its declarations, and its answers."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,8 @@ DECLARATIONS = "name", "failures", "assumptions", "views", "moves", "integrates"
 SIDES = "least", "largest"  # of a worst case
 TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat", "worst"
 LONGEST_OUTPUT = 2000  # characters of the output of a failed trial
+# model, settings and responses that were asked for last: threads replace it whole
+_LATEST: list[tuple[Model | None, Any, Sequence[Response]]] = [(None, None, ())]
 HUGE = 1e150  # the squares of smaller numbers are finite, too
 
 
@@ -186,7 +188,7 @@ def simulate(model: Model, deviations: Array, settings: Any) -> TrialResults:
     possible = status == 0
     if possible.all():
         return evaluated(model, rows, settings)
-    responses = np.full((len(rows), len(model.describe(settings).responses)), np.nan)
+    responses = np.full((len(rows), len(_responses(model, settings))), np.nan)
     steps = np.zeros(len(rows), np.int64) if model.integrates else None
     output = NO_OUTPUT
     if possible.any():
@@ -249,9 +251,8 @@ def complete(
     model: Model, outcome: Outcome, trials: int, settings: Any
 ) -> TrialResults:
     """Return the checked answers of an outcome of so many trials; see `simulate`."""
-    with guarded(model, "describe"):
-        _, declared = model.describe(settings)
-        names = [response.name for response in declared]
+    declared = _responses(model, settings)
+    names = [response.name for response in declared]
     if not isinstance(outcome, Outcome):
         raise model.fault(f"evaluate returns {type(outcome).__name__}, not Outcome")
     responses = _shaped(model, "responses", outcome.responses, (trials, len(names)))
@@ -294,6 +295,16 @@ def complete(
     }
     responses = np.where(done[:, None], responses, np.nan)
     return TrialResults(responses, status, steps, output)
+
+
+def _responses(model: Model, settings: Any) -> Sequence[Response]:
+    """Return the responses of a model; it describes itself once for many blocks."""
+    known, with_settings, responses = _LATEST[0]
+    if known is not model or with_settings is not settings:
+        with guarded(model, "describe"):
+            responses = tuple(model.describe(settings).responses)
+        _LATEST[0] = model, settings, responses
+    return responses
 
 
 def _integers(model: Model, name: str, values: ArrayLike, trials: int) -> Integers:

@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,10 +45,18 @@ def as_json(answer: Any, name: str) -> str:
         numbers are null, infinite ones "inf" or "-inf".
     """
     content = {"schema": SCHEMA, "answer": name, **_plain(answer)}
-    return json.dumps(content, indent=1, allow_nan=False) + "\n"
+    lines = io.StringIO()  # a list of all pieces takes ten times the memory
+    json.dump(content, lines, indent=1, allow_nan=False)
+    return lines.getvalue() + "\n"
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):  # most values are numbers
+        if math.isfinite(value):
+            return value
+        return None if math.isnan(value) else "inf" if value > 0 else "-inf"
     if isinstance(value, Path | Typed):
         return str(value)
     if isinstance(value, Scale):
@@ -62,10 +71,6 @@ def _plain(value: Any) -> Any:
         return {_key(key): _plain(item) for key, item in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str):
         return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None if math.isnan(value) else "inf" if value > 0 else "-inf"
     return value
 
 
@@ -76,6 +81,7 @@ def _key(key: object) -> str:
     return ", ".join(key) if isinstance(key, tuple) else str(key)
 
 
+@cache
 def public_fields(record: Any) -> list[str]:
     """Return the fields of a dataclass that are part of its schema."""
     return [field.name for field in fields(record) if field.metadata.get("json", True)]

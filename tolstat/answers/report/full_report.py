@@ -20,6 +20,7 @@ from tolstat.answers.report.response_summary import (
 )
 from tolstat.answers.report.summaries import reportable
 from tolstat.answers.sampled_trials import Drawn
+from tolstat.document.blocks import Document
 from tolstat.document.inline import Row
 from tolstat.errors import QuestionError
 from tolstat.model.contract import Model
@@ -52,6 +53,9 @@ class Report(RunSummary):
             for head, cell in named_cells(name, part).items()
         }
         return [{**row, **parts} for row in super().rows()]
+
+    def _whole(self) -> Document:
+        return self.document(whole=True)
 
 
 def report_of(

@@ -56,8 +56,11 @@ JUDGED = (
 )
 
 
-def report_document(report: Report) -> blocks.Document:
-    """Return first page, assumptions, summary, responses in focus, provenance."""
+def report_document(report: Report, *, whole: bool = False) -> blocks.Document:
+    """Return first page, assumptions, summary, responses in focus, provenance.
+
+    Of many contributors tables have the first ones, unless they are `whole`.
+    """
     sketches, drawing = sketches_of(report), _drawing(report)
     first = first_page(
         report, report.focus, opening(report),
@@ -77,7 +80,9 @@ def report_document(report: Report) -> blocks.Document:
         _summary(report),
         _numbers(report),
         *(
-            response_section(report, name, page_1 if name == deciding(report) else ())
+            response_section(
+                report, name, page_1 if name == deciding(report) else (), whole=whole
+            )
             for name in report.focus
         ),
     )

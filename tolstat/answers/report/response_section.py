@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from itertools import chain, islice
 
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_draw, to_replay, to_tables, typed_setting
@@ -31,7 +31,7 @@ Row = dict[str, Given]
 Values = Mapping[str, Estimate] | Mapping[str, float]
 
 MOST_NAMED = 12  # of a kind of part
-MOST_ROWS = 40  # contributors in a table of a page; exports have all
+MOST_ROWS = 40  # contributors in a table; workbooks have all
 
 CHOSEN = {
     "random": "at random", "near": "next to the limit", "worst": "worst",
@@ -83,22 +83,32 @@ OVERLAP = " Deviations are correlated: shares overlap and need not add up to 100
 
 
 def response_section(
-    report: Report, name: str, page_1: Collection[tuple[str, float]] = ()
+    report: Report,
+    name: str,
+    page_1: Collection[tuple[str, float]] = (),
+    *,
+    whole: bool = False,
 ) -> Section:
     """Return figures, performance, main causes, contributions, errors, worst trials.
 
-    Figures of `page_1`, by description and height, stand there alone.
+    Figures of `page_1`, by description and height, stand there alone. Of many
+    contributors tables have the first ones, unless they are `whole`.
     """
-    return _ResponseSection(report, name, page_1).section()
+    return _ResponseSection(report, name, page_1, whole=whole).section()
 
 
 class _ResponseSection:
     """The parts of the section on a response."""
 
     def __init__(
-        self, report: Report, name: str, page_1: Collection[tuple[str, float]]
+        self,
+        report: Report,
+        name: str,
+        page_1: Collection[tuple[str, float]],
+        *,
+        whole: bool,
     ) -> None:
-        self.page_1 = page_1
+        self.page_1, self.whole = page_1, whole
         self.report, self.name, self.run = report, name, report.stored_run
         self.response = report.responses[name]
         self.scale, shares = self.response.scale, self.response.contributions
@@ -153,13 +163,18 @@ class _ResponseSection:
         caption = rests_on(self.report)
         return blocks.table_of(rows, words=words, caption=caption, look=look)
 
-    def _first_rows(self, table: Table) -> tuple[Block, ...]:
-        """Return a table of contributors; of many, a page has the first."""
-        rows = len(table.rows)
-        if rows <= MOST_ROWS:
-            return (table,)
-        words = say(FIRST_ROWS, str(MOST_ROWS), str(rows), to_tables(self.run))
-        return replace(table, page_rows=MOST_ROWS), blocks.note(words)
+    def _first_rows(
+        self,
+        rows: Iterator[Row],
+        number: int,
+        look: str = "",
+        words: Sequence[str] = (),
+    ) -> tuple[Block, ...]:
+        """Return a table of so many rows, or of the first of them."""
+        if self.whole or number <= MOST_ROWS:
+            return (self._table(rows, look, words),)
+        note = say(FIRST_ROWS, str(MOST_ROWS), str(number), to_tables(self.run))
+        return self._table(islice(rows, MOST_ROWS), look, words), blocks.note(note)
 
     def _declared(self) -> Parts:
         response = self.response
@@ -221,32 +236,17 @@ class _ResponseSection:
         kind = "random trial" if self.report.stored_run.thinned else "trial"
         return (
             blocks.paragraph(counted(out, kind), " out of limit", failed, none, "."),
-            *(self._first_rows(self._causes_table(causes)) if out else ()),
+            *(self._causes_table(causes) if out else ()),
             blocks.note(say(LEVELS, str(tested))) if out and tested else None,
             blocks.note(CORRELATED) if self.correlated and tested else None,
         )
 
-    def _causes_table(self, causes: Causes) -> Table:
-        """Return a row for what is named together, each kind of part, contributor."""
-        rows: list[Row] = []
-        for named in causes.named:
-            if named.words in causes.contributors:
-                continue
-            below: Parts = ()
-            if together := named.together:
-                alone = Number(together.alone, PER_CENT, "at_most")
-                below = say("{}; any of them alone in at most {}",
-                            explained(together, causes), alone)  # fmt: skip
-            rows.append(_cause(Cell((Word(named.words),), below), named))
-        for name, cause in sorted(causes.by_name.items(), key=_clearest_first):
-            single = cause.shift == cause.shift
-            part = Word(name) if cause.significant else Name(name)
-            rows.append({
-                **_cause(Cell((part,)), cause),
-                "mean, sigmas": Number(cause.shift) if single else None,
-                "distance, sigmas": Number(cause.width) if single else None,
-            })  # fmt: skip
-        return self._table(rows, words=["contributor"])
+    def _causes_table(self, causes: Causes) -> tuple[Block, ...]:
+        """Return a table of what is named together, each kind of part, contributor."""
+        together = [x for x in causes.named if x.words not in causes.contributors]
+        number = len(together) + len(causes.by_name)
+        rows = _rows_of_causes(causes, together)
+        return self._first_rows(rows, number, words=["contributor"])
 
     def _contributions(self) -> tuple[Block | None, ...]:
         response, shares = self.response, self.contributions
@@ -257,11 +257,12 @@ class _ResponseSection:
         if response.still or not names:
             return ()
         kinds = self._kinds(shares) if shares else []
-        rows = self._contributors(dict.fromkeys(names))
+        contributors = dict.fromkeys(names)
+        rows = chain(kinds, self._contributors(contributors))
         return (
             blocks.paragraph(FEW) if shares and shares.dominated_by_few else None,
             blocks.paragraph(self._indices()),
-            *self._first_rows(self._table([*kinds, *rows], "dense")),
+            *self._first_rows(rows, len(kinds) + len(contributors), "dense"),
             blocks.note(self._remarks(shares)) if shares else None,
         )
 
@@ -456,6 +457,25 @@ class _ResponseSection:
             done = Number(trials.by_status["done"])
             caption = say("of all {} trials done", done)
         return blocks.table_of(rows, words=[again], caption=caption)
+
+
+def _rows_of_causes(causes: Causes, together: Sequence[NamedCause]) -> Iterator[Row]:
+    """Yield a row for what is named together, then for each kind of part and part."""
+    for named in together:
+        below: Parts = ()
+        if pair := named.together:
+            alone = Number(pair.alone, PER_CENT, "at_most")
+            below = say("{}; any of them alone in at most {}",
+                        explained(pair, causes), alone)  # fmt: skip
+        yield _cause(Cell((Word(named.words),), below), named)
+    for name, cause in sorted(causes.by_name.items(), key=_clearest_first):
+        single = cause.shift == cause.shift
+        part = Word(name) if cause.significant else Name(name)
+        yield {
+            **_cause(Cell((part,)), cause),
+            "mean, sigmas": Number(cause.shift) if single else None,
+            "distance, sigmas": Number(cause.width) if single else None,
+        }
 
 
 def _cause(part: Cell, cause: Cause | NamedCause) -> Row:

@@ -1,5 +1,6 @@
 """Worst cases within the tolerances, searched among their corners."""
 
+import itertools
 from collections.abc import Callable, Generator, Sequence
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from tolstat.study.study import Study
 Move = tuple[list[int], int]  # columns, and the end they are moved to: 0 or 1
 MOST_SWEEPS = 8
 AT_ONCE = 1 << 24  # deviations of the trials that are simulated together, about
+MOST_MOVED = 1 << 29  # deviations of all trials of a sweep, about
 
 
 class Target(NamedTuple):
@@ -39,7 +41,7 @@ class Corner(NamedTuple):
 def worst_corners(
     respond: Callable[[Array], Array],
     ends: Array,
-    groups: Sequence[list[int]],
+    groups: list[list[int]],
     targets: Sequence[Target],
 ) -> list[Corner]:
     """Return the worst trials found among the corners of the tolerances.
@@ -47,27 +49,61 @@ def worst_corners(
     The columns of a group change together. Each group is moved to either end of its
     tolerance (float64[2, contributor], SI). Moves that make a target worse are kept,
     all at once if that is worse still. The search is local and proves nothing.
+    Of very many groups only those are moved whose worse end is least sure.
     `respond` returns the responses of trials. So many targets are searched at once that
     their trials take little memory.
     """
-    together = max(1, AT_ONCE // (2 * len(groups) * ends.shape[1]))
+    most = MOST_MOVED // (len(targets) * ends.shape[1])
+    tasks = [(target, groups) for target in targets]
+    if most < len(groups):
+        tasks = _screened(respond, ends, groups, targets, most)
+    searches = [_search(target, ends, moved) for target, moved in tasks]
+    moves = 2 * max(1, len(tasks[0][1]))
+    together = max(1, AT_ONCE // (moves * ends.shape[1]))
     return [
         corner
         for first in range(0, len(targets), together)
-        for corner in _searched(
-            respond, ends, groups, targets[first : first + together]
-        )
+        for corner in _searched(respond, searches[first : first + together])
     ]
+
+
+def _screened(
+    respond: Callable[[Array], Array],
+    ends: Array,
+    groups: list[list[int]],
+    targets: Sequence[Target],
+    number: int,
+) -> list[tuple[Target, list[list[int]]]]:
+    """Return targets with one more start, and so many groups that are moved from it.
+
+    Each group is moved alone from the nominal trial, for all targets together. The
+    start has the worse ends. Least sure is a group both of whose ends are worse than
+    the nominal trial, or both better, or have no effect; then one with a small effect.
+    """
+    nominal = np.zeros(ends.shape[1])
+    moves = [(columns, end) for columns in groups for end in (0, 1)]
+    responses = respond(np.vstack([nominal, _moved(nominal, moves, ends)]))
+    tasks = []
+    for target in targets:
+        badness = target.sign * responses[:, target.response]
+        effects = np.nan_to_num(badness[1:] - badness[0], nan=-np.inf)
+        low, high = effects.reshape(-1, 2).T
+        corner = ends[0].copy()
+        for columns in itertools.compress(groups, high > low):
+            corner[columns] = ends[1, columns]
+        least = np.minimum(np.abs(low), np.abs(high))
+        doubt = np.where(np.sign(low) == np.sign(high), least, -least)
+        moved = np.sort(np.argsort(-doubt, kind="stable")[:number])
+        starts = np.vstack([target.starts, corner])
+        tasks.append((target._replace(starts=starts), [groups[i] for i in moved]))
+    return tasks
 
 
 def _searched(
     respond: Callable[[Array], Array],
-    ends: Array,
-    groups: Sequence[list[int]],
-    targets: Sequence[Target],
+    searches: Sequence[Generator[Array, Array, Corner]],
 ) -> list[Corner]:
-    """Return the worst trials of some targets, whose trials are simulated together."""
-    searches = [_search(target, ends, groups) for target in targets]
+    """Return the worst trials of some searches, whose trials are simulated together."""
     pending = {number: next(search) for number, search in enumerate(searches)}
     corners: dict[int, Corner] = {}
     while pending:
@@ -79,7 +115,7 @@ def _searched(
             except StopIteration as end:
                 corners[number] = end.value
                 del pending[number]
-    return [corners[number] for number in range(len(targets))]
+    return [corners[number] for number in range(len(searches))]
 
 
 def _search(
