@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import re
 import shlex
 import signal
@@ -18,9 +19,12 @@ from tests.answers.browser import asked
 from tests.cli.command_line import TOLSTAT, call, chain, wait_for_trials
 from tests.cli.conftest import PAGE
 from tests.conftest import ROOT
+from tolstat.answers.index_memory import memory_of
 from tolstat.answers.run_entries import Entry, RunIndex
+from tolstat.cli.batch import Queue
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.block_scheduler import Workers
+from tolstat.render.screen import Screen
 from tolstat.store.files_beside import identity
 from tolstat.study.study import load
 
@@ -277,6 +281,21 @@ def test_runs_lists_stored_runs(tmp_path, monkeypatch):
         t for t in listed.stdout.splitlines() if t.startswith("inner/damaged.h5:")
     )
     assert call("runs", tmp_path / "nowhere").exit_code == 2
+
+
+def test_of_many_studies_a_terminal_has_the_lines_that_fit(tmp_path):
+    """What runs is among them, also the first and the last."""
+    screen = Screen(width=100, height=24, file=io.StringIO(), force_terminal=True)
+    entries = {tmp_path / f"{i}.toml": Entry(f"study_{i}") for i in range(1, 301)}
+    queue = Queue(entries, tmp_path / "batch.html", memory_of(tmp_path), screen)
+    for begun in (1, 150, 300):
+        queue.begun = begun
+        screen.print(queue.table())
+        lines = screen.file.getvalue().splitlines()
+        screen.file = io.StringIO()
+        assert 18 < len(lines) <= 24
+        assert any(f"study_{begun} " in line for line in lines)
+        assert f"study {begun} of 300" in lines[-1]
 
 
 def test_an_index_fits_its_window(tmp_path):

@@ -230,3 +230,20 @@ def test_a_response_whose_square_is_not_finite_is_no_answer(toy_study):
         ModelError, match=r"gap is .*e\+19\d in a trial whose status is"
     ):
         tolstat.run(toy_study, model=sure, force=True)
+
+
+def test_a_model_describes_itself_once_for_many_blocks(toy, toy_study, monkeypatch):
+    """With thousands of contributors that takes longer than a block."""
+    asked = []
+
+    def counted(self, settings, plain=Toy.describe):
+        asked.append(settings)
+        return plain(self, settings)
+
+    monkeypatch.setattr(Toy, "describe", counted)
+    rows = np.zeros((500, 3))
+    with Workers(1, block=1) as crew:
+        before = crew.simulate(toy, rows, toy.settings())
+        after = crew.simulate(toy, rows, toy.settings(gain=3.0))
+    assert len(asked) == 2
+    assert before.responses.shape == after.responses.shape == (500, 2)

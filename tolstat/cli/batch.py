@@ -4,8 +4,9 @@ import os
 import sys
 import time
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
+from dataclasses import replace as replace_fields
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,7 @@ WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
 TITLE = "tolstat batch"
 CONTINUES = "stopped; the same command continues"
 SELDOM = 20  # times the time that writing the index takes: between two of it
+AROUND = 6  # lines of a terminal: head, caption, empty ones
 HEAD = 10_000  # bytes of a page or a table, in which its mark stands
 HEADS = ",".join(COLUMNS[:5])  # how the table of an index begins
 
@@ -70,11 +72,14 @@ def batch(
     console = Screen(stderr=True)
     waiting = {entry: Entry(entry.stem, state=WAITING) for entry in files}
     queue = Queue(waiting, page, memory_of(page), console)
-    live = Live(console=console, get_renderable=queue.table, transient=True)
+    live: Live | nullcontext[None] = nullcontext()
+    if console.is_terminal:
+        live = Live(console=console, get_renderable=queue.table, transient=True)
     with stop_on_interrupt(CONTINUES) as stop:
         with live, crew(stop.is_set) as workers:
             for study in files:
                 if not stop.is_set():
+                    queue.begun += 1
                     queue.work_off(study, workers)
                     queue.write_index()
             queue.write_index(last=True)
@@ -101,6 +106,7 @@ class Queue:
     page: Path  # of the index
     memory: Memory  # of the page as it was
     console: Screen
+    begun: int = 0  # studies
     exit_codes: set[int] = field(default_factory=set)  # of studies that failed
     written: float = 0.0  # when the index was, s
     took: float = 0.0  # writing it, s
@@ -113,8 +119,14 @@ class Queue:
         return with_memory(index, self.memory)
 
     def table(self) -> Table:
-        """Return the index for the live display."""
-        return as_rich(progress_table(self.index), self.console.width)
+        """Return the index for the live display: of many studies the lines that fit."""
+        index, lines = self.index, max(1, self.console.height - AROUND)
+        first = max(0, min(self.begun - lines // 2, len(self.entries) - lines))
+        seen = replace_fields(index, entries=index.entries[first : first + lines])
+        table = as_rich(progress_table(seen), self.console.width)
+        if len(seen.entries) < len(index.entries):
+            table.caption = f"study {self.begun} of {len(self.entries)}"
+        return table
 
     def work_off(self, study: Path, workers: Workers) -> None:
         """Run one study and write its report; a failure stops no other study."""
