@@ -16,6 +16,7 @@ from tolstat.cli.main import main
 from tolstat.cli.what_if import scenarios_in
 from tolstat.document.blocks import Gallery
 from tolstat.errors import QuestionError, StudyError
+from tolstat.study.editor import StudyChange
 
 STUDY = {
     "model": "dimension_chain",
@@ -108,6 +109,14 @@ def test_limits_alone_are_a_scenario(run):
     assert gap.scenario.limited.yields.fraction_out_of_limit.value == out
     with pytest.raises(StudyError, match="no entry"):
         tolstat.what_if(run, {})
+
+
+@pytest.mark.parametrize(
+    "wrong", [[], (), "sleeve", None, 3, StudyChange({"sleeve": "h8"}), ["sleeve"]]
+)
+def test_what_is_no_scenario_is_refused(run, wrong):
+    with pytest.raises(StudyError, match=r"a mapping .* change\.deviations"):
+        tolstat.what_if(run, wrong)
 
 
 def test_several_scenarios_stand_side_by_side(run):

@@ -126,7 +126,7 @@ def test_scenarios_outside_the_sample_are_refused_with_a_reason(run, toy, asked,
         ({"part": 5}, r"\[deviations\] part = 5: expected a (tolerance|limit) such as"),
         ({"part": None}, r"\[deviations\] part: expected a (tolerance|limit) such as"),
         ({1: "+-1 mm"}, r"\[deviations\] 1: a text is expected as the name"),
-        ([("part", "+-1 mm")], r"deviations = .*: expected a (tolerance|limit)"),
+        ([("part", "+-1 mm")], r"deviations.*: expected a (limit|mapping)"),
     ],
 )
 def test_wrong_python_arguments_are_refused_with_a_message(run, toy, lines, said):

@@ -36,8 +36,10 @@ def test_performance_within_lots_and_overall(tmp_path):
     assert overall.pp.value == pytest.approx(
         0.1 / 3 / math.hypot(within, between), rel=0.02
     )
-    alone = within_lots(overall, response.contributions)
+    names = [part.name for part in run.contributors]
+    alone = within_lots(overall, response.contributions, names)
     assert alone.pp.value == pytest.approx(0.1 / 3 / within, rel=0.02)
+    assert within_lots(overall, response.contributions, ["a_lot", "b"]) is None
     assert tolstat.replay(run, 3).differences == ()
 
 

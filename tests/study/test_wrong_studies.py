@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+import tolstat
 from tolstat.cli.main import main
 from tolstat.errors import StudyError
 from tolstat.study.study import load
@@ -769,3 +770,12 @@ def test_a_torque_of_a_model_that_is_not_known_is_read():
     with pytest.raises(StudyError, match="no model is called 'hoist'") as caught:
         load(table)
     assert "of another kind" not in str(caught.value)
+
+
+@pytest.mark.parametrize("call", [tolstat.run, tolstat.decide])
+def test_a_study_is_a_path_or_a_mapping(call):
+    with pytest.raises(StudyError, match=r"not the text .* tomllib\.loads\(text\)"):
+        call('model = "stand"\nseed = 1\n')
+    for wrong in (3, None, b"study.toml"):
+        with pytest.raises(StudyError, match="a path or a mapping is expected, not "):
+            call(wrong)

@@ -44,3 +44,10 @@ def known_or_general(numbered: Iterable[str]) -> list[str]:
 def general(name: str) -> str:
     """Return a name without its number."""
     return re.sub(r"_[0-9]+$", "", name)
+
+
+def means_of_lots(names: Sequence[str]) -> list[str]:
+    """Return the names that are NAME_lot beside parts of that name."""
+    lots = [name for name in names if name.endswith(LOT)]
+    parts = known_or_general(names) if lots else ()  # slow of thousands
+    return [name for name in lots if name.removesuffix(LOT) in parts]

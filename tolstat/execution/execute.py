@@ -1,7 +1,6 @@
 """Runs of studies: started, resumed, extended."""
 
 import os
-from collections.abc import Mapping
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import replace
@@ -25,6 +24,7 @@ from tolstat.store.open_run import open as open_run
 from tolstat.store.provenance import now
 from tolstat.store.run_writer import Recorder, RunWriter
 from tolstat.store.stored_run import IN_MEMORY, Run
+from tolstat.study.files import path_of_study
 from tolstat.study.sampling import Rule, deciding
 from tolstat.study.study import Source, Study, load
 
@@ -230,9 +230,10 @@ def decide(
     """
     rule = deciding(at_most, slow)
     with Workers(workers, executor=executor) as crew:
-        if not isinstance(source, Mapping) and Path(source).suffix != STUDY_ENDING:
+        file = path_of_study(source)
+        if file and file.suffix != STUDY_ENDING:
             return go_on(
-                Path(source), crew, trials=rule, model=model, regardless=regardless,
+                file, crew, trials=rule, model=model, regardless=regardless,
                 progress=progress,
             )  # fmt: skip
         study = load(source, model=model, trials=rule)

@@ -122,6 +122,18 @@ def study_text(path: Path) -> str:
     return as_text(path, content(path, MOST_MEGABYTES))
 
 
+def path_of_study(source: Any) -> Path | None:
+    """Return the path of a study; None of a mapping. Others are refused."""
+    if isinstance(source, Mapping):
+        return None
+    kind = type(source).__name__ * (not isinstance(source, str | os.PathLike))
+    if isinstance(source, str) and "\n" in source:
+        kind = "the text of a study: give tomllib.loads(text)"
+    if kind:
+        raise StudyError(f"a path or a mapping is expected, not {kind}")
+    return Path(source)
+
+
 def read_toml(source: Path | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """Return the text of a study and its keys; a study from Python becomes TOML."""
     if not isinstance(source, Path):

@@ -34,7 +34,7 @@ from tolstat.model.setting_kinds import as_typed
 from tolstat.statistics.limits.limit import Limit
 from tolstat.study.deviations_section import Deviations, read_deviations
 from tolstat.study.editor import StudyEditor
-from tolstat.study.files import read_toml
+from tolstat.study.files import path_of_study, read_toml
 from tolstat.study.given_points import Case, Points, Setup, read_grid, read_reference
 from tolstat.study.limits_section import read_limits
 from tolstat.study.memory_needed import large, too_large
@@ -268,7 +268,7 @@ def load(
     problem: key, value, what is allowed.
     """
     model = model.unwrapped if isinstance(model, Model) else model
-    path = None if isinstance(source, Mapping) else Path(source)
+    path = path_of_study(source)
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
     text, table = read_toml(path or cast(Mapping[str, Any], source))

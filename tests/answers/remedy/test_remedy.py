@@ -317,6 +317,16 @@ def test_the_mean_of_a_lot_stays_where_it_is():
     assert design.movable.tolist() == [True, True, False]
 
 
+def test_a_contributor_whose_name_ends_as_one_of_a_lot_moves():
+    study = {
+        "model": "dimension_chain", "trials": 300, "seed": 1,
+        "settings": {"gap": "box - parking_lot"},
+        "links": {"box": "30.2 +-0.1 mm", "parking_lot": "30 +-0.1 mm"},
+        "limits": {"gap": "0.1..0.4 mm"},
+    }  # fmt: skip
+    assert changeable_entries(tolstat.run(study)).design.movable.all()
+
+
 def test_a_size_keeps_its_sign(tmp_path):
     links = {
         "stop": {"nominal": "1 deg", "tolerance": "+-0.2 deg"},

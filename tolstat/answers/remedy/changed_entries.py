@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tolstat.deviations.names import LOT
+from tolstat.deviations.names import means_of_lots
 from tolstat.statistics.remedies.change import Change, Design, drawing_step
 from tolstat.store.assumed import is_turn
 from tolstat.store.stored_run import Run
@@ -38,14 +38,15 @@ def changeable_entries(run: Run) -> ChangeableEntries:
     for name, assumed in run.assumed.items():
         if assumed.tolerance.half > 0:
             groups.setdefault(assumed.entry, []).append(name)
+    means = means_of_lots([*written.parts])
     steps, movable = list[float](), list[bool]()
     for members in groups.values():
         first = members[0]
         part, factor = written.parts[first], run.scales[first].factor
         step = step_of(written.keys(first), part)
         steps.append(step or drawing_step(_half(run, members), factor))
-        is_mean = first.endswith(LOT)  # of a lot: no drawing has it
-        movable.append(part.gear is None and not is_mean)
+        # no drawing has the mean of a lot
+        movable.append(part.gear is None and first not in means)
     idle = (x for x in groups.values() if {*x} <= {*run.diagnostics.idle})
     stays = written.fixed.union(*idle)
     names = tuple(groups)

@@ -1,8 +1,9 @@
 """Performance within lots: without the share of the variance between them."""
 
 import math
+from collections.abc import Sequence
 
-from tolstat.deviations.names import LOT
+from tolstat.deviations.names import means_of_lots
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.statistics.summary import Performance
@@ -12,15 +13,15 @@ BY_SHARES = "by the contributions of lots"
 
 
 def within_lots(
-    overall: Performance, contributions: Contributions | None
+    overall: Performance, contributions: Contributions | None, names: Sequence[str]
 ) -> Performance | None:
-    """Return Pp and Ppk of the parts of one lot; None without lots.
+    """Return Pp and Ppk of the parts of one lot; None if no contributor is one's mean.
 
     The variance within lots is that of all trials less the contributions of the means
     of lots, each alone.
     """
     shares = contributions.first_order if contributions else {}
-    between = [share.value for name, share in shares.items() if name.endswith(LOT)]
+    between = [shares[name].value for name in means_of_lots(names) if name in shares]
     if not between:
         return None
     within = 1 - math.fsum(between)

@@ -204,7 +204,8 @@ class _ResponseSection:
             "by percentiles (ISO 22514-2)": map(ppk_cell, limited.percentiles),
             "by moments, as for normal responses": map(ppk_cell, limited.moments),
         }
-        if within := within_lots(limited.moments, self.response.contributions):
+        names = [part.name for part in self.run.contributors]
+        if within := within_lots(limited.moments, self.response.contributions, names):
             methods[WITHIN_LOTS] = map(ppk_cell, within)
         rows = ({head: n, "Pp": pp, "Ppk": ppk} for n, (pp, ppk) in methods.items())
         return self._table(rows), blocks.note(PERFORMANCE)

@@ -38,6 +38,11 @@ from tolstat.toml import toml_table
 QUICK = 5e-4  # s a trial: all limits are decided, or 200 000 trials done, in 100 s
 MOST_TIMES = 10  # trials of a fresh run over those of the run: its page says the rest
 
+NO_ENTRIES = (
+    'deviations: expected a mapping such as {"rod_length": "+-0.6 mm"}; `what_if` takes '
+    "several in a list, and a change as change.deviations, limits=change.limits"
+)
+
 
 def fresh_study(
     run: RunSource,
@@ -134,8 +139,8 @@ def fresh_study(
 
 def as_entries(deviations: Entries) -> dict[str, Entry]:
     """Return entries of [deviations]; a text in braces is an inline table of TOML."""
-    if not isinstance(deviations, Mapping):  # refused where it is read
-        return deviations
+    if not isinstance(deviations, Mapping):
+        raise StudyError(NO_ENTRIES)
     entries = dict[str, Entry](deviations)
     for name, text in deviations.items():
         if isinstance(text, str) and text.lstrip().startswith("{"):

@@ -1,8 +1,8 @@
 """What if: a run with other deviations or limits, in one scenario or several."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import overload
+from typing import Any, overload
 
 from tolstat.answers.compare.compare_runs import differences_of
 from tolstat.answers.compare.pairing import pair_of
@@ -15,7 +15,7 @@ from tolstat.answers.what_if.evaluated_trials import (
     is_cheap,
     scenario_run,
 )
-from tolstat.answers.what_if.fresh_study import as_entries
+from tolstat.answers.what_if.fresh_study import NO_ENTRIES, as_entries
 from tolstat.answers.what_if.reweighted_trials import (
     check_assumed,
     out_of_limit_sample_size,
@@ -29,6 +29,7 @@ from tolstat.answers.what_if.what_if_answer import (
     Scenarios,
     WhatIf,
 )
+from tolstat.errors import StudyError
 from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
 from tolstat.store.open_run import RunSource
@@ -118,8 +119,11 @@ def what_if(
     reportable(run)
     study = study_of(run, model=model)
     check_assumed(run, study)
-    asked = [deviations] if isinstance(deviations, Mapping) else deviations
+    several = isinstance(deviations, Iterable) and not isinstance(deviations, Mapping)
+    asked: Iterable[Any] = deviations if several else [deviations]
     scenarios = [as_entries(scenario) for scenario in asked]
+    if not scenarios:
+        raise StudyError(NO_ENTRIES)
     if evaluate is None:
         evaluate = any(scenarios) and is_cheap(run, study)
     answers = []
@@ -133,7 +137,7 @@ def what_if(
             answers.append(_evaluated(baseline, again, scenario, study))
         else:
             answers.append(_reweighted(baseline, scenario, study))
-    if isinstance(deviations, Mapping):
+    if not several:
         return answers[0]
     return Scenarios(run.title, run.path.name, run.model, tuple(answers))
 
