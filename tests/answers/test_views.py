@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -136,6 +137,9 @@ def test_logarithmic_axes_read_plain_numbers():
     words = {label.get_text() for label in ticks} - {""}
     assert {"0.01", "0.1", "1", "10", "100"} <= words
     assert all(float(word) > 0 for word in words)
+    still = replace(chart, curves=(Curve("a", "kg", "", "", np.full(50, 3.0)),))
+    low, high = draw_view(still, "still").axes[0].get_ylim()
+    assert 0 < low < 3 < high
 
 
 def test_a_curve_with_a_gap_keeps_its_size():

@@ -139,8 +139,8 @@ def test_gaps_are_left_and_what_is_missing_is_no_error():
         assert len(axes.patches) == areas
 
 
-@pytest.mark.parametrize("value", [0.0, 1.0, -1e-12, 1e12])
-@pytest.mark.parametrize("scale", ["", "symlog"])
+@pytest.mark.parametrize("value", [0.0, 1.0, -1e-12, 1e12, 1.7e308])
+@pytest.mark.parametrize("scale", ["", "symlog", "log"])
 def test_equal_values_have_an_axis(value, scale):
     values = np.full(3, value)
     panel = PlotPanel(PlotAxis("", scale), PlotAxis(""), (curve(values, values),))
@@ -149,6 +149,20 @@ def test_equal_values_have_an_axis(value, scale):
         svg = as_svg(Plot((plot,)), "equal")
         assert "nan" not in svg and "inf" not in svg
         assert re.search(WORDS, svg)
+        draw(Plot((plot,)), "equal").canvas.draw()
+
+
+def test_many_panels_have_a_height_in_a_low_figure():
+    at = np.array([0.0, 1.0])
+    panel = PlotPanel(PlotAxis("x"), PlotAxis("y"), (curve(at, at, name="curve"),))
+    plot = Plot((panel,) * 12, height=2.5, legends=True)
+    figure = draw(plot, "twelve")
+    places = [axes.get_position() for axes in figure.axes]
+    assert min(72 * figure.get_figheight() * place.height for place in places) > 20
+    heights = re.findall(r'<rect [^>]*height="(-?[\d.]+)"', as_svg(plot, "twelve"))
+    assert len(heights) == 12 and min(map(float, heights)) > 20
+    lower = [place.y0 for place in places[:-1]]
+    assert all(y > place.y1 for y, place in zip(lower, places[1:], strict=True))
 
 
 def test_words_up_an_axis_are_apart():

@@ -49,7 +49,8 @@ def _panel(chart: Chart, panel: Panel, x: PlotAxis) -> PlotPanel:
     if panel.right:
         other, others = _side(chart, panel.right, len(panel.names))
         right = PlotPanel(x, other, tuple(others), at=chart.at)
-    y = y._replace(scale="log" if panel.logarithmic else "")
+    if panel.logarithmic:  # where nothing moves, too, its ends are powers
+        y = y._replace(scale="log", ends=None)
     layers = [*spans, *layers, *panel.levels]
     return PlotPanel(x, y, tuple(layers), panel.title, right, chart.at)
 

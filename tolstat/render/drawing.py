@@ -39,11 +39,12 @@ _numbers = count(1)
 
 def as_svg(plot: Plot, alt: str) -> Markup:
     """Return a figure as SVG for a page, with unique names; `alt` describes it."""
+    high, pictures = laid_out(plot)
     head = (
         f'<svg role="img" aria-label="{escape(visible(alt))}" '
-        f'viewBox="0 0 {72 * plot.width:g} {72 * plot.height:g}" style="{STYLE}">'
+        f'viewBox="0 0 {72 * plot.width:g} {72 * high:g}" style="{STYLE}">'
     )
-    elements = [e for picture in laid_out(plot) for e in _elements(picture)]
+    elements = [e for picture in pictures for e in _elements(picture)]
     return Markup("\n".join([head, *elements, "</svg>"]))
 
 

@@ -60,10 +60,13 @@ def _figure(plot: Plot) -> Figure:
     if any(isinstance(layer, Bars) for p in plot.panels for layer in p.layers):
         high = LARGER * plot.height + TITLE
         plot = plot._replace(width=LARGER * plot.width, height=high)
-    figure = Figure(figsize=(plot.width, plot.height))
-    free = plot.height - TITLE
-    page = plot._replace(width=plot.width / LARGER, height=free / LARGER)
-    pictures, drawn = laid_out(page), list[Axes]()
+    high = (plot.height - TITLE) / LARGER
+    page = plot._replace(width=plot.width / LARGER, height=high)
+    needed, pictures = laid_out(page)
+    if needed > high:
+        plot = plot._replace(height=LARGER * needed + TITLE)
+    figure, free = Figure(figsize=(plot.width, plot.height)), plot.height - TITLE
+    drawn = list[Axes]()
     for picture in pictures:
         left, top, right, bottom = LARGER / 72 * np.array(picture.box)
         sides = left, free - bottom, right - left, bottom - top

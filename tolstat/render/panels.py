@@ -17,7 +17,8 @@ LINE, EDGE, GAP = 10.5, 3.0, 4.0  # points: of words; around all; between two th
 SAMPLE = 12.0  # points of a line or an area in a legend
 SLOTS = 3  # panels side by side that a figure has room for, however few there are
 BESIDE = 10.0  # points between these
-LEAST = 36.0  # points: of bars beside words; narrower ones stand alone
+# points: of bars beside words, narrower ones stand alone; of a panel without height
+LEAST = 36.0
 APART = 30.0, 16.0  # points between numbers along an axis, at least
 MOST_TICKS, BETWEEN_WORDS = 6, 3  # on an upright axis; beside words on both sides
 NAME, LONGEST = 28, 18  # letters of a name below an axis in a line; beside bars
@@ -33,15 +34,23 @@ WIDTHS = {
 }  # fmt: skip
 
 
-def laid_out(plot: Plot) -> list["Picture"]:
-    """Return the panels of a plot with their places."""
+def laid_out(plot: Plot) -> tuple[float, list["Picture"]]:
+    """Return the panels of a plot with their places, and its height, inches.
+
+    It is higher than planned where words would leave panels no height.
+    """
     pictures = [Picture(p, plot.legends or not i) for i, p in enumerate(plot.panels)]
-    (_side_by_side if plot.side_by_side else _stacked)(plot, pictures)
-    return pictures
+    if plot.side_by_side:
+        _side_by_side(plot, pictures)
+    elif (high := _stacked(plot, pictures)) <= 0:
+        missing = len(pictures) * (LEAST - high) / 72
+        plot = plot._replace(height=plot.height + missing)
+        _stacked(plot, pictures)
+    return plot.height, pictures
 
 
-def _stacked(plot: Plot, pictures: Sequence["Picture"]) -> None:
-    """Lay out panels one below the other, over one axis."""
+def _stacked(plot: Plot, pictures: Sequence["Picture"]) -> float:
+    """Lay out panels one below the other, over one axis; return their height."""
     last, n, wide = pictures[-1], len(pictures), 72 * plot.width
     for picture, ruler in zip(pictures, shared([p.x for p in pictures]), strict=True):
         picture.x, picture.under = ruler, picture is last
@@ -62,6 +71,7 @@ def _stacked(plot: Plot, pictures: Sequence["Picture"]) -> None:
         picture.box = Box(left, top, wide - right, top + free)
         picture.along = EDGE, wide - EDGE
         top += free + 2 * EDGE
+    return free
 
 
 def _ends(pictures: Sequence["Picture"]) -> tuple[list[float], list[float]]:

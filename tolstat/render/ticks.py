@@ -16,6 +16,8 @@ STEPS = 1.0, 2.0, 2.5, 5.0, 10.0
 SHARES = (1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5)  # along an axis of normal scores
 NEAR = 1e-9  # of a step, or of an axis
 DECADE = 0.6  # part of one, up to which a logarithmic axis has even numbers
+POWERS = "log", "symlog"  # scales whose numbers are powers of ten
+LEAST_POWER, MOST_POWER = -323.0, 308.25  # of a float
 MOST_WORDS = 32  # along an axis; of more some are written
 
 
@@ -75,10 +77,12 @@ class Ruler(NamedTuple):
             return cls(axis, score, -score)
         margin = MARGIN * ((high - low) or abs(low) or 1.0)
         at_zero = based and low < high  # bars of no height still have an axis
-        return cls(
-            axis, float(low if at_zero and low == 0 else low - margin),
-            float(high if at_zero and high == 0 else high + margin),
-        )  # fmt: skip
+        low = low if at_zero and low == 0 else low - margin
+        high = high if at_zero and high == 0 else high + margin
+        if axis.scale in POWERS:
+            least = -MOST_POWER if axis.scale == "symlog" else LEAST_POWER
+            low, high = max(low, least), min(high, MOST_POWER)
+        return cls(axis, float(low), float(high))
 
     def part(self, values: Array) -> Array:
         """Return where values are, from 0 to 1; infinite ones at its ends."""
@@ -102,7 +106,7 @@ class Ruler(NamedTuple):
                 decades = range(math.floor(low), math.ceil(high) + 1)
                 digits = (1.0,) if high - low > 2 else (1.0, 2.0, 5.0)
                 step = max(1, round((high - low) / most))
-                numbers = [d * 10.0**power for power in decades[::step] for d in digits]
+                numbers = [d * _power(n) for n in decades[::step] for d in digits]
                 named = [(number, f"{number:g}") for number in numbers]
             case PlotAxis(scale="log"):
                 named = _linear(10.0**low, 10.0**high, most)
@@ -112,8 +116,8 @@ class Ruler(NamedTuple):
                 far = max(abs(low), abs(high))
                 digits = (0.2, 0.5, 1.0) if far <= 2 else (1.0,)
                 sizes = [
-                    d * LINEAR * 10.0**power
-                    for power in range(math.ceil(far) + 1) for d in digits
+                    d * LINEAR * _power(n)
+                    for n in range(math.ceil(far) + 1) for d in digits
                 ]  # fmt: skip
                 named = [(x, f"{x:g}") for x in (0.0, *sizes, *(-x for x in sizes))]
             case _:
@@ -121,8 +125,8 @@ class Ruler(NamedTuple):
         parts = self.part(np.array([value for value, _ in named])).tolist()
         return [
             Tick(part, words)
-            for part, (_, words) in zip(parts, named, strict=True)
-            if -NEAR <= part <= 1 + NEAR
+            for part, (value, words) in zip(parts, named, strict=True)
+            if -NEAR <= part <= 1 + NEAR and math.isfinite(value)
         ]
 
 
@@ -130,6 +134,11 @@ def shared(rulers: Sequence[Ruler]) -> list[Ruler]:
     """Return axes with the same ends."""
     low, high = min(r.low for r in rulers), max(r.high for r in rulers)
     return [ruler._replace(low=low, high=high) for ruler in rulers]
+
+
+def _power(exponent: int) -> float:
+    """Return a power of ten, infinite above the largest number."""
+    return float(f"1e{exponent}")
 
 
 def _linear(low: float, high: float, most: int) -> list[tuple[float, str]]:

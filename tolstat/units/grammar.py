@@ -107,8 +107,9 @@ def tolerance(text: str, unit: str) -> Range:
             expected = f"{_example('+-1.2', unit)} or {_example('-0.1..+0.3', unit)}"
             raise UnitError(_unreadable(text, f"a tolerance such as {expected}"))
     if not zone.upper > zone.lower:
+        signed = f'; if a sign is missing, write "-{text}"' * text[:1].isdigit()
         raise UnitError(
-            "a tolerance has a width, and its lower end comes first; "
+            f"a tolerance has a width, and its lower end comes first{signed}; "
             "leave the line out for a part without deviation"
         )
     return zone
