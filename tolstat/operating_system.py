@@ -29,6 +29,9 @@ CONTAINER_LIMITS = (
     "/sys/fs/cgroup/memory/memory.limit_in_bytes",
 )
 
+BLAS_THREADS = "OPENBLAS_NUM_THREADS"
+ONE_THREAD = "01"  # of BLAS, unlike what a user types
+
 PR_SET_PDEATHSIG = 1  # of prctl
 LINES = 1  # of setvbuf: _IOLBF
 
@@ -38,6 +41,17 @@ def processors() -> int:
     with suppress(AttributeError):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def limit_blas() -> None:
+    """Leave BLAS one thread once it is loaded, unless the user sets their number."""
+    os.environ.setdefault(BLAS_THREADS, ONE_THREAD)
+
+
+def restore_environment() -> None:
+    """Undo `limit_blas` for programs that this process starts; BLAS is loaded."""
+    if os.environ.get(BLAS_THREADS) == ONE_THREAD:
+        del os.environ[BLAS_THREADS]
 
 
 def make_private(folder: Path) -> None:

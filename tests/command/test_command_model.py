@@ -16,11 +16,12 @@ from tolstat.cli.main import main
 from tolstat.command.placeholders import Command
 from tolstat.errors import ModelError, StudyError
 from tolstat.model.checked import LONGEST_OUTPUT
+from tolstat.operating_system import BLAS_THREADS, limit_blas
 
 # a deck of assignments in, a table out: the size in mm, doubled
 SOLVER = """\
 . "$1"
-echo "solving for $size"
+echo "solving for $size, BLAS threads: ${OPENBLAS_NUM_THREADS-as before}"
 awk -v x="$size" -v out="$2" 'BEGIN {
   if (x > 20.08) exit 3
   if (x < 19.92) exit 0
@@ -45,6 +46,8 @@ def source(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
+    monkeypatch.delenv(BLAS_THREADS, raising=False)
+    limit_blas()  # as the command line does
     Path("solver.sh").write_text(SOLVER)
     Path("deck.txt").write_text("other={a: 1}\nsize={size}\n".replace("other", "# o"))
     Path("beam.toml").write_text(STUDY)
@@ -66,6 +69,7 @@ def test_a_run_of_a_command(source, tmp_path):
     text = run.isolation.output[int(np.flatnonzero(crashed)[0])]
     assert "exit code 3" in text
     assert "solving for 20.0" in text
+    assert "BLAS threads: as before" in text
     folder = Path(text.partition("its folder is ")[2].splitlines()[0])
     assert (folder / "deck.txt").is_file()
     kept = [path for path in tmp_path.glob("tolstat-trial-*") if path.is_dir()]

@@ -90,6 +90,8 @@ WRONG = [
     (tolerance, "+-0 mm", "m", "width"),
     (tolerance, "0.3..-0.1 mm", "m", "lower end comes first"),
     (tolerance, "1.2 mm", "m", "a tolerance such as"),
+    (tolerance, "0.1..0.05 mm", "m", 'a sign is missing, write "-0.1..0.05 mm"'),
+    (tolerance, "0..0 mm", "m", "first; leave"),
     (tolerance, "+-1.2", "m", "unit is missing"),
     (tolerance, "+-90", "rad", "unit is missing"),
     (tolerance, "IT7", "m", "cannot be read"),

@@ -10,7 +10,7 @@ from threading import Event, Thread
 from types import FrameType
 from typing import Any, NoReturn
 
-from tolstat.operating_system import STOP_SIGNALS
+from tolstat.operating_system import STOP_SIGNALS, limit_blas
 
 INTERRUPTED = 130
 PATIENCE = 1.5  # s, from a first Ctrl-C on; Ctrl-C ends within two seconds
@@ -25,7 +25,7 @@ def entry() -> None:
     """Run the command line; the entry point of the package."""
     on_interrupt(leave)
     # workers and answers have threads already: those of BLAS would wait, and busily
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    limit_blas()
     gc.set_threshold(100_000, 50, 100)  # answers are many small objects without cycles
     # only now: loading click takes as long as Python itself
     import warnings

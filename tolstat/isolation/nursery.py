@@ -23,6 +23,7 @@ from tolstat.operating_system import (
     lead_group,
     prepare_forks,
     receive_descriptors,
+    restore_environment,
 )
 
 START = 0
@@ -47,6 +48,7 @@ def main(descriptor: int) -> None:
         failure = TolstatError(told(error))
     channel.send_object(control, (failure, digest))
     prepare_forks()
+    restore_environment()
     workers = set[int]()
     while failure is None:
         data, descriptors = receive_descriptors(control, LENGTH.size, 3)

@@ -107,7 +107,8 @@ def tolerance(text: str, unit: str) -> Range:
             expected = f"{_example('+-1.2', unit)} or {_example('-0.1..+0.3', unit)}"
             raise UnitError(_unreadable(text, f"a tolerance such as {expected}"))
     if not zone.upper > zone.lower:
-        signed = f'; if a sign is missing, write "-{text}"' * text[:1].isdigit()
+        unsigned = zone.lower > 0 and text[0].isdigit()
+        signed = f'; if a sign is missing, write "-{text}"' * unsigned
         raise UnitError(
             f"a tolerance has a width, and its lower end comes first{signed}; "
             "leave the line out for a part without deviation"

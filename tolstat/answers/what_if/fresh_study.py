@@ -39,8 +39,8 @@ QUICK = 5e-4  # s a trial: all limits are decided, or 200 000 trials done, in 10
 MOST_TIMES = 10  # trials of a fresh run over those of the run: its page says the rest
 
 NO_ENTRIES = (
-    'deviations: expected a mapping such as {"rod_length": "+-0.6 mm"}; `what_if` takes '
-    "several in a list, and a change as change.deviations, limits=change.limits"
+    'deviations: expected a mapping such as {"rod_length": "+-0.6 mm"}; `what_if` '
+    "takes several in a list, and a change as change.deviations, limits=change.limits"
 )
 
 
