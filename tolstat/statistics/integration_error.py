@@ -139,7 +139,18 @@ VISIBLE, OUTLYING = 0.1, 20.0  # of the spread, times the median error: irregula
 SETTLED, HALVED = 0.02, 0.5  # of the spread, of the error before: a third one agrees
 SAME_SIDE = 0.005  # of the spread: so near a limit an agreeing trial may change sides
 JUMPED_OVER = 1e5  # of rtol, inside a step: something that steps did not see
+GROWTH = 2.0  # from each evaluation of all trials to the next, at shorter steps
 DOMINANT = 10.0  # times the spread: the integration decides the numbers, not the parts
+
+
+def grows(*evaluations: Array) -> bool:
+    """Return whether each evaluation at least doubles all trials of the one before.
+
+    Steps are shorter each time: the response counts them, or it does not converge.
+    """
+    sizes = np.abs(evaluations)
+    doubled = sizes[1:] >= GROWTH * sizes[:-1]
+    return bool(sizes.size and sizes[0].all() and doubled.all())
 
 
 class Movement(NamedTuple):
@@ -223,6 +234,12 @@ class AuditedResponse:
     def jumped_over(self) -> bool:
         """Whether steps jumped over something, in any trial."""
         return self.residual > JUMPED_OVER
+
+    @property
+    def grows(self) -> bool:
+        """Whether it at least doubles with each evaluation, at shorter steps."""
+        before = self.values[self.trials[self.third]], self.precise[self.third]
+        return grows(*before, self.most_precise)
 
     @property
     def dominant(self) -> bool:

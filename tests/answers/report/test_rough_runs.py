@@ -266,3 +266,39 @@ def test_errors_of_rounding_beside_equal_values_are_no_warning(error, kinds):
     }  # fmt: skip
     answer = tolstat.summary(tolstat.run(study, model=Equal(), progress=None))
     assert [w.kind for w in answer.warnings if w.kind in ("numbers", "errors")] == kinds
+
+
+class Counting(Rough):
+    """Also counts its steps, over 1 s and a little more; others are no error."""
+
+    def describe(self, settings):
+        parts, responses = super().describe(settings)
+        return Description(parts, (*responses, Response("count", "1", shown="count")))
+
+    def evaluate(self, deviations, settings):
+        force = 10 + 1e3 * deviations
+        evaluations.append(settings.max_step)
+        return Outcome(np.hstack([force, np.ceil(force / 10 / settings.max_step)]))
+
+    def tightened(self, settings):
+        return RoughSettings(settings.rtol / 10, settings.max_step / 4)
+
+
+evaluations = []
+
+
+@pytest.mark.parametrize("limit", ["", 'count = "<= 60"'])
+def test_a_response_that_counts_steps_is_named_and_no_shorter_one_advised(limit):
+    evaluations.clear()
+    study = STUDY.format(rtol=1e-3, limit=20) + limit
+    run = tolstat.run(tomllib.loads(study), model=Counting())
+    assert min(evaluations) > 0.02 / 64  # no fourth evaluation
+    answer = tolstat.summary(run)
+    (warning,) = [w for w in answer.warnings if w.kind == "growth"]
+    assert warning.responses == ("count",)
+    kinds = {w.kind for w in answer.warnings}
+    assert kinds.isdisjoint({"numbers", "errors"})
+    assert not any(step.kind is StepKind.FINER_RUN for step in answer.findings.steps)
+    assert "It counts steps or does not converge" in words_in(*answer.document().blocks)
+    if limit:
+        assert answer.responses["count"].limited.yields.reason == "integration error"

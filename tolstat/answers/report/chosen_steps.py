@@ -123,8 +123,8 @@ def _steps(
     if failing:
         yield _failed_again(run, failing)
     if finer := finer_run(run, [name for name in rough if name not in failing]):
-        yield finer  # the other numbers are of the rough run, too
-    if failing or finer:
+        yield finer
+    if rough:  # the other numbers are of the rough run, too
         return
     for jump in sorted(jumps, key=lambda jump: not jump.clusters.turn):
         turn = jump.clusters.turn
@@ -164,12 +164,12 @@ def _failed_again(run: Run, responses: Sequence[str]) -> Step:
 def finer_run(run: Run, responses: Sequence[str]) -> Step | None:
     """Return the settings with which a new run decides limits; None without limits.
 
-    Of limits that integration errors leave undecided.
+    Of limits that integration errors leave undecided, unless no steps are short enough.
     """
-    if not responses or (audited := run.audited) is None:
+    checked = {n: x for n in responses if (x := audited_of(run, n)) and not x.grows}
+    if not checked or (audited := run.audited) is None:
         return None
-    checked = filter(None, (audited_of(run, name) for name in responses))
-    unsettled = any(x.unsettled.any() or x.jumped_over for x in checked)
+    unsettled = any(x.unsettled.any() or x.jumped_over for x in checked.values())
     settings = dict(audited.settings)
     if audited.third and unsettled:  # rtol alone finds no event that steps miss
         longest = "max_step" if "max_step" in settings else "rtol"
@@ -177,7 +177,7 @@ def finer_run(run: Run, responses: Sequence[str]) -> Step | None:
     if "rtol" in settings:
         settings["rtol"] = min(settings["rtol"], MOST_RTOL)
     return Step(
-        StepKind.FINER_RUN, tuple(responses), change=finer_settings(run, settings)
+        StepKind.FINER_RUN, tuple(checked), change=finer_settings(run, settings)
     )
 
 

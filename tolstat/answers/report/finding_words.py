@@ -9,6 +9,7 @@ from tolstat.answers.report.report_warnings import (
     AllPartsWarning,
     ErrorsWarning,
     FarLimit,
+    GrowthWarning,
     IdleContributors,
     JumpWarning,
     NumbersWarning,
@@ -36,6 +37,10 @@ TURN_WORDS = {0.5: "half a", 1.0: "a whole"}
 # an angle never jumps by a turn, while a machine with play or a stop may well jump
 MEND_TURN = ", so no tolerance explains it. Mend the formula of the response"
 MEND_STEP = ". If the machine does not jump so, mend the formula of the response"
+GROWTH = (
+    "{}: at least twice as large with each evaluation at shorter steps. It counts "
+    "steps or does not converge. Judge another response."
+)
 SEARCH = (
     f"To decide {{}} takes more than {MOST_ROWS} trials. A search for rare ones takes "
     f"fewer, if it misses no kind of failure: write {{}} and trials = {{}} into "
@@ -192,6 +197,8 @@ def _sentence(warning: ReportWarning) -> Parts:
 
             unusual = finding_words(finding, scale)
             return say("Measured parts of {}. {}", Name(entry), unusual)
+        case GrowthWarning(names):
+            return say(GROWTH, listed([*map(Name, names)]))
         case ErrorsWarning():
             return _errors(warning)
         case StepsWarning(residual):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from tolstat.answers.report.report_answer import UnseenErrors
 from tolstat.answers.report.report_warnings import (
     ErrorsWarning,
+    GrowthWarning,
     NumbersWarning,
     ReportWarning,
     StepsWarning,
@@ -81,7 +82,7 @@ def integration_of(
 def integration_warnings(
     drawn: Drawn, summaries: Mapping[str, Summary]
 ) -> Iterator[ReportWarning]:
-    """Yield what steps jumped over, verdicts left undecided, and spoiled numbers.
+    """Yield what steps jumped over, what grows, undecided verdicts, spoiled numbers.
 
     Then the other responses whose errors are visible. None of residuals, and none of
     weighted trials, whose errors are not weighted.
@@ -92,7 +93,11 @@ def integration_warnings(
     residual = drawn.run.audited.residual
     if residual and residual.kinked:
         yield StepsWarning(residual)
-    visible = _visible_errors(drawn, drawn.run.audited, summaries)
+    growing = [n for n in summaries if (x := drawn.audited(n)) and x.grows]
+    if growing:
+        yield GrowthWarning(tuple(growing))
+    settling = {n: x for n, x in summaries.items() if n not in growing}
+    visible = _visible_errors(drawn, drawn.run.audited, settling)
     for name, summary in summaries.items():
         scale, audited = drawn.run.scales[name], drawn.audited(name)
         limited = summary.limited
@@ -100,7 +105,7 @@ def integration_warnings(
         if audited and reason in Caveat.of_audit():
             visible.pop(name, None)
             yield VerdictWarning(name, audited.movement, scale, reason)
-    for name, summary in summaries.items():
+    for name, summary in settling.items():
         if wrong := _wrong_numbers(drawn, drawn.run.audited, name, summary):
             visible.pop(name, None)
             yield NumbersWarning(name, wrong, drawn.run.scales[name])

@@ -89,6 +89,13 @@ class ErrorsWarning(NamedTuple):
     kind: str = "errors"
 
 
+class GrowthWarning(NamedTuple):
+    """Responses that at least double with each evaluation at shorter steps."""
+
+    responses: tuple[str, ...]
+    kind: str = "growth"
+
+
 class StepsWarning(NamedTuple):
     """Rates that bend or jump inside steps of trials."""
 
@@ -159,6 +166,7 @@ ReportWarning = (
     | VerdictWarning
     | NumbersWarning
     | ErrorsWarning
+    | GrowthWarning
     | StepsWarning
 )
 

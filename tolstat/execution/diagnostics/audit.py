@@ -1,7 +1,7 @@
 """Audit of a run: some trials evaluated again, much more precisely.
 
 A few of them are evaluated a third time: do they move again? While one moves far, so
-they are at a quarter of the longest step.
+they are at a quarter of the longest step, unless all grow with each evaluation.
 """
 
 import dataclasses
@@ -21,6 +21,7 @@ from tolstat.execution.stages import Trials
 from tolstat.execution.workers.block_scheduler import Workers
 from tolstat.model.checked import tightened
 from tolstat.model.contract import Model
+from tolstat.statistics.integration_error import grows
 from tolstat.store.run_records import Audited, joined
 from tolstat.study.given_points import Case, cases_among
 from tolstat.study.study import Study
@@ -91,6 +92,8 @@ def _moves_far(study: Study, trials: Trials, first: Audited, second: Audited) ->
     rows = np.searchsorted(first.trials, second.trials)
     for name in study.limits or second.responses:
         before, after = first.responses[name][rows], second.responses[name]
+        if grows(trials.response(name)[second.trials], before, after):
+            continue  # it never settles
         values = np.concatenate([trials.response(name), before, after])
         largest = np.nanmax(np.abs(before - after), initial=0.0)
         if largest > 0.0 and largest > FAR * np.ptp(values[np.isfinite(values)]):
