@@ -92,8 +92,8 @@ def _screened(
         for columns in itertools.compress(groups, high > low):
             corner[columns] = ends[1, columns]
         least = np.minimum(np.abs(low), np.abs(high))
-        doubt = np.where(np.sign(low) == np.sign(high), least, -least)
-        moved = np.sort(np.argsort(-doubt, kind="stable")[:number])
+        unsure = np.where(np.sign(low) == np.sign(high), least, -least)
+        moved = np.sort(np.argsort(-unsure, kind="stable")[:number])
         starts = np.vstack([target.starts, corner])
         tasks.append((target._replace(starts=starts), [groups[i] for i in moved]))
     return tasks
