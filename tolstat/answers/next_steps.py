@@ -132,10 +132,11 @@ def to_draw(run: Run, response: str) -> Typed:
     return command("report", run.path, "--response", response, machine=run.machine)
 
 
-def to_tables(run: Run) -> Typed:
-    """Return the command that writes all tables of a report beside the run."""
-    file = _file_of(run).with_suffix(".report.xlsx")
-    return command("report", run.path, "-o", file, machine=run.machine)
+def to_tables(run: Run, response: str) -> Typed:
+    """Return the command that writes all tables on a response beside the run."""
+    file = _file_of(run).with_suffix(f".{response}.xlsx")
+    chosen = "--response", response
+    return command("report", run.path, *chosen, "-o", file, machine=run.machine)
 
 
 def _file_of(run: Run) -> Path:

@@ -45,6 +45,7 @@ TITLE = "tolstat batch"
 CONTINUES = "stopped; the same command continues"
 SELDOM = 20  # times the time that writing the index takes: between two of it
 AROUND = 6  # lines of a terminal: head, caption, empty ones
+BEFORE = 3  # studies above the one that runs: long words take several lines
 HEAD = 10_000  # bytes of a page or a table, in which its mark stands
 HEADS = ",".join(COLUMNS[:5])  # how the table of an index begins
 
@@ -121,7 +122,8 @@ class Queue:
     def table(self) -> Table:
         """Return the index for the live display: of many studies the lines that fit."""
         index, lines = self.index, max(1, self.console.height - AROUND)
-        first = max(0, min(self.begun - lines // 2, len(self.entries) - lines))
+        before = min(lines // 3, BEFORE)
+        first = max(0, min(self.begun - 1 - before, len(self.entries) - lines))
         seen = replace_fields(index, entries=index.entries[first : first + lines])
         table = as_rich(progress_table(seen), self.console.width)
         if len(seen.entries) < len(index.entries):
@@ -166,10 +168,15 @@ class Queue:
         if not last and began - self.written < SELDOM * self.took:
             return
         if self.page.exists() or any(e.run or e.state == STOPPED for e in entries):
-            self.page.parent.mkdir(exist_ok=True)
             index = self.index
-            replace(self.page, page_with_memory(index).encode())
-            replace(self.page.with_suffix(".csv"), index.csv().encode())
+            try:
+                self.page.parent.mkdir(exist_ok=True)
+                replace(self.page, page_with_memory(index).encode())
+                replace(self.page.with_suffix(".csv"), index.csv().encode())
+            except (OSError, RunFileError) as error:
+                if last:  # all studies have run
+                    self.console.say(f"tolstat: the index is not written: {error}")
+                    self.exit_codes.add(1)
         self.written = time.monotonic()
         self.took = self.written - began
 

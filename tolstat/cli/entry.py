@@ -33,7 +33,12 @@ def entry() -> None:
     from tolstat.cli.main import main, note
 
     warnings.showwarning = note  # type: ignore[assignment]
-    main()
+    try:
+        main()
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            leave_interrupted()
+        raise
 
 
 def leave(number: int, frame: FrameType | None) -> NoReturn:
@@ -49,7 +54,10 @@ def _leave_saying(words: str) -> NoReturn:
 
 
 def leave_interrupted() -> NoReturn:
-    """End the process: a compilation under way would hold up `sys.exit`."""
+    """End the process at once, beside threads that compile, or draft a file.
+
+    `sys.exit` would wait for some; others would go on in a Python that is taken down.
+    """
     with suppress(OSError):
         sys.stdout.flush()
         sys.stderr.flush()

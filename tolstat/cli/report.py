@@ -42,6 +42,7 @@ def report(
     gc.disable()  # the process ends with the page: nothing needs collecting
     delivery.check()
     run = open_run(source)
+    options.note_edits(run)
     if limits:
         try:
             run = limited(run, limits_in(limits))

@@ -19,6 +19,7 @@ from tolstat.deviations.draw import SAMPLERS
 from tolstat.errors import (
     Advice,
     DataError,
+    QuestionError,
     Remedy,
     RunFileError,
     StudyError,
@@ -73,7 +74,10 @@ def seconds_per_trial(run: Run, study: Study | None) -> float:
     done = np.flatnonzero(run.status == Status.DONE)[: TRIED[-1]]
     if study is None or study.model.integrates or not len(done):
         return seconds
+    stored = {contributor.name for contributor in run.contributors}
     names = [contributor.name for contributor in study.description.contributors]
+    if {*names} != stored:  # its data have changed
+        return seconds
     deviations = np.column_stack([run.column(name)[done] for name in names])
     with suppress(TolstatError):  # a model that fails says so where it is needed
         for number in TRIED:
@@ -132,6 +136,23 @@ def made_differently(run: Plan, source_digest: str) -> list[str]:
         )
         reasons.insert(0, source)
     return reasons
+
+
+def check_source(run: Run, study: Study) -> None:
+    """Refuse to evaluate trials beside those of a custom model of another source.
+
+    Raises
+    ------
+    QuestionError
+        If the source of the model has changed since the run, or is that of another one.
+    """
+    if run.machine and study.model.source_digest != run.source_digest:
+        raise QuestionError(
+            f"{run.path}: its model '{run.model}' had another source "
+            f"({run.source_digest[:12]}) than here ({study.model.source_digest[:12]}): "
+            "its trials and new ones are of two models",
+            Advice(Remedy.RUN_AGAIN, run.path, run.machine, run=run),
+        )
 
 
 def check_same(run: Run, plan: Plan, sampled: Mapping[str, NDArray[Any]]) -> None:

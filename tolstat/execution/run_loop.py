@@ -21,7 +21,7 @@ from tolstat.execution.diagnostics.influence import (
     slopes_by_name,
     tolerance_ends,
 )
-from tolstat.execution.diagnostics.worst_cases import worst_cases
+from tolstat.execution.diagnostics.worst_cases import few_moved, worst_cases
 from tolstat.execution.planning import details_of
 from tolstat.execution.stages import (
     MOST_WITH_OUTPUT,
@@ -300,7 +300,8 @@ def _with_diagnostics(
         diagnostics = workers.call(_diagnostics, run, study, trials, workers)
     except ModelError as error:  # keep the trials although diagnostics fail
         diagnostics = Diagnostics(missing=str(error))
-    notes = tuple(dict.fromkeys([*run.notes, *study.model.notes()]))
+    few = few_moved(study, tolerance_ends(study)) if diagnostics.worst_cases else ()
+    notes = tuple(dict.fromkeys([*run.notes, *study.model.notes(), *few]))
     return replace(
         run.first(number),
         audited=audited,

@@ -153,7 +153,7 @@ def test_of_sixty_contributors_a_page_has_the_first(tmp_path):
     assert "The first 40" not in words_in(whole)
     book = openpyxl.load_workbook(io.BytesIO(report.workbook()))
     assert 1 + 1 + 60 in [sheet.max_row for sheet in book]
-    typed = f"tolstat report {tmp_path}/a.h5 -o {tmp_path}/a.report.xlsx"
+    typed = f"tolstat report {tmp_path}/a.h5 --response gap -o {tmp_path}/a.gap.xlsx"
     assert f"The first 40 of 61. All: {typed}." in words_in(section)
     html = page(report.document())
     cells = html[html.index(">Variance contributions</h") :]

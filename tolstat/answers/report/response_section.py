@@ -173,7 +173,9 @@ class _ResponseSection:
         """Return a table of so many rows, or of the first of them."""
         if self.whole or number <= MOST_ROWS:
             return (self._table(rows, look, words),)
-        note = say(FIRST_ROWS, str(MOST_ROWS), str(number), to_tables(self.run))
+        note = say(
+            FIRST_ROWS, str(MOST_ROWS), str(number), to_tables(self.run, self.name)
+        )
         return self._table(islice(rows, MOST_ROWS), look, words), blocks.note(note)
 
     def _declared(self) -> Parts:

@@ -30,7 +30,7 @@ from tolstat.answers.what_if.what_if_answer import (
     WhatIf,
 )
 from tolstat.errors import StudyError
-from tolstat.execution.compatibility import study_of
+from tolstat.execution.compatibility import check_source, study_of
 from tolstat.model.contract import Model
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
@@ -126,6 +126,8 @@ def what_if(
         raise StudyError(NO_ENTRIES)
     if evaluate is None:
         evaluate = any(scenarios) and is_cheap(run, study)
+    if evaluate:
+        check_source(run, study)
     answers = []
     before = baseline_run(run, study) if evaluate and run.thinned else run
     baseline = with_limits(before, limits) if limits else before

@@ -16,7 +16,7 @@ from tolstat.study.study import Study
 Move = tuple[list[int], int]  # columns, and the end they are moved to: 0 or 1
 MOST_SWEEPS = 8
 AT_ONCE = 1 << 24  # deviations of the trials that are simulated together, about
-MOST_MOVED = 1 << 29  # deviations of all trials of a sweep, about
+MOST_MOVED = 1 << 28  # deviations of all trials of a sweep, about
 
 
 class Target(NamedTuple):
@@ -38,6 +38,9 @@ class Corner(NamedTuple):
     failed: int
 
 
+Search = Generator[Array, Array, Corner]
+
+
 def worst_corners(
     respond: Callable[[Array], Array],
     ends: Array,
@@ -49,22 +52,27 @@ def worst_corners(
     The columns of a group change together. Each group is moved to either end of its
     tolerance (float64[2, contributor], SI). Moves that make a target worse are kept,
     all at once if that is worse still. The search is local and proves nothing.
-    Of very many groups only those are moved whose worse end is least sure.
-    `respond` returns the responses of trials. So many targets are searched at once that
-    their trials take little memory.
+    Of very many groups only `moved_at_most` are moved at once, by turns: first those
+    whose worse end is least sure. `respond` returns the responses of trials. So many
+    targets are searched at once that their trials take little memory.
     """
-    most = MOST_MOVED // (len(targets) * ends.shape[1])
-    tasks = [(target, groups) for target in targets]
-    if most < len(groups):
-        tasks = _screened(respond, ends, groups, targets, most)
-    searches = [_search(target, ends, moved) for target, moved in tasks]
-    moves = 2 * max(1, len(tasks[0][1]))
-    together = max(1, AT_ONCE // (moves * ends.shape[1]))
+    most = moved_at_most(len(targets), len(groups), ends.shape[1])
+    searches = (
+        _screened(respond, ends, groups, targets, most)
+        if most < len(groups)
+        else [_search(target, ends, [groups]) for target in targets]
+    )
+    together = max(1, AT_ONCE // (2 * most * ends.shape[1]))
     return [
         corner
         for first in range(0, len(targets), together)
         for corner in _searched(respond, searches[first : first + together])
     ]
+
+
+def moved_at_most(targets: int, groups: int, contributors: int) -> int:
+    """Return how many groups a sweep moves for each target."""
+    return min(groups, max(1, MOST_MOVED // (targets * contributors)))
 
 
 def _screened(
@@ -73,8 +81,8 @@ def _screened(
     groups: list[list[int]],
     targets: Sequence[Target],
     number: int,
-) -> list[tuple[Target, list[list[int]]]]:
-    """Return targets with one more start, and so many groups that are moved from it.
+) -> list[Search]:
+    """Return searches with one more start, that move so many groups at once.
 
     Each group is moved alone from the nominal trial, for all targets together. The
     start has the worse ends. Least sure is a group both of whose ends are worse than
@@ -82,8 +90,9 @@ def _screened(
     """
     nominal = np.zeros(ends.shape[1])
     moves = [(columns, end) for columns in groups for end in (0, 1)]
-    responses = respond(np.vstack([nominal, _moved(nominal, moves, ends)]))
-    tasks = []
+    rows = np.vstack([nominal, _moved(nominal, moves, ends)])
+    responses = respond(rows)
+    searches = []
     for target in targets:
         badness = target.sign * responses[:, target.response]
         effects = np.nan_to_num(badness[1:] - badness[0], nan=-np.inf)
@@ -93,15 +102,19 @@ def _screened(
             corner[columns] = ends[1, columns]
         least = np.minimum(np.abs(low), np.abs(high))
         unsure = np.where(np.sign(low) == np.sign(high), least, -least)
-        moved = np.sort(np.argsort(-unsure, kind="stable")[:number])
-        starts = np.vstack([target.starts, corner])
-        tasks.append((target._replace(starts=starts), [groups[i] for i in moved]))
-    return tasks
+        order = np.argsort(-unsure, kind="stable")
+        turns = [
+            [groups[i] for i in np.sort(order[first : first + number])]
+            for first in range(0, len(groups), number)
+        ]
+        widened = target._replace(starts=np.vstack([target.starts, corner]))
+        screened, _ = _taken(target, Corner(np.nan, nominal, 0, 0), rows, responses)
+        searches.append(_search(widened, ends, turns, screened))
+    return searches
 
 
 def _searched(
-    respond: Callable[[Array], Array],
-    searches: Sequence[Generator[Array, Array, Corner]],
+    respond: Callable[[Array], Array], searches: Sequence[Search]
 ) -> list[Corner]:
     """Return the worst trials of some searches, whose trials are simulated together."""
     pending = {number: next(search) for number, search in enumerate(searches)}
@@ -119,16 +132,24 @@ def _searched(
 
 
 def _search(
-    target: Target, ends: Array, groups: Sequence[list[int]]
-) -> Generator[Array, Array, Corner]:
-    """Search for one target: yield trials, receive their responses."""
-    moves = [(columns, end) for columns in groups for end in (0, 1)]
-    corner, rows = Corner(np.nan, target.starts[0], 0, 0), target.starts
+    target: Target,
+    ends: Array,
+    turns: Sequence[list[list[int]]],
+    corner: Corner | None = None,
+) -> Search:
+    """Search for one target: yield trials, receive their responses.
+
+    Sweeps move the groups of each turn, one after the other, from the worst trial so
+    far: `corner`, or the worst start. They end when a round of them improves nothing.
+    """
+    corner, rows = corner or Corner(np.nan, target.starts[0], 0, 0), target.starts
     corner, _ = _taken(target, corner, rows, (yield rows))
-    for _ in range(MOST_SWEEPS):
+    idle = 0  # sweeps since the last one that improved
+    for groups in itertools.islice(itertools.cycle(turns), MOST_SWEEPS):
         before = corner
         # a factor that is at that end already has no move
         differ = (before.deviations != ends).tolist()
+        moves = ((columns, end) for columns in groups for end in (0, 1))
         tried = [(c, end) for c, end in moves if any(differ[end][i] for i in c)]
         if np.isnan(before.value) or not tried:
             break
@@ -136,7 +157,11 @@ def _search(
         corner, badness = _taken(target, before, rows, (yield rows))
         so_far = target.sign * before.value
         if not badness.max() > so_far + 1e-9 * abs(so_far):
-            break
+            idle += 1
+            if idle == len(turns):
+                break
+            continue
+        idle = 0
         # all moves that made it worse, at once; of two ends the worse one
         taken: dict[int, Move] = {}  # by first column: one of both ends
         for i in np.lexsort((-np.arange(len(badness)), badness)):
@@ -177,24 +202,12 @@ def worst_cases(
     study: Study, trials: Trials, ends: Array, slopes: Array, workers: Workers
 ) -> dict[str, dict[str, WorstCase]]:
     """Return the worst trials within the tolerances, for each end of each limit."""
-    lower, upper = ends
     names = [contributor.name for contributor in study.description.contributors]
     responses = [response.name for response in study.description.responses]
-    batches = study.deviating.dependence.batches
-    factors: dict[str, list[int]] = {}  # columns that change together
-    for column in np.flatnonzero(lower < upper).tolist():
-        batch = batches.get(names[column])
-        factor = batch.name if batch and batch.share == 1 else names[column]
-        factors.setdefault(factor, []).append(column)
-    ends_of_limits = [
-        (name, sign)
-        for name, limit in study.limits.items()
-        for sign, end in ((-1, limit.lower), (1, limit.upper))
-        if np.isfinite(end)
-    ]
-    if not factors or not ends_of_limits:
+    groups, ends_of_limits = _groups(study, ends), _ends_of_limits(study)
+    if not groups or not ends_of_limits:
         return {}
-    groups, targets = list(factors.values()), []
+    targets = []
     for name, sign in ends_of_limits:
         column = responses.index(name)
         starts = _worst_starts(sign * trials.responses[:, column], trials, ends)
@@ -212,6 +225,42 @@ def worst_cases(
             corner.value, trial, corner.tried, corner.failed
         )
     return cases
+
+
+def few_moved(study: Study, ends: Array) -> tuple[str, ...]:
+    """Say that worst cases move but some of the contributors at once, if they do."""
+    groups, targets = len(_groups(study, ends)), len(_ends_of_limits(study))
+    if not groups or not targets:
+        return ()
+    most = moved_at_most(targets, groups, ends.shape[1])
+    words = (
+        f"a search for a worst case moves {most} of {groups} contributors at a time, "
+        f"in {MOST_SWEEPS} sweeps: with fewer limits it sees more"
+    )
+    return (words,) if most < groups else ()
+
+
+def _groups(study: Study, ends: Array) -> list[list[int]]:
+    """Return the columns that change, together those of a batch of equal parts."""
+    lower, upper = ends
+    names = [contributor.name for contributor in study.description.contributors]
+    batches = study.deviating.dependence.batches
+    factors: dict[str, list[int]] = {}
+    for column in np.flatnonzero(lower < upper).tolist():
+        batch = batches.get(names[column])
+        factor = batch.name if batch and batch.share == 1 else names[column]
+        factors.setdefault(factor, []).append(column)
+    return list(factors.values())
+
+
+def _ends_of_limits(study: Study) -> list[tuple[str, int]]:
+    """Return the response and the sign of each end of its limit."""
+    return [
+        (name, sign)
+        for name, limit in study.limits.items()
+        for sign, end in ((-1, limit.lower), (1, limit.upper))
+        if np.isfinite(end)
+    ]
 
 
 def _worst_starts(badness: Array, trials: Trials, ends: Array) -> list[Array]:

@@ -106,7 +106,8 @@ def _worst(
     finite = np.isfinite(slopes)
     rises = finite.any(axis=0) & np.all((slopes >= 0) | ~finite, axis=0)
     falls = finite.any(axis=0) & np.all((slopes <= 0) | ~finite, axis=0)
-    turning = tuple(n for i, n in enumerate(names) if not (rises[i] or falls[i]))
+    # one that changes nothing at these points may do so between them
+    turning = tuple(n for i, n in enumerate(names) if rises[i] == falls[i])
     ends = []
     for sign in (1.0, -1.0):
         corner = np.where(rises if sign > 0 else falls, lower, upper)

@@ -149,17 +149,25 @@ def _fitted(
     if weights is not None:
         relative = weights[:, None] / weights.mean()
         total = np.sum(relative * ((responses - mean) / sigma) ** 2, axis=0)
-    among, with_y = np.zeros((terms, terms)), np.zeros((terms, len(mean)))
-    for start in range(0, trials, BLOCK):
-        block = slice(start, start + BLOCK)
+    with_y = np.zeros((terms, len(mean)))
+    among = np.zeros((terms, terms)) if terms <= trials else None
+    size = trials if among is None else BLOCK
+    for start in range(0, trials, size):
+        block = slice(start, start + size)
         u = (z[block] - centre) / spread  # near orthogonal terms: a stable solution
         columns = np.hstack(
             [np.ones((len(u), 1)), u, u * u - 1, u[:, first] * u[:, second]]
         )
         counted = columns if relative is None else columns * relative[block]
-        among += counted.T @ columns
-        with_y += counted.T @ ((responses[block] - mean) / sigma)
-    solution = np.linalg.lstsq(among, with_y, rcond=RANK)[0]
+        y = (responses[block] - mean) / sigma
+        with_y += counted.T @ y
+        if among is not None:
+            among += counted.T @ columns
+    if among is None:  # fewer trials than terms: the same least squares, far sooner
+        root = 1.0 if relative is None else np.sqrt(relative)
+        solution = np.linalg.lstsq(columns * root, y * root, rcond=RANK**0.5)[0]
+    else:
+        solution = np.linalg.lstsq(among, with_y, rcond=RANK)[0]
     explained = np.einsum("kj,kj->j", solution, with_y)
     free = max(trials - terms, 1)
     remainders = sigma * np.sqrt(np.maximum(total - explained, 0) / free)
