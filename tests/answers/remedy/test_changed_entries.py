@@ -146,6 +146,8 @@ def test_half_the_widths_about_the_same_middles_meet_the_limit(tmp_path, kind):
 def test_a_search_finds_tolerances_about_the_same_middles(kind, monkeypatch):
     monkeypatch.setattr(search, "CURVE", np.array([]))  # less to be searched
     monkeypatch.setattr(search, "BISECTIONS", 1)
+    monkeypatch.setattr(search, "MOST_PROVED", 1)  # any proof will do
+    monkeypatch.setattr(search, "MOST_STRETCHED", 0)
     study, *_ = fit(kind)
     drawn = {
         n: each.tolerance for n, each in load(study).deviating.distributions.items()
@@ -234,7 +236,8 @@ def test_a_price_fits_though_the_mean_lies_near_an_end():
 
 @pytest.mark.parametrize("key", KEYED)
 def test_other_keys_move_with_the_tolerance(tmp_path, key):
-    run = chain(tmp_path, {"tolerance": "+-0.2 mm", **KEYED[key]}, "<= 0.1 mm")
+    # far from met: few trials show it again
+    run = chain(tmp_path, {"tolerance": "+-0.2 mm", **KEYED[key]}, "<= 0.05 mm")
     write, again = to_change(run, StudyChange(halved(run, "a")))
     before, after = run.assumed["a"], follow((write, again)).assumed["a"]
     assert after.sigma == pytest.approx(before.sigma / 2, rel=1e-6)
