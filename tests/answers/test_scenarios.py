@@ -11,6 +11,7 @@ from scipy.stats import norm
 
 import tolstat
 from tests.answers.page_checks import blocks_of
+from tests.conftest import Toy
 from tolstat.answers.what_if.what_if_answer import Method
 from tolstat.cli.main import main
 from tolstat.cli.what_if import scenarios_in
@@ -117,6 +118,20 @@ def test_limits_alone_are_a_scenario(run):
 def test_what_is_no_scenario_is_refused(run, wrong):
     with pytest.raises(StudyError, match=r"a mapping .* change\.deviations"):
         tolstat.what_if(run, wrong)
+
+
+def test_trials_of_another_source_are_not_compared(toy, toy_study):
+    """The scenario would be of another design: worse ones were met."""
+
+    class Thicker(Toy):
+        def evaluate(self, deviations, settings):
+            return super().evaluate(deviations + 0.2e-3, settings)
+
+    stored = tolstat.run(toy_study, model=toy)
+    change = {"part": "+-0.1 mm"}
+    assert tolstat.what_if(stored, change, model=toy).method is Method.EVALUATED
+    with pytest.raises(QuestionError, match=r"another source .* of two models"):
+        tolstat.what_if(stored, change, model=Thicker())
 
 
 def test_several_scenarios_stand_side_by_side(run):

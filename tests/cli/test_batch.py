@@ -283,6 +283,29 @@ def test_runs_lists_stored_runs(tmp_path, monkeypatch):
     assert call("runs", tmp_path / "nowhere").exit_code == 2
 
 
+def test_an_index_that_cannot_be_written_ends_no_batch(no_pages, tmp_path, monkeypatch):
+    """Its folder became a file meanwhile; the runs are there."""
+    studies = [chain(tmp_path, name) for name in ("a", "b")]
+    (tmp_path / "index").write_text("taken")
+    monkeypatch.setattr("tolstat.cli.batch.check_folder", lambda folder: None)
+    monkeypatch.setattr(
+        "tolstat.cli.batch._index_in", lambda folder, files: folder / "batch.html"
+    )
+    done = call("batch", *studies, "-o", tmp_path / "index")
+    assert done.exit_code == 1 and "the index is not written" in done.stderr
+    assert all(path.with_suffix(".h5").exists() for path in studies)
+
+
+def test_a_study_edited_since_its_run_is_named(no_pages, tmp_path):
+    study = chain(tmp_path, "edited")
+    call("run", study, "--trials", 500, "--seed", 3)
+    assert not call("check", study.with_suffix(".h5")).stderr
+    study.write_text(study.read_text().replace(">= 0.5 mm", ">= 0.9 mm"))
+    for command in ("check", "report"):
+        edited = call(command, study.with_suffix(".h5")).stderr
+        assert "0.5 mm" in edited and "is '>= 0.9 mm'" in edited, edited
+
+
 def test_of_many_studies_a_terminal_has_the_lines_that_fit(tmp_path):
     """What runs is among them, also the first and the last."""
     screen = Screen(width=100, height=24, file=io.StringIO(), force_terminal=True)

@@ -9,6 +9,7 @@ import pytest
 
 import tolstat
 from tests.conftest import Toy
+from tolstat import Contributor, Description
 from tolstat.execution.compatibility import seconds_per_trial, study_of
 
 
@@ -33,3 +34,17 @@ def test_a_slow_model_is_not_tried_for_long(toy, toy_study, seconds, is_tried):
     assert bool(slow.rows) == is_tried and max(slow.rows, default=0) < 30
     quick = seconds_per_trial(busy, replace(study, model=toy))
     assert quick < 0.05 or not is_tried
+
+
+def test_of_a_model_that_has_other_contributors_now_no_trial_is_tried(toy, toy_study):
+    class Longer(Slow):
+        def describe(self, settings):
+            contributors, responses = super().describe(settings)
+            return Description((*contributors, Contributor("more", "m")), responses)
+
+    run, longer = tolstat.run(toy_study, model=toy, trials=30), Longer()
+    study = study_of(run, model=toy)
+    description = longer.describe(study.settings)
+    changed = replace(study, model=longer, description=description)
+    assert seconds_per_trial(run, changed) == run.times["seconds"] / 30
+    assert not longer.rows

@@ -109,6 +109,19 @@ def test_a_surface_has_products_only_where_they_pay():
     assert few.remainders[0] == pytest.approx(math.sqrt(2), rel=0.1)
 
 
+def test_a_surface_of_few_trials_passes_through_them():
+    """One of more terms than trials is the least one, by singular values."""
+    z = np.random.default_rng(0).standard_normal((30, 40))
+    y = z @ np.random.default_rng(1).normal(size=(40, 2))
+    surface = fitted_surface(z, y)
+    u = (z - z.mean(axis=0)) / z.std(axis=0)
+    terms = np.hstack([np.ones((30, 1)), u, u * u - 1])
+    least = np.linalg.pinv(terms) @ ((y - y.mean(axis=0)) / y.std(axis=0))
+    squares = least[41:].T * y.std(axis=0)[:, None] * 2 / z.std(axis=0) ** 2
+    assert surface.remainders.max() < 1e-6
+    np.testing.assert_allclose(surface.bends, squares.T, atol=1e-9)
+
+
 def test_a_surface_of_many_contributors_has_the_products_of_the_main_ones():
     z = np.random.default_rng(0).standard_normal((6000, 40))
     y = z[:, :2].sum(axis=1) + 0.5 * z[:, 0] * z[:, 1]  # 861 terms with all products
