@@ -16,13 +16,14 @@ from tolstat.answers.run_entries import judged
 from tolstat.cli.check import checked as check_runs
 from tolstat.deviations.spread import reach_of
 from tolstat.errors import ModelError
-from tolstat.machines.dimension_chain.algebras import Roundings
+from tolstat.machines.dimension_chain.algebras import Dimensions, Roundings, Values
 from tolstat.machines.dimension_chain.formula import Formula
 from tolstat.machines.dimension_chain.machine import DimensionChain
 from tolstat.model.settings import make
 from tolstat.render.screen import as_text
 from tolstat.statistics.limits.yields import JUMP
 from tolstat.study.study import load
+from tolstat.units.conversion import dimension
 
 LINKS = {
     "r": (0.1, "m"), "s": (0.02, "m"), "phi": (0.2, "rad"), "psi": (0.1, "rad"),
@@ -484,6 +485,7 @@ def test_designs_that_jump_are_said_before_they_are_compared(tmp_path):
 
 
 ARC = {"r": link("50 mm", "+-0.2 mm"), "phi": link("30 deg", "+-1 deg")}
+SPRING = {"k": link("100 N/mm", "+-5 N/mm"), "m": link("10 kg", "+-0.2 kg")}
 LENGTHS = {"a": link("10 mm", "+-0.9 mm"), "b": link("1 mm", "+-0.03 mm")}
 
 
@@ -493,6 +495,7 @@ LENGTHS = {"a": link("10 mm", "+-0.9 mm"), "b": link("1 mm", "+-0.03 mm")}
         ("r*phi*pi/180", ARC, "not needed"),
         ("2*pi*r*phi/360", ARC, "not needed"),
         ("20*log(a/b)", LENGTHS, "natural logarithm"),
+        ("sqrt(k/m)", SPRING, "is sqrt(k/m)/(2*pi)"),
     ],
 )
 def test_a_term_that_is_seldom_meant_so_is_said(gap, links, words):
@@ -505,10 +508,21 @@ def test_a_term_that_is_seldom_meant_so_is_said(gap, links, words):
         ("r*phi", ARC), ("2*pi*r*phi/(2*pi)", ARC), ("r*(1 - cos(phi))", ARC),
         ("20*log(a/b)/log(10)", LENGTHS), ("pi*a*b/180", LENGTHS),
         ("log(a/b)", LENGTHS),
+        ("sqrt(k/m)/(2*pi)", SPRING), ("sqrt(k/m)/6.2832", SPRING),
     ],
 )  # fmt: skip
 def test_usual_terms_are_quiet(gap, links):
     assert warned(gap, links) == ()
+
+
+def test_a_frequency_is_turns_a_second():
+    """100 N/mm and 10 kg: 100 rad/s, 15.9 Hz."""
+    per_second = {"k": "N/m", "m": "kg"}
+    for text, value in (("sqrt(k/m)", 100.0), ("sqrt(k/m)/(2*pi)", 15.9155)):
+        formula = Formula(text, ("k", "m"))
+        assert formula.worked_out(Dimensions(per_second)).dimension == dimension("Hz")
+        links = {"k": 1e5, "m": 10.0}
+        assert formula.worked_out(Values(links)) == pytest.approx(value, rel=1e-5)
 
 
 def test_half_a_power_is_no_root():

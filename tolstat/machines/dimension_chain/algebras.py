@@ -288,7 +288,7 @@ def _without_rounding(value: Any, error: Any, size: Any) -> Rounded:
     return Rounded(value, error, size)
 
 
-PLAIN, ANGLE = dimension("1"), dimension("rad")
+PLAIN, ANGLE, PER_TIME = dimension("1"), dimension("rad"), dimension("Hz")
 OF_AN_ANGLE = ("sin", "cos", "tan")
 TO_AN_ANGLE = ("asin", "acos", "atan")
 ALIKE = ("abs", "hypot", "min", "max", "atan2", "mod", *COMPARISONS)
@@ -346,6 +346,8 @@ class Dimensions:
             # 180/pi*angle is a plain number again: of degrees
             both = first * second if sign == "*" else first / second
             return Kind(both, both == PLAIN and (left.ratio or right.ratio))
+        if sign == "/" and (first, second) == (PER_TIME, ANGLE):
+            return left  # sqrt(k/m)/(2*pi): radians a second, of a turn
         first, second = _beside(first, second), _beside(second, first)
         both = first * second if sign == "*" else first / second
         return Kind(both, both == PLAIN)

@@ -24,6 +24,7 @@ from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.algebras import (
     CHOICE,
     OF_AN_ANGLE,
+    PER_TIME,
     STEPS,
     Dimensions,
     Kind,
@@ -46,6 +47,10 @@ SEVERAL_TURNS = (
 ARC = (
     "{}: the link of an angle is in radians here, also one typed in degrees; pi "
     "and 180 are not needed, as in r*phi."
+)
+FREQUENCY = (
+    "{}: as the root of a stiffness over a mass it is in radians a second; a frequency "
+    "in Hz is sqrt(k/m)/(2*pi)."
 )
 NATURAL = "{}: log is the natural logarithm; decibels are 20*log(x)/log(10)."
 
@@ -101,6 +106,11 @@ def doubtful(formula: Formula, units: Mapping[str, str]) -> Iterator[str]:
         logs = [f for f in calls if isinstance(f, ast.Name) and f.id == "log"]
         if logs and numbers & DECIBELS and not to_base_10:
             yield NATURAL.format(ast.unparse(product))
+    words = ast.unparse(formula.tree)
+    turns = "pi" in words or "6.28" in words
+    kind = formula.worked_out(Dimensions(units))
+    if kind.dimension == PER_TIME and "sqrt" in words and not turns:
+        yield FREQUENCY.format(formula.text)
 
 
 def operands(part: ast.AST, signs: tuple[type[ast.operator], ...]) -> Iterator[Any]:
