@@ -151,7 +151,7 @@ def package_that_fails(error: BaseException) -> str:
     """
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     loading = [f.f_globals for f in frames if f.f_code.co_name == "<module>"]
-    names = [module["__name__"].partition(".")[0] for module in loading]
+    names = [module.get("__name__", "").partition(".")[0] for module in loading]
     return names[-1] if names and names[-1] not in ("__main__", "tolstat") else ""
 
 

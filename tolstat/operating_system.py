@@ -108,7 +108,7 @@ def memory() -> float:
 
 def address_space() -> float:
     """Return how much this process may map, bytes; infinite without limit."""
-    return _resource_limit("RLIMIT_AS")
+    return min(_resource_limit("RLIMIT_AS"), _resource_limit("RLIMIT_DATA"))
 
 
 def largest_file() -> float:

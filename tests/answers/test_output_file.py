@@ -79,6 +79,31 @@ def test_an_old_answer_is_replaced_and_a_link_stays_a_link(folder):
     assert "<html" in (folder / "page.html").read_text()
 
 
+@pytest.mark.parametrize(
+    "content",
+    ['data = "parts.csv"'.encode("utf-16"), b'data = "p\\u0061rts.csv"',
+     b'data = "link.csv"'],
+)  # fmt: skip
+def test_data_are_kept_however_a_study_names_them(content, tmp_path):
+    """By UTF-16, by an escape, by a link: a study reads them all."""
+    (tmp_path / "parts.csv").write_text("a\n1\n")
+    (tmp_path / "link.csv").symlink_to("parts.csv")
+    (tmp_path / "study.toml").write_bytes(content)
+    with pytest.raises(RunFileError, match="named in"):
+        check_output(tmp_path / "link.csv")
+    (tmp_path / "study.toml").write_bytes(b'data = "other.csv"')
+    check_output(tmp_path / "link.csv")
+
+
+def test_what_is_replaced_keeps_its_owner(tmp_path, monkeypatch):
+    page, given = tmp_path / "page.html", []
+    page.write_text("old")
+    monkeypatch.setattr(os, "chown", lambda path, *owner: given.append(owner))
+    replace(page, b"new")
+    status = page.stat()
+    assert given == [(status.st_uid, status.st_gid)]
+
+
 def test_a_full_disk_leaves_the_old_page(tmp_path, monkeypatch):
     page = tmp_path / "page.html"
     page.write_text("old")

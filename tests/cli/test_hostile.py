@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -15,6 +16,8 @@ from click.testing import CliRunner
 from tests.conftest import ROOT
 from tests.fmu.building import without_library
 from tolstat.cli.main import main
+from tolstat.errors import ModelError
+from tolstat.fmu.unpacked import unpacked
 
 TOLSTAT = Path(sys.executable).with_name("tolstat")
 STACK = "stack.py:Stack"
@@ -216,3 +219,18 @@ def test_an_archive_that_cannot_be_unpacked(folder, place, value):
     path.write_bytes(raw)
     said = call(folder, "new", "--machine", path.name, code=2)
     assert "Backlash2.fmu is not an FMU, a ZIP archive with" in said
+
+
+def test_a_library_that_others_may_have_written_is_not_loaded(tmp_path, monkeypatch):
+    """Its folder is made again; it was taken as it lay there."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    path = without_library("Backlash", 2, tmp_path)
+    file = SimpleNamespace(path=path, sha256="0123")
+    home = tmp_path / "tolstat" / "fmu"
+    laid = home / file.sha256 / "binaries" / "linux64" / "Backlash.so"
+    laid.parent.mkdir(parents=True)
+    laid.write_text("of another user")
+    home.chmod(0o777)
+    with pytest.raises(ModelError, match="has no library"):
+        unpacked(file)
+    assert not laid.exists()

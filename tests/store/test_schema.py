@@ -18,6 +18,7 @@ import tolstat
 from tests.conftest import TOY_STUDY, Toy
 from tolstat.errors import RunFileError, StudyError
 from tolstat.execution.compatibility import study_differs, study_of
+from tolstat.store import integrity
 from tolstat.store.assumed import SCORES
 from tolstat.store.integrity import clock_of, write_seal
 from tolstat.store.layout import CLOCK
@@ -186,6 +187,15 @@ def test_a_crafted_run_is_refused_in_one_sentence(change, crafted, tmp_path, goo
     with pytest.raises(RunFileError, match=words) as refused:
         tolstat.open(path, damaged=True)
     assert refused.value.exit_code == 2 and len(str(refused.value).splitlines()) == 1
+
+
+def test_heaps_of_a_run_are_looked_at_before_the_library_follows_them(good):
+    with (
+        mock.patch.object(integrity, "heaps_end", return_value=False) as looked,
+        pytest.raises(RunFileError, match="a heap of its texts has no end"),
+    ):
+        tolstat.open(good)
+    assert b"GCOL" in looked.call_args.args[0]
 
 
 @pytest.mark.parametrize("value", [np.inf, np.nan, 1e308, -1e308])

@@ -14,6 +14,7 @@ import pytest
 from pyarrow import parquet
 
 from tolstat.errors import DataError
+from tolstat.hdf5_heaps import HEAP, heaps_end
 from tolstat.tables.read import read_table
 
 MILLION = 1_000_000
@@ -54,6 +55,7 @@ def test_what_unpacks_to_much_is_refused(name, content):
 PEAK = """
 import pathlib, sys, pyarrow
 from tolstat.errors import DataError
+from tolstat.hdf5_heaps import HEAP, heaps_end
 from tolstat.tables.read import read_table
 path = pathlib.Path(sys.argv[1])
 try:
@@ -78,3 +80,39 @@ def test_an_empty_text_is_an_empty_cell():
     content = of_parquet(d=[1.0, 2.0, 3.0], lot=[b"a", None, b"b"])
     rows = read_table(Path("a.parquet"), content).grid.rows
     assert [row.cells[1] for row in rows[1:]] == ["a", "", "b"]
+
+
+def test_a_heap_without_an_end_is_refused():
+    """Followed by the library it hangs, deaf to signals."""
+    file = io.BytesIO()
+    with h5py.File(file, "w") as data:
+        data["d"] = np.array(["a", "bc"] * 300, dtype=h5py.string_dtype())
+        data["e"] = np.arange(600.0)
+    whole = file.getvalue()
+    assert heaps_end(whole) and whole.count(b"GCOL") == 1
+    assert len(read_table(Path("a.h5"), whole).rows) == 600
+    for place in [heap.start() + 16 for heap in HEAP.finditer(whole)]:
+        damaged = bytearray(whole)
+        damaged[place : place + 16] = bytes(16)
+        assert not heaps_end(damaged)
+        with pytest.raises(DataError, match="a heap of it has no end"):
+            read_table(Path("a.h5"), bytes(damaged))
+
+
+def test_times_are_no_numbers_and_lists_no_columns():
+    """Nanoseconds were read as numbers without a unit; lists may unpack without end."""
+    days = pyarrow.array([0, 1], pyarrow.timestamp("ns"))
+    content = of_parquet(d=[0.1, 0.2], lists=[[1.0] * 9, [2.0]], day=days)
+    table = read_table(Path("a.parquet"), content)
+    assert table.head.names == ("d", "day")
+    assert [row.cells[0] for row in table.rows] == [0.1, 0.2]
+    assert all(row.cells[1].startswith("1970-01-01") for row in table.rows)
+
+
+def test_a_column_of_a_type_that_numpy_has_not_is_a_sentence():
+    file = io.BytesIO()
+    with h5py.File(file, "w") as data:
+        space = h5py.h5s.create_simple((3,))
+        h5py.h5d.create(data.id, b"t", h5py.h5t.UNIX_D32LE, space)
+    with pytest.raises(DataError, match=r"cannot be read as HDF5: .*TypeTimeID"):
+        read_table(Path("a.h5"), file.getvalue())

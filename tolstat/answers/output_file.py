@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
 import os
 import re
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
@@ -19,6 +21,7 @@ from tolstat.store.integrity import is_run
 
 KEPT = {".h5": "a run", ".toml": "a study"}  # by the ending of its name
 MEGABYTES = 1  # of a study
+ESCAPE = re.compile(r"\\[uU]([0-9a-fA-F]{8}|[0-9a-fA-F]{4})")  # of TOML
 PathLike = str | os.PathLike[str]
 Contents = Mapping[str, Callable[[], str | bytes]]  # by the ending of the file
 
@@ -65,7 +68,8 @@ def check_output(path: Path) -> None:
         return
     if is_run(path):
         raise RunFileError(f"{path} is a run and is not replaced; give another name")
-    if study := _reader(path.resolve()):
+    names = path.absolute(), path.resolve()  # a study may name a link
+    if study := next(filter(None, map(_reader, dict.fromkeys(names))), None):
         raise RunFileError(
             f"{path} is named in {study} and is not replaced; give another name"
         )
@@ -108,13 +112,20 @@ def as_pictures(draw: Callable[[], Any]) -> Contents:
 
 def _reader(path: Path) -> Path | None:
     """Return a study that names a file: studies read in their folder and below."""
-    named = re.compile(rb"""["'/]""" + re.escape(os.fsencode(path.name)) + rb"""["']""")
+    named = re.compile(rf"""["'/]{re.escape(path.name)}["']""")
     for folder in path.parents:
         for study in sorted(folder.glob("*.toml")):
             with suppress(OSError):
-                if named.search(content_of(study, MEGABYTES)):
+                if named.search(_as_read(content_of(study, MEGABYTES))):
                     return study
     return None
+
+
+def _as_read(content: bytes) -> str:
+    """Return the text of a study: also of UTF-16, and with its escapes read."""
+    wide = content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+    words = content.decode("utf-16" if wide else "utf-8", "surrogateescape")
+    return ESCAPE.sub(lambda x: chr(min(int(x[1], 16), sys.maxunicode)), words)
 
 
 def replace(path: Path, content: bytes | Callable[[Path], object]) -> Path:

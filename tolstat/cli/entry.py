@@ -26,6 +26,7 @@ def entry() -> None:
     on_interrupt(leave)
     # workers and answers have threads already: those of BLAS would wait, and busily
     limit_blas()
+    os.environ.pop("HDF5_DRIVER", None)  # HDF5 ends the process at one unknown to it
     gc.set_threshold(100_000, 50, 100)  # answers are many small objects without cycles
     # only now: loading click takes as long as Python itself
     import warnings

@@ -12,13 +12,7 @@ from typing import Any, NoReturn
 
 import click
 
-from tolstat.errors import (
-    BrokenError,
-    TolstatError,
-    allowed_names,
-    package_that_fails,
-    told,
-)
+from tolstat.errors import TolstatError, allowed_names, package_that_fails, told
 from tolstat.operating_system import address_space
 
 FILES = {
@@ -146,10 +140,12 @@ def _check_surroundings() -> None:
     the working directory.
     """
     if (most := address_space()) < LEAST_MEMORY:
-        raise BrokenError(
-            f"{most / 1e6:.0f} MB of memory are allowed (ulimit -v), and commands need "
-            f"{LEAST_MEMORY / 1e6:.0f} MB"
+        click.echo(  # words of answers would load libraries
+            f"tolstat: {most / 1e6:.0f} MB of memory are allowed (ulimit -v, -d), and "
+            f"commands need {LEAST_MEMORY / 1e6:.0f} MB",
+            err=True,
         )
+        sys.exit(1)
     try:
         os.getcwd()
     except OSError as error:

@@ -31,10 +31,10 @@ def unpacked(file: FmuFile) -> Path:
     """
     home = _home()
     folder = home / file.sha256
-    if (folder / "binaries").is_dir():
-        return folder
     try:
-        make_private(home)
+        make_private(home)  # before anything in it is trusted: libraries are executed
+        if (folder / "binaries").is_dir():
+            return folder
         temporary = Path(tempfile.mkdtemp(prefix="unpacking-", dir=home))
         try:
             _unpack(file.path, temporary)

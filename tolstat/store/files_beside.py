@@ -142,7 +142,7 @@ def create_aside(path: Path, before: BinaryIO | None = None) -> tuple[Path, Bina
     """Return a temporary file beside a path, open and unbuffered.
 
     It has the permissions of the file that it will replace, or of the open one before
-    it; without one, those of a new file.
+    it, and its owner where that may be given; without one, those of a new file.
     """
     aside = aside_of(path)
     try:
@@ -151,6 +151,8 @@ def create_aside(path: Path, before: BinaryIO | None = None) -> tuple[Path, Bina
         return aside, created(aside, 0o666)
     mode = stat.S_IMODE(status.st_mode)
     file = created(aside, mode)
+    with suppress(OSError):  # only root gives files away
+        os.chown(aside, status.st_uid, status.st_gid)
     aside.chmod(mode)  # the umask may have taken some
     return aside, file
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.errors import DamagedError, FormatError, RunFileError
+from tolstat.hdf5_heaps import heaps_end
 from tolstat.operating_system import local_time
 from tolstat.regular_files import opened, read_exactly
 
@@ -139,6 +140,10 @@ def _check(file: File, path: Path) -> None:
             f"{path} is damaged outside its trials{short}, or was changed by "
             "another program; nothing in it can be trusted: run its study again"
         )
+    for first, stop in around(_holes(seal[3]), size):
+        file.seek(first)
+        if not heaps_end(read_exactly(file, stop - first)):
+            raise RunFileError(f"{path} is not a run: a heap of its texts has no end")
 
 
 def _holes(text: bytes) -> list[Hole]:

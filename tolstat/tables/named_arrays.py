@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import DataError, allowed_names
+from tolstat.hdf5_heaps import heaps_end
 from tolstat.tables.delimited import LONGEST_CELL
 from tolstat.tables.grid import Cell, Grid, Head, Row, Unusable
 from tolstat.tables.heads import split_head
@@ -51,15 +52,21 @@ def read_parquet(file: RawFile) -> Grid:
         )
         described = map(facts.schema.column, range(facts.num_columns))
         texts = [field.path for field in described if field.physical_type == TEXT]
+        schema = parquet.read_schema(pyarrow.BufferReader(file.raw))
+        # a row of lists may unpack to gigabytes; numbers of a time have no unit
+        flat = [x.name for x in schema if not pyarrow.types.is_nested(x.type)]
+        times = [x.name for x in schema if pyarrow.types.is_temporal(x.type)]
         # each different text is held once: a long one may stand in every row
         table = parquet.read_table(
-            pyarrow.BufferReader(file.raw), read_dictionary=texts,
+            pyarrow.BufferReader(file.raw), columns=flat, read_dictionary=texts,
             use_threads=False, pre_buffer=False,  # threads may abort a short process
         )  # fmt: skip
         columns = {
             field.name: Column(
                 table[field.name].to_pandas().astype(object).to_numpy(na_value="")
                 if field.name in texts
+                else np.asarray(table[field.name].to_pandas().astype(str), np.object_)
+                if field.name in times
                 else np.asarray(table[field.name].to_pandas()),
                 (field.metadata or {}).get(b"unit", b"").decode(),
             )
@@ -84,11 +91,13 @@ def read_hdf5(file: RawFile) -> Grid:
     import h5py
 
     path, group, requested = file.path, file.form.sheet, file.requested
+    if not heaps_end(file.raw):
+        raise DataError(f"{path} cannot be read as HDF5: a heap of it has no end")
     try:
         with h5py.File(io.BytesIO(file.raw)) as root:
             tables = dict[str, dict[str, Column]]()
             _add_tables(root, tables, requested)
-    except (OSError, RuntimeError, ValueError, KeyError) as error:
+    except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
         raise DataError(f"{path} cannot be read as HDF5: {error}") from None
     if not tables:
         raise DataError(

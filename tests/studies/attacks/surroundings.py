@@ -48,6 +48,9 @@ SHELL = {
     "folder removed": "mkdir gone; cd gone; rmdir ../gone",
     "files of 0 bytes": "ulimit -f 0",
     "30 open files": "ulimit -n 30",
+    "100 MB of data": "ulimit -d 100000",
+    "a driver HDF5 does not know": "export HDF5_DRIVER=x",
+    "a time that is none": "export SOURCE_DATE_EPOCH=x",
     **{f"{mb} MB": f"ulimit -v {mb}000" for mb in (350, 600, 1000, 1500)},
 }
 COMMANDS = (
