@@ -296,6 +296,25 @@ def test_an_index_that_cannot_be_written_ends_no_batch(no_pages, tmp_path, monke
     assert all(path.with_suffix(".h5").exists() for path in studies)
 
 
+def test_a_page_that_was_replaced_meanwhile_is_not_linked(
+    no_pages, tmp_path, monkeypatch
+):
+    first, second = studies = [chain(tmp_path, name) for name in ("a", "b")]
+    work_off = Queue.work_off
+
+    def replacing(queue, study, workers):
+        work_off(queue, study, workers)
+        if study.stem == "b":
+            first.with_suffix(".html").write_text("hello")
+
+    monkeypatch.setattr(Queue, "work_off", replacing)
+    done = call("batch", *studies)
+    assert done.exit_code == 1 and "a: its run or its page was replaced" in done.stderr
+    linked = (tmp_path / "batch.html").read_text()
+    assert 'href="b.html"' in linked and 'href="a.html"' not in linked
+    assert second.with_suffix(".html").exists()
+
+
 def test_a_study_edited_since_its_run_is_named(no_pages, tmp_path):
     study = chain(tmp_path, "edited")
     call("run", study, "--trials", 500, "--seed", 3)

@@ -83,6 +83,7 @@ def batch(
                     queue.begun += 1
                     queue.work_off(study, workers)
                     queue.write_index()
+            queue.check_pages()
             queue.write_index(last=True)
         show_table(progress_table(queue.index))
         for entry in queue.entries.values():
@@ -161,6 +162,14 @@ class Queue:
             self._fail(study, worded(error), error.exit_code)
         except MemoryError:
             self._fail(study, "not enough memory", 1)
+
+    def check_pages(self) -> None:
+        """Link no page of another run: a run or its page may have been replaced."""
+        for study, entry in self.entries.items():
+            page, run = entry.report, entry.run
+            if page and run and not _begins_with(page, mark_of(identity(run))):
+                self._set(study, report=None)
+                self._fail(study, "its run or its page was replaced meanwhile", 1)
 
     def write_index(self, *, last: bool = False) -> None:
         """Write the index; while studies run no oftener than it costs little."""
