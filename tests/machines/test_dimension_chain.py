@@ -606,7 +606,9 @@ def test_shims_leave_a_uniform_play(tmp_path):
 
 def test_a_link_without_effect_at_any_point_tried_is_searched():
     """It may have one between them: a narrow bump, of which slopes show nothing."""
-    formula = Formula("c - max(0, 0.05 - hypot(a - 0.613, b - 0.372))", ("a", "b", "c"))
+    formula = Formula(
+        "c - max(0, 0.001 - hypot(a - 0.613, b - 0.372))", ("a", "b", "c")
+    )
     spread = Spread(-1.0, 1.0, 0.0, 0.3)
     found = answers(formula, dict.fromkeys("abc", 0.0), dict.fromkeys("abc", spread))
     assert found.turning == ("a", "b")
