@@ -81,11 +81,12 @@ def test_an_old_answer_is_replaced_and_a_link_stays_a_link(folder):
 
 @pytest.mark.parametrize(
     "content",
-    ['data = "parts.csv"'.encode("utf-16"), b'data = "p\\u0061rts.csv"',
+    ['data = "parts.csv"'.encode("utf-16"), 'data = "parts.csv"'.encode("utf-32"), b'data = "p\\u0061rts.csv"',
      b'data = "link.csv"'],
 )  # fmt: skip
 def test_data_are_kept_however_a_study_names_them(content, tmp_path):
-    """By UTF-16, by an escape, by a link: a study reads them all."""
+    """By UTF-16 or 32, by an escape, by a link: a study reads them all."""
+    (tmp_path / "cut.toml").write_bytes(b"\xff\xfea")  # cut off: it names nothing
     (tmp_path / "parts.csv").write_text("a\n1\n")
     (tmp_path / "link.csv").symlink_to("parts.csv")
     (tmp_path / "study.toml").write_bytes(content)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import os
 import re
 import sys
@@ -16,6 +15,7 @@ from tolstat.document.blocks import PICTURES
 from tolstat.errors import RunFileError
 from tolstat.operating_system import held_open
 from tolstat.regular_files import content as content_of
+from tolstat.regular_files import marked_encoding
 from tolstat.store.files_beside import create_aside
 from tolstat.store.integrity import is_run
 
@@ -122,9 +122,9 @@ def _reader(path: Path) -> Path | None:
 
 
 def _as_read(content: bytes) -> str:
-    """Return the text of a study: also of UTF-16, and with its escapes read."""
-    wide = content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-    words = content.decode("utf-16" if wide else "utf-8", "surrogateescape")
+    """Return the text of a study, with its escapes read; what is no text is replaced."""
+    mark = marked_encoding(content)
+    words = content.decode(mark or "utf-8", "replace" if mark else "surrogateescape")
     return ESCAPE.sub(lambda x: chr(min(int(x[1], 16), sys.maxunicode)), words)
 
 

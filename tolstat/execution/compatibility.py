@@ -138,6 +138,11 @@ def made_differently(run: Plan, source_digest: str) -> list[str]:
     return reasons
 
 
+def is_other_source(run: Run, study: Study) -> bool:
+    """Tell whether a custom model is another one than that of the run, by its source."""
+    return bool(run.machine) and study.model.source_digest != run.source_digest
+
+
 def check_source(run: Run, study: Study) -> None:
     """Refuse to evaluate trials beside those of a custom model of another source.
 
@@ -146,7 +151,7 @@ def check_source(run: Run, study: Study) -> None:
     QuestionError
         If the source of the model has changed since the run, or is that of another one.
     """
-    if run.machine and study.model.source_digest != run.source_digest:
+    if is_other_source(run, study):
         raise QuestionError(
             f"{run.path}: its model '{run.model}' had another source "
             f"({run.source_digest[:12]}) than here ({study.model.source_digest[:12]}): "

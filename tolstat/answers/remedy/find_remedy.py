@@ -27,7 +27,7 @@ from tolstat.arrays import Array
 from tolstat.catalogue import custom_names
 from tolstat.document.inline import Typed
 from tolstat.errors import TolstatError
-from tolstat.execution.compatibility import seconds_per_trial, study_of
+from tolstat.execution.compatibility import is_other_source, seconds_per_trial, study_of
 from tolstat.execution.run_loop import evaluate_stages
 from tolstat.execution.stages import SampledStages
 from tolstat.execution.workers.block_scheduler import Workers
@@ -138,8 +138,7 @@ class _Search:
             study = study_of(self.run, model=self.drawn.model)
         except TolstatError:
             return None
-        is_same = study.model.source_digest == self.run.source_digest
-        return study if is_same or not self.run.machine else None
+        return None if is_other_source(self.run, study) else study
 
     def finding(self) -> RemedyFinding:
         """Return the remedy, or why there is none."""
