@@ -81,7 +81,8 @@ def test_an_old_answer_is_replaced_and_a_link_stays_a_link(folder):
 
 @pytest.mark.parametrize(
     "content",
-    ['data = "parts.csv"'.encode("utf-16"), 'data = "parts.csv"'.encode("utf-32"), b'data = "p\\u0061rts.csv"',
+    ['data = "parts.csv"'.encode("utf-16"), 'data = "parts.csv"'.encode("utf-32"),
+     b'data = "p\\u0061rts.csv"',
      b'data = "link.csv"'],
 )  # fmt: skip
 def test_data_are_kept_however_a_study_names_them(content, tmp_path):

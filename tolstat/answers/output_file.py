@@ -122,7 +122,7 @@ def _reader(path: Path) -> Path | None:
 
 
 def _as_read(content: bytes) -> str:
-    """Return the text of a study, with its escapes read; what is no text is replaced."""
+    """Return the text of a study, with its escapes read; any bytes have one."""
     mark = marked_encoding(content)
     words = content.decode(mark or "utf-8", "replace" if mark else "surrogateescape")
     return ESCAPE.sub(lambda x: chr(min(int(x[1], 16), sys.maxunicode)), words)

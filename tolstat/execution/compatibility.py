@@ -139,7 +139,7 @@ def made_differently(run: Plan, source_digest: str) -> list[str]:
 
 
 def is_other_source(run: Run, study: Study) -> bool:
-    """Tell whether a custom model is another one than that of the run, by its source."""
+    """Tell whether a custom model has another source than that of the run."""
     return bool(run.machine) and study.model.source_digest != run.source_digest
 
 
