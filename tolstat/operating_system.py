@@ -178,6 +178,12 @@ def is_mine(file: os.stat_result) -> bool:
     return not hasattr(os, "getuid") or file.st_uid == os.getuid()
 
 
+def give_owner(path: Path, like: os.stat_result) -> None:
+    """Give a file the owner of another, as root may; where systems know users."""
+    with suppress(AttributeError, OSError):
+        os.chown(path, like.st_uid, like.st_gid)
+
+
 def give_second_name(path: Path, other: Path) -> None:
     """Give a file a second name; on a file system without links a copy gets it."""
     try:

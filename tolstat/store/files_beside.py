@@ -13,7 +13,13 @@ from pathlib import Path
 from typing import IO, Any, BinaryIO
 
 from tolstat.errors import Advice, BrokenError, Remedy, RunFileError, TolstatError
-from tolstat.operating_system import is_mine, largest_file, lock, process_exists
+from tolstat.operating_system import (
+    give_owner,
+    is_mine,
+    largest_file,
+    lock,
+    process_exists,
+)
 from tolstat.regular_files import created, opened, opened_for_writing
 from tolstat.store.integrity import is_run
 from tolstat.store.open_run import open as open_run
@@ -151,8 +157,7 @@ def create_aside(path: Path, before: BinaryIO | None = None) -> tuple[Path, Bina
         return aside, created(aside, 0o666)
     mode = stat.S_IMODE(status.st_mode)
     file = created(aside, mode)
-    with suppress(OSError):  # only root gives files away
-        os.chown(aside, status.st_uid, status.st_gid)
+    give_owner(aside, status)
     aside.chmod(mode)  # the umask may have taken some
     return aside, file
 
