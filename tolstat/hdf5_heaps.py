@@ -1,30 +1,73 @@
-"""Global heaps of HDF5 files, in which texts lie: damaged ones hang the library."""
+"""Global heaps of HDF5 files, in which texts lie, looked at before the library does.
+
+It follows the sizes of objects without a look: one of no size for ever, deaf to stops.
+And it reads an object as often as something refers to it: gigabytes of a file of one
+megabyte.
+"""
 
 import re
+from collections.abc import Iterator, Sequence
 
-HEAP = re.compile(rb"GCOL\x01\x00\x00\x00")
+import numpy as np
+
+Data = bytes | bytearray
+
+MARK = b"GCOL\x01\x00\x00\x00"
+HEAP = re.compile(MARK)
 HEAD = 16  # bytes of a heap, and of an object in it
+LONG = 256  # bytes of a text; those of shorter ones are borne by what refers to them
+MOST_OBJECTS = 1 << 16  # in a heap
 
 
-def heaps_end(data: bytes | bytearray) -> bool:
-    """Return whether all heaps in some bytes of a file can be read to their end.
+def longest_object(data: Data) -> int:
+    """Return the size of the longest object in the heaps of a file, bytes.
 
-    The library follows the sizes of objects without a look: one of free space of no
-    size is followed for ever, deaf to signals.
+    ValueError if a heap has no end in it.
     """
-    return all(_ends(data, heap.start()) for heap in HEAP.finditer(data))
+    return max((size for size, _ in _objects_in(data)), default=0)
 
 
-def _ends(data: bytes | bytearray, heap: int) -> bool:
-    place, stop = heap + HEAD, heap + _number(data, heap + 8)
-    while place + HEAD <= min(stop, len(data)):
-        index, size = data[place] + data[place + 1], _number(data, place + 8)
-        step = HEAD + -(-size // 8) * 8 if index else size
-        if step < HEAD or place + step > stop:
-            return False
-        place += step
-    return True
+def check_heaps(parts: Sequence[Data]) -> None:
+    """Refuse heaps without an end, and texts longer than all parts; ValueError."""
+    objects = {item for part in parts for item in _objects_in(part)}
+    long = [size << 16 | number for size, number in objects if size >= LONG]
+    if not long:
+        return
+    keys = np.sort(np.array(long, np.uint64))
+    if sum(_referred(part, keys) for part in parts) > sum(map(len, parts)):
+        raise ValueError("its texts are longer than the file")
 
 
-def _number(data: bytes | bytearray, place: int) -> int:
-    return int.from_bytes(data[place : place + 8], "little")
+def _referred(data: Data, keys: "np.ndarray[tuple[int], np.dtype[np.uint64]]") -> int:
+    """Return the size of all that is referred to: by a size, an address, a number.
+
+    Wherever that stands; the library refuses another size than that of the object.
+    """
+    total, longest = 0, int(keys[-1]) >> 16
+    for shift in range(4):
+        words = np.frombuffer(data, "<u4", max(0, len(data) - shift) // 4, shift)
+        sizes, numbers = words[:-3], words[3:]
+        likely = (sizes >= LONG) & (sizes <= longest) & (numbers < MOST_OBJECTS)
+        sizes, numbers = sizes[likely].astype(np.uint64), numbers[likely]
+        exist = np.isin(sizes << np.uint64(16) | numbers, keys)
+        total += int(sizes[exist].sum())
+    return total
+
+
+def _objects_in(data: Data) -> Iterator[tuple[int, int]]:
+    """Yield size and number of each object in the heaps of some bytes of a file."""
+    for heap in HEAP.finditer(data):
+        start = heap.start()
+        place, stop = start + HEAD, start + _number(data, start + 8, 8)
+        while place + HEAD <= stop:
+            number, size = _number(data, place, 2), _number(data, place + 8, 8)
+            step = HEAD + -(-size // 8) * 8 if number else size
+            if step < HEAD or place + step > min(stop, len(data)):
+                raise ValueError("a heap of its texts has no end")
+            if number:
+                yield size, number
+            place += step
+
+
+def _number(data: Data, place: int, size: int) -> int:
+    return int.from_bytes(data[place : place + size], "little")

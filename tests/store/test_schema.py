@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
+import struct
 import subprocess
 import sys
 import tomllib
@@ -18,7 +20,8 @@ import tolstat
 from tests.conftest import TOY_STUDY, Toy
 from tolstat.errors import RunFileError, StudyError
 from tolstat.execution.compatibility import study_differs, study_of
-from tolstat.store import integrity
+from tolstat.hdf5_heaps import MARK as HEAP
+from tolstat.store import integrity, open_run
 from tolstat.store.assumed import SCORES
 from tolstat.store.integrity import clock_of, write_seal
 from tolstat.store.layout import CLOCK
@@ -128,7 +131,7 @@ CHANGES = {
     "link to itself": (instead("part_1", h5py.SoftLink("/part_1")), LINK),
     "external link": (instead("part_1", h5py.ExternalLink("secret.h5", "/gap")), LINK),
     "circle": (lambda file: file["settings"].__setitem__("a", file["/"]), "of a run"),
-    "twice": (lambda file: file.__setitem__("b", file["part_1"]), "its columns"),
+    "twice": (lambda file: file.__setitem__("b", file["part_1"]), "/part_1 lies where"),
     "fill value": (instead("part_1", **LARGE), "longer than the file"),
     "chunks": (instead("part_1", chunks=(1000,), **LARGE), OUTSIDE),
     "attributes": (many_attributes, "/provenance has more than 20000 attributes"),
@@ -189,13 +192,93 @@ def test_a_crafted_run_is_refused_in_one_sentence(change, crafted, tmp_path, goo
     assert refused.value.exit_code == 2 and len(str(refused.value).splitlines()) == 1
 
 
-def test_heaps_of_a_run_are_looked_at_before_the_library_follows_them(good):
-    with (
-        mock.patch.object(integrity, "heaps_end", return_value=False) as looked,
-        pytest.raises(RunFileError, match="a heap of its texts has no end"),
-    ):
-        tolstat.open(good)
-    assert b"GCOL" in looked.call_args.args[0]
+def resealed(path, change):
+    """Change the bytes of a run and seal it again, but for what the change returns."""
+    with h5py.File(path) as file:
+        block = file.userblock_size
+    content = bytearray(path.read_bytes())
+    unsealed = change(content)
+    path.write_bytes(content)
+    with path.open("r+b", buffering=0) as file:
+        write_seal(file, block, unsealed)
+
+
+def no_size(content):
+    place = content.index(HEAP) + 16
+    content[place : place + 16] = bytes(16)
+    return []
+
+
+def cut_by_a_hole(content):
+    place = content.index(HEAP) + 100
+    return [(place, place + 8)]
+
+
+def in_a_hole(content):
+    place = content.index(HEAP)
+    return [(place + 1, place + 4096)]
+
+
+def elsewhere(content):
+    place = content.index(b"attribute that is long")
+    return [(place, place + 8)]
+
+
+def of_one_text(content):
+    """Let all 3000 texts of a list be the only long one, as one of them is."""
+    place = content.index(struct.pack("<I", 100_001))
+    long = content[place : place + 16]
+    short = re.compile(re.escape(struct.pack("<I", 3)) + b".{12}", re.DOTALL)
+    start = place
+    while match := short.match(content, start + 16):
+        start = match.start()
+        content[start : start + 16] = long
+    assert start - place > 2900 * 16
+    return []
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (no_size, "a heap of its texts has no end"),
+        (cut_by_a_hole, "a heap of its texts has no end"),
+        (in_a_hole, "texts lie where its trials do"),
+        (elsewhere, "leaves out other places than those of datasets"),
+        (of_one_text, "its texts are longer than the file"),
+    ],
+)
+def test_heaps_of_a_run_are_looked_at_before_the_library_reads_them(
+    change, words, crafted
+):
+    """It follows them for ever, or reads 300 MB of 100 kB."""
+
+    def craft(file):
+        several = np.array(["x" * 100_001, *["abc"] * 3000], object)
+        kind = h5py.string_dtype()
+        file["settings"].attrs.create("a", several, dtype=kind)
+        file["settings"].attrs["b"] = np.bytes_(b"attribute that is long")
+
+    path = crafted(craft)
+    resealed(path, lambda content: [])
+    assert tolstat.open(path).trials == TRIALS
+    resealed(path, change)
+    with pytest.raises(RunFileError, match=words):
+        tolstat.open(path)
+
+
+def test_a_run_that_is_replaced_while_it_is_opened_is_read_whole(good, tmp_path):
+    """Its seal belongs to another file than its datasets, which lie elsewhere."""
+    path, other = shutil.copy(good, tmp_path / "run.h5"), tmp_path / "other.h5"
+    tolstat.run(tomllib.loads(TOY_STUDY), model=Toy(), output=other, trials=2000)
+
+    def replacing(path):
+        unsealed = integrity.check_seal(path)
+        if other.exists():
+            other.replace(path)
+        return unsealed
+
+    with mock.patch.object(open_run, "check_seal", replacing):
+        assert tolstat.open(path).trials == 2000
 
 
 @pytest.mark.parametrize("value", [np.inf, np.nan, 1e308, -1e308])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import h5py
@@ -14,7 +15,7 @@ import pytest
 from pyarrow import parquet
 
 from tolstat.errors import DataError
-from tolstat.hdf5_heaps import HEAP, heaps_end
+from tolstat.hdf5_heaps import HEAP, longest_object
 from tolstat.tables.read import read_table
 
 MILLION = 1_000_000
@@ -55,7 +56,6 @@ def test_what_unpacks_to_much_is_refused(name, content):
 PEAK = """
 import pathlib, sys, pyarrow
 from tolstat.errors import DataError
-from tolstat.hdf5_heaps import HEAP, heaps_end
 from tolstat.tables.read import read_table
 path = pathlib.Path(sys.argv[1])
 try:
@@ -89,14 +89,29 @@ def test_a_heap_without_an_end_is_refused():
         data["d"] = np.array(["a", "bc"] * 300, dtype=h5py.string_dtype())
         data["e"] = np.arange(600.0)
     whole = file.getvalue()
-    assert heaps_end(whole) and whole.count(b"GCOL") == 1
+    assert longest_object(whole) == 2 and whole.count(b"GCOL") == 1
     assert len(read_table(Path("a.h5"), whole).rows) == 600
     for place in [heap.start() + 16 for heap in HEAP.finditer(whole)]:
         damaged = bytearray(whole)
         damaged[place : place + 16] = bytes(16)
-        assert not heaps_end(damaged)
-        with pytest.raises(DataError, match="a heap of it has no end"):
+        with pytest.raises(DataError, match="a heap of its texts has no end"):
             read_table(Path("a.h5"), bytes(damaged))
+
+
+def test_a_text_that_all_rows_refer_to_is_read_in_parts():
+    """A file of 3 MB took 10 GB."""
+    file = io.BytesIO()
+    with h5py.File(file, "w") as data:
+        rows = data.create_dataset("d", 10_000, h5py.string_dtype())
+        rows[:2] = "x" * MILLION, "y"
+        place = rows.id.get_offset()
+    whole = bytearray(file.getvalue())
+    whole[place : place + 160_000] = whole[place : place + 16] * 10_000
+    tracemalloc.start()
+    with pytest.raises(DataError, match=r"unpacks to 320 MB; at most 160 MB"):
+        read_table(Path("a.h5"), bytes(whole))
+    assert tracemalloc.get_traced_memory()[1] < 400 * MILLION
+    tracemalloc.stop()
 
 
 def test_times_are_no_numbers_and_lists_no_columns():

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.errors import DamagedError, FormatError, RunFileError
-from tolstat.hdf5_heaps import heaps_end
+from tolstat.hdf5_heaps import MARK as HEAP
+from tolstat.hdf5_heaps import check_heaps
 from tolstat.operating_system import local_time
 from tolstat.regular_files import opened, read_exactly
 
@@ -84,8 +85,7 @@ def _digest_of(file: File, holes: list[Hole]) -> bytes:
     digest = hashlib.sha256()
     for first, stop in around(holes, file.seek(0, 2)):
         for start in range(first, stop, PART):
-            file.seek(start)
-            digest.update(read_exactly(file, min(stop - start, PART)))
+            digest.update(_read(file, start, min(stop, start + PART)))
     return digest.hexdigest().encode()
 
 
@@ -108,16 +108,19 @@ def is_run(path: Path) -> bool:
         return False
 
 
-def check_seal(path: Path) -> None:
-    """Refuse a file that is no run, has another format, or is damaged."""
+def check_seal(path: Path) -> list[Hole]:
+    """Refuse a file that is no run, has another format, or is damaged.
+
+    Returns what the seal leaves out.
+    """
     try:
         with opened(path) as file:
-            _check(file, path)
+            return _check(file, path)
     except OSError as error:
         raise RunFileError(f"{path} cannot be read: {error.strerror}") from error
 
 
-def _check(file: File, path: Path) -> None:
+def _check(file: File, path: Path) -> list[Hole]:
     number = _format_of(file)
     if not number:
         file.seek(0)
@@ -140,10 +143,29 @@ def _check(file: File, path: Path) -> None:
             f"{path} is damaged outside its trials{short}, or was changed by "
             "another program; nothing in it can be trusted: run its study again"
         )
-    for first, stop in around(_holes(seal[3]), size):
-        file.seek(first)
-        if not heaps_end(read_exactly(file, stop - first)):
-            raise RunFileError(f"{path} is not a run: a heap of its texts has no end")
+    holes = _holes(seal[3])
+    try:
+        check_heaps([_read(file, *part) for part in around(holes, size)])
+        _check_holes(file, holes, size)
+    except ValueError as error:
+        raise RunFileError(f"{path} is not a run: {error}") from None
+    return holes
+
+
+def _read(file: File, first: int, stop: int) -> bytearray:
+    file.seek(first)
+    return read_exactly(file, stop - first)
+
+
+def _check_holes(file: File, holes: list[Hole], size: int) -> None:
+    """Refuse a heap in what the seal leaves out; ValueError."""
+    before, edge = 0, len(HEAP) - 1
+    for stop, after in [*around(holes, size), (size, size)]:
+        for start in range(before, stop, PART):
+            end = min(stop, start + PART) + edge
+            if HEAP in _read(file, max(0, start - edge), min(end, size)):
+                raise ValueError("texts lie where its trials do")
+        before = after
 
 
 def _holes(text: bytes) -> list[Hole]:

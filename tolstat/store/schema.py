@@ -6,11 +6,14 @@ hard links, of the types and dimensions of `SCHEMA`, contiguous in the file itse
 byte of it in one dataset at most.
 """
 
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import h5py
 from h5py import h5a, h5d, h5g, h5l, h5o, h5s, h5t
 
+from tolstat.store.integrity import Hole
 from tolstat.store.tables import is_place
 
 
@@ -22,6 +25,15 @@ class Values(NamedTuple):
 
 
 MOST_ATTRIBUTES = 20_000  # of a group; reading more takes seconds
+
+
+class Place(NamedTuple):
+    """Where a dataset lies, bytes; whether it holds numbers or texts of one length."""
+
+    first: int
+    stop: int
+    path: str
+    numbers: bool = True
 
 
 class Group(dict[str, Any]):
@@ -59,16 +71,24 @@ SCHEMA = Group({
 })  # fmt: skip
 
 
-def check_schema(file: h5py.File, size: int) -> None:
-    """Refuse a file that holds anything else, or more than its size; ValueError."""
-    used = _size_of(file.id, SCHEMA, "", size)
-    if used > size:
-        raise ValueError(f"its datasets hold {used} bytes, and the file {size}")
+def check_schema(file: h5py.File, size: int, unsealed: Iterable[Hole]) -> None:
+    """Refuse a file that holds anything else, or twice in the same place; ValueError.
+
+    What is not sealed are the user block and whole datasets, not of texts.
+    """
+    places = [Place(0, file.userblock_size, "the user block")]
+    places += sorted(_places_of(file.id, SCHEMA, "", size))
+    for one, other in pairwise(places):
+        if other.first < one.stop:
+            raise ValueError(f"{other.path} lies where {one.path} does")
+    if {*unsealed} - {(place.first, place.stop) for place in places if place.numbers}:
+        raise ValueError("its seal leaves out other places than those of datasets")
 
 
-def _size_of(group: h5g.GroupID, schema: Group, path: str, size: int) -> int:
-    """Return the bytes of all datasets in a group."""
-    used = 0
+def _places_of(
+    group: h5g.GroupID, schema: Group, path: str, size: int
+) -> Iterator[Place]:
+    """Yield where all datasets in a group lie."""
     for name in group:
         inner = f"{path}/{name.decode(errors='replace')}"
         index = path and is_place(inner[len(path) + 1 :], path)
@@ -80,17 +100,14 @@ def _size_of(group: h5g.GroupID, schema: Group, path: str, size: int) -> int:
         if h5a.get_num_attrs(item) > MOST_ATTRIBUTES:
             raise ValueError(f"{inner} has more than {MOST_ATTRIBUTES} attributes")
         if isinstance(item, h5d.DatasetID) and isinstance(expected, Values):
-            used += _size_of_dataset(item, expected, inner, size)
+            yield _place_of(item, expected, inner, size)
         elif isinstance(item, h5g.GroupID) and isinstance(expected, Group):
-            used += _size_of(item, expected, inner, size)
+            yield from _places_of(item, expected, inner, size)
         else:
             raise ValueError(f"{inner} is not of a run")
-    return used
 
 
-def _size_of_dataset(
-    dataset: h5d.DatasetID, expected: Values, path: str, size: int
-) -> int:
+def _place_of(dataset: h5d.DatasetID, expected: Values, path: str, size: int) -> Place:
     plan = dataset.get_create_plist()  # first: a virtual one is not looked into
     if plan.get_layout() != h5d.CONTIGUOUS or plan.get_external_count():
         raise ValueError(f"{path} does not lie in the file itself")
@@ -101,11 +118,11 @@ def _size_of_dataset(
         raise ValueError(f"{path} has other dimensions")
     if _type_of(kind) not in expected.types.split():
         raise ValueError(f"{path} has values of another type")
-    used: int = space.get_simple_extent_npoints() * kind.get_size()
-    offset = dataset.get_offset()
-    if used and (offset is None or not 0 <= offset <= size - used):
+    used = space.get_simple_extent_npoints() * kind.get_size()
+    offset = dataset.get_offset() if used else size
+    if offset is None or not 0 <= offset <= size - used:
         raise ValueError(f"{path} is longer than the file")
-    return used
+    return Place(offset, offset + used, path, _type_of(kind) != "text")
 
 
 def _type_of(kind: h5t.TypeID) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import DataError, allowed_names
-from tolstat.hdf5_heaps import heaps_end
+from tolstat.hdf5_heaps import longest_object
 from tolstat.tables.delimited import LONGEST_CELL
 from tolstat.tables.grid import Cell, Grid, Head, Row, Unusable
 from tolstat.tables.heads import split_head
@@ -18,6 +18,7 @@ PARQUET = (".parquet", ".pq")
 HDF5 = (".h5", ".hdf5", ".hdf", ".he5")
 UNIT_NAMES = "units", "unit"  # attributes of a dataset
 MOST_CELLS = 20_000_000
+MOST_BYTES = 8 * MOST_CELLS
 KINDS = "biufSUO"  # of numbers and texts
 DEEPEST = 8  # groups inside each other
 TEXT = "BYTE_ARRAY"  # as Parquet names it
@@ -91,12 +92,11 @@ def read_hdf5(file: RawFile) -> Grid:
     import h5py
 
     path, group, requested = file.path, file.form.sheet, file.requested
-    if not heaps_end(file.raw):
-        raise DataError(f"{path} cannot be read as HDF5: a heap of it has no end")
     try:
+        longest = longest_object(file.raw)
         with h5py.File(io.BytesIO(file.raw)) as root:
             tables = dict[str, dict[str, Column]]()
-            _add_tables(root, tables, requested)
+            _add_tables(root, tables, requested, longest)
     except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
         raise DataError(f"{path} cannot be read as HDF5: {error}") from None
     if not tables:
@@ -123,13 +123,14 @@ def _add_tables(
     group: Any,
     tables: dict[str, dict[str, Column]],
     requested: Collection[str],
+    longest: int,
     depth: int = 0,
     before: int = 0,
 ) -> int:
     """Add the tables of a group, and of the groups in it, by their paths.
 
     Links are not followed: they may lead into other files. Returns the bytes that were
-    read, with those before.
+    read, with those before; no text has more than the longest.
     """
     import h5py
 
@@ -140,7 +141,9 @@ def _add_tables(
         item = group[name]
         if isinstance(item, h5py.Group):
             if depth < DEEPEST:
-                before = _add_tables(item, tables, requested, depth + 1, before)
+                before = _add_tables(
+                    item, tables, requested, longest, depth + 1, before
+                )
             continue
         if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual:
             continue
@@ -148,12 +151,13 @@ def _add_tables(
             continue
         before += item.nbytes
         _check_room(before)
+        values, size = _read(item, longest)
+        before += size
         if item.dtype.names:
-            fields = item[()]
-            tables[item.name] = {n: Column(fields[n], "") for n in item.dtype.names}
+            tables[item.name] = {n: Column(values[n], "") for n in item.dtype.names}
         else:
             units = (item.attrs[key] for key in UNIT_NAMES if key in item.attrs)
-            columns[name] = Column(item[()], _text(next(units, "")))
+            columns[name] = Column(values, _text(next(units, "")))
     named = [c for n, c in columns.items() if split_head(n)[0] in requested]
     lengths = {len(column.values) for column in named or columns.values()}
     if len(lengths) > 1:
@@ -169,12 +173,28 @@ def _add_tables(
     return before
 
 
+def _read(dataset: Any, longest: int) -> tuple[NDArray[Any], int]:
+    """Return the values of a dataset, and how long its texts are, bytes.
+
+    In parts: a few bytes refer to a text, which may be the longest each time.
+    """
+    parts, size = [dataset[:0]], 0
+    rows = max(1, MOST_BYTES // max(longest, 1))
+    for start in range(0, len(dataset), rows):
+        parts.append(part := dataset[start : start + rows])
+        fields = [part[n] for n in part.dtype.names] if part.dtype.names else [part]
+        texts = (x for f in fields if f.dtype.kind == "O" for x in f.flat)
+        size += sum(len(x) for x in texts if isinstance(x, bytes | np.ndarray))
+        _check_room(size)
+    return np.concatenate(parts), size
+
+
 def _check_room(*sizes: int) -> None:
     """Refuse what is larger, unpacked, than the cells that may be read."""
-    if max(sizes) > 8 * MOST_CELLS:
+    if max(sizes) > MOST_BYTES:
         raise ValueError(
             f"it unpacks to {max(sizes) / 1e6:.0f} MB; at most "
-            f"{8 * MOST_CELLS / 1e6:.0f} MB are allowed"
+            f"{MOST_BYTES / 1e6:.0f} MB are allowed"
         )
 
 
