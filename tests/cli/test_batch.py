@@ -70,6 +70,18 @@ def test_each_study_of_a_queue_is_started_extended_or_resumed(no_pages, tmp_path
     assert rows["new"]["verdicts"] == "undecided: gap"
 
 
+def test_studies_of_one_name_are_told_apart(no_pages, tmp_path):
+    studies = [tmp_path / name for name in ("left", "right")]
+    for folder in studies:
+        folder.mkdir()
+    done = call("batch", *(chain(folder, "gap") for folder in studies),
+                chain(tmp_path, "other"))  # fmt: skip
+    assert done.exit_code == 0, done.output
+    assert [*index(tmp_path)] == ["left/gap", "right/gap", "other"]
+    assert "left/gap" in done.stdout and "right/gap" in done.stdout
+    assert 'href="left/gap.html"' in (tmp_path / "batch.html").read_text()
+
+
 def test_a_finished_run_whose_data_have_changed_is_refused(no_pages, tmp_path):
     path, data = chain(tmp_path, "data"), tmp_path / "parts.csv"
     measured = 'data = "parts.csv", column = "A", unit = "mm"'

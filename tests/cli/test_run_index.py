@@ -115,6 +115,8 @@ def test_a_page_remembers_a_run_that_was_replaced(tmp_path):
 def test_a_batch_remembers_and_links(tmp_path, no_pages):
     path = study(tmp_path, "housing")
     assert call("batch", path).exit_code == 0
+    study(tmp_path, "housing", tolerance="none")
+    assert call("batch", path).exit_code == 2  # it has no run in between
     study(tmp_path, "housing", tolerance="0.1")
     tolstat.run(path, force=True)
     assert call("batch", path).exit_code == 0

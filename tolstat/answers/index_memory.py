@@ -61,15 +61,15 @@ def with_memory(index: RunIndex, memory: Memory) -> RunIndex:
     return replace(index, entries=tuple(entries))
 
 
-def page_with_memory(index: RunIndex) -> str:
-    """Return the page of an index, with what it remembers."""
-    rows = {
-        index.relative(entry.run): [
-            entry.revision._asdict(), entry.before and entry.before._asdict()
-        ]
+def page_with_memory(index: RunIndex, memory: Memory) -> str:
+    """Return the page of an index; it remembers its runs, and others that exist."""
+    rows = {run: both for run, both in memory.items() if (index.folder / run).exists()}
+    rows |= {
+        index.relative(entry.run): Remembered(entry.revision, entry.before)
         for entry in index.entries if entry.revision
     }  # fmt: skip
-    text = json.dumps(rows, separators=(",", ":")).replace("<", "\\u003c")
+    written = {run: [x and x._asdict() for x in both] for run, both in rows.items()}
+    text = json.dumps(written, separators=(",", ":")).replace("<", "\\u003c")
     return index.html().replace("</body>", f"{TAG}{text}</script>\n</body>")
 
 

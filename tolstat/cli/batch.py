@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
@@ -71,7 +72,13 @@ def batch(
     files = list({os.path.realpath(path): path for path in studies}.values())
     page = _index_in(output, files)
     console = Screen(stderr=True)
-    waiting = {entry: Entry(entry.stem, state=WAITING) for entry in files}
+    stems = Counter(path.stem for path in files)
+    folder = Path(os.path.realpath(page.parent))
+    waiting = {
+        path: Entry(_name(path, folder) if stems[path.stem] > 1 else path.stem,
+                    state=WAITING)
+        for path in files
+    }  # fmt: skip
     queue = Queue(waiting, page, memory_of(page), console)
     live: Live | nullcontext[None] = nullcontext()
     if console.is_terminal:
@@ -152,7 +159,7 @@ class Queue:
         try:
             run, how, notes = complete(study, workers, tell)
             note(notes)
-            self.entries[study] = entry_of(run).but(study=study.stem)
+            self.entries[study] = entry_of(run).but(study=self.entries[study].study)
             self._set(study, state=how if run.complete else STOPPED)
             if run.complete:
                 self._set(study, report=_report(run))
@@ -180,7 +187,7 @@ class Queue:
             index = self.index
             try:
                 self.page.parent.mkdir(exist_ok=True)
-                replace(self.page, page_with_memory(index).encode())
+                replace(self.page, page_with_memory(index, self.memory).encode())
                 replace(self.page.with_suffix(".csv"), index.csv().encode())
             except (OSError, RunFileError) as error:
                 if last:  # all studies have run
@@ -195,6 +202,11 @@ class Queue:
     def _fail(self, study: Path, problem: str, exit_code: int) -> None:
         self._set(study, state=FAILED, problem=problem)
         self.exit_codes.add(exit_code)
+
+
+def _name(study: Path, folder: Path) -> str:
+    """Return the name of one of several studies that are called alike."""
+    return Path(os.path.relpath(study.with_suffix(""), folder)).as_posix()
 
 
 def _report(run: Run) -> Path:

@@ -82,8 +82,9 @@ def runs(folder: Path, output: Path | None) -> None:
         check_ending(output, "an answer", ENDINGS)
         index = with_reports(stored_runs(folder), output.parent)
         if output.suffix.lower() == ".html":
-            index = with_memory(index, memory_of(output))
-            replace(output, page_with_memory(index).encode())
+            memory = memory_of(output)
+            index = with_memory(index, memory)
+            replace(output, page_with_memory(index, memory).encode())
         else:
             index.dated.save(output)
         say(f"{len(index.entries)} runs in {output}")
