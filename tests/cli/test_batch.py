@@ -327,6 +327,21 @@ def test_a_page_that_was_replaced_meanwhile_is_not_linked(
     assert second.with_suffix(".html").exists()
 
 
+def test_what_was_laid_in_the_place_of_the_index_is_kept(
+    no_pages, tmp_path, monkeypatch
+):
+    page, work_off = tmp_path / "batch.html", Queue.work_off
+
+    def laying(queue, study, workers):
+        page.write_text("mine")
+        work_off(queue, study, workers)
+
+    monkeypatch.setattr(Queue, "work_off", laying)
+    done = call("batch", chain(tmp_path, "a"))
+    assert done.exit_code == 1 and "is not written: " in done.stderr
+    assert "index in" not in done.stderr and page.read_text() == "mine"
+
+
 def test_a_study_edited_since_its_run_is_named(no_pages, tmp_path):
     study = chain(tmp_path, "edited")
     call("run", study, "--trials", 500, "--seed", 3)

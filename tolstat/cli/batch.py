@@ -43,11 +43,15 @@ from tolstat.store.stored_run import Run
 
 WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
 TITLE = "tolstat batch"
+MARK = f"<title>{TITLE}"  # of an index
 CONTINUES = "stopped; the same command continues"
 SELDOM = 20  # times the time that writing the index takes: between two of it
 AROUND = 6  # lines of a terminal: head, caption, empty ones
 BEFORE = 3  # studies above the one that runs: long words take several lines
 HEAD = 10_000  # bytes of a page or a table, in which its mark stands
+NOT_REPLACED = (
+    "{} is not an index of a batch and is not replaced; name another folder (-o)"
+)
 HEADS = ",".join(COLUMNS[:5])  # how the table of an index begins
 
 
@@ -96,7 +100,7 @@ def batch(
         for entry in queue.entries.values():
             if entry.problem:
                 console.say(f"{entry.study}: {entry.problem}")
-        if page.exists():
+        if _begins_with(page, MARK):
             console.say(f"index in {page} and {page.with_suffix('.csv')}")
         if stop.is_set():
             console.print(CONTINUES)
@@ -187,6 +191,7 @@ class Queue:
             index = self.index
             try:
                 self.page.parent.mkdir(exist_ok=True)
+                _check_replaceable(self.page)
                 replace(self.page, page_with_memory(index, self.memory).encode())
                 replace(self.page.with_suffix(".csv"), index.csv().encode())
             except (OSError, RunFileError) as error:
@@ -230,15 +235,18 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
     check_folder(folder)
     if os.path.lexists(folder) and not folder.is_dir():  # also a link to nothing
         raise RunFileError(f"{folder} is no folder; name another for the index (-o)")
-    taken = {os.path.realpath(run_of(study).with_suffix(".html")) for study in files}
-    for path, mark in ((page, f"<title>{TITLE}"), (page.with_suffix(".csv"), HEADS)):
-        ours = not os.path.lexists(path) or _begins_with(path, mark)
-        if os.path.realpath(path) in taken or not ours:
-            raise RunFileError(
-                f"{path} is not an index of a batch and is not replaced; name another "
-                "folder (-o)"
-            )
+    _check_replaceable(page)
+    pages = {os.path.realpath(run_of(study).with_suffix(".html")) for study in files}
+    if os.path.realpath(page) in pages:
+        raise RunFileError(NOT_REPLACED.format(page))
     return page
+
+
+def _check_replaceable(page: Path) -> None:
+    """Refuse an index page, and its table, that are anything else."""
+    for path, mark in ((page, MARK), (page.with_suffix(".csv"), HEADS)):
+        if os.path.lexists(path) and not _begins_with(path, mark):
+            raise RunFileError(NOT_REPLACED.format(path))
 
 
 def _begins_with(path: Path, mark: str) -> bool:
