@@ -267,6 +267,13 @@ def limit_data(most: int) -> None:
     resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
+def wait_for_readers() -> None:
+    """Let output wait for its reader, whatever another program set: else it is cut."""
+    for stream in (1, 2):
+        with suppress(AttributeError, OSError):
+            os.set_blocking(stream, True)
+
+
 def buffer_lines() -> None:
     """Let C write lines of its standard output at once: a crash loses what waits."""
     from ctypes import c_void_p

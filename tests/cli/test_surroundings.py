@@ -6,6 +6,7 @@ import os
 import resource
 import subprocess
 import time
+from contextlib import suppress
 from datetime import datetime
 
 import pytest
@@ -62,3 +63,19 @@ def test_help_that_does_not_fit_on_a_disk_is_a_sentence(command):
     with open("/dev/full", "w") as full:
         run = ended(*command, out=full)
     assert run.returncode == 1 and run.stderr.startswith("tolstat: the disk of")
+
+
+def test_output_waits_for_its_reader():
+    """A program that does not wait shares its pipe or terminal: output was cut."""
+    read, write = os.pipe()
+    os.set_blocking(write, False)
+    with suppress(BlockingIOError):
+        while True:
+            os.write(write, b" ")  # until it is full
+    with subprocess.Popen([TOLSTAT, "--help"], stdout=write) as command:
+        os.close(write)
+        with os.fdopen(read) as output:
+            time.sleep(1.0)
+            text = output.read()
+    assert command.returncode == 0
+    assert text.lstrip() == ended("--help").stdout

@@ -10,7 +10,7 @@ from threading import Event, Thread
 from types import FrameType
 from typing import Any, NoReturn
 
-from tolstat.operating_system import STOP_SIGNALS, limit_blas
+from tolstat.operating_system import STOP_SIGNALS, limit_blas, wait_for_readers
 
 INTERRUPTED = 130
 PATIENCE = 1.5  # s, from a first Ctrl-C on; Ctrl-C ends within two seconds
@@ -24,6 +24,7 @@ Handler = Callable[[int, FrameType | None], object]
 def entry() -> None:
     """Run the command line; the entry point of the package."""
     on_interrupt(leave)
+    wait_for_readers()
     # workers and answers have threads already: those of BLAS would wait, and busily
     limit_blas()
     os.environ.pop("HDF5_DRIVER", None)  # HDF5 ends the process at one unknown to it
