@@ -11,7 +11,7 @@ import pytest
 import tolstat
 from tests.cli.command_line import call
 from tolstat.answers.index_memory import TAG, memory_of
-from tolstat.answers.revisions import before_each, changes_between
+from tolstat.answers.revisions import before_each, changes_between, revision_of
 from tolstat.answers.run_entries import entry_of, stored_runs
 from tolstat.answers.sketches import sketch_of
 from tolstat.statistics.limits.limit import Limit
@@ -94,6 +94,33 @@ def test_a_revision_is_compared_with_the_one_before_of_its_drawing(revisions):
     assert changes_between(first.revision, first.revision) == ()
 
 
+def test_all_of_a_study_is_compared(tmp_path):
+    """Formulas, correlations, links without a tolerance, measured parts."""
+    parts = tmp_path / "b.csv"
+    measured = {"nominal": "9.8 mm", "data": str(parts), "column": "b", "unit": "mm"}
+    revisions = []
+    for part, play, spare, rho, more in [
+        (9.75, "A - B - C", "0.1 mm", 0.8, {}),
+        (9.76, "A - B - C - 0.01 mm", "0.2 mm", 0.3, {"audit": "sure"}),
+    ]:
+        parts.write_text(f"b\n9.7\n9.8\n{part}\n")
+        run = tolstat.run({
+            "model": "dimension_chain", "trials": 200, "seed": 1, **more,
+            "links": {"A": "10 +-0.1 mm", "B": measured, "C": spare},
+            "gaps": {"play": play}, "correlation": {"A": {"B": rho}},
+        })  # fmt: skip
+        revisions.append(revision_of(run, {}))
+    changes = named(changes_between(*revisions))
+    assert changes["study", "gaps.play"] == ("A - B - C", "A - B - C - 0.01 mm")
+    assert changes["study", "links.C"] == ("0.1 mm", "0.2 mm")
+    assert changes["study", "correlation.A.B"] == ("0.8", "0.3")
+    assert changes["study", "audit"] == ("", "sure")
+    assert changes["data", "B"][0].startswith("3 values, digest ")
+    assert not changes_between(*[revisions[0]._replace(started_at=x) for x in "ab"])
+    edited = revisions[0]._replace(sources={"dimension_chain": "other"})
+    assert "source" in {x.kind for x in changes_between(revisions[0], edited)}
+
+
 def test_a_page_remembers_a_run_that_was_replaced(tmp_path):
     page, path = tmp_path / "index.html", study(tmp_path, "housing")
     tolstat.run(path)
@@ -142,6 +169,14 @@ def test_files_without_a_run_are_in_the_index_in_words(tmp_path):
 def test_the_order_is_that_of_the_runs_and_not_of_their_names(revisions):
     first, second, third = (x.revision for x in stored_runs(revisions).entries)
     assert before_each([second, None, first, third]) == [2, None, None, None]
+
+
+def test_a_run_before_is_named_by_its_folder(tmp_path):
+    for name in ("x", "y"):
+        (tmp_path / name).mkdir()
+        tolstat.run(study(tmp_path / name, "a"))
+    _, second = stored_runs(tmp_path).dated.entries
+    assert second.changes.against == "x/a.h5"
 
 
 def test_a_bar_of_a_sketch_is_within_its_limit_or_out_of_it():

@@ -1,8 +1,10 @@
 """What changed between two runs of one drawing: tolerances, limits, verdicts."""
 
-from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
 
+from tolstat.arrays import Array
 from tolstat.document.inline import Number, in_line, plain
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import Yield
@@ -10,7 +12,11 @@ from tolstat.store.run_records import differences
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PPM
 
-LINKS = "links", "gaps", "loops"  # settings whose rows are compared one by one
+LINKS = "links", "gaps", "loops"  # settings whose rows stand in the study
+# keys of a study that are compared as they were read, or only name and count trials
+ELSEWHERE = {
+    "title", "document", "trials", "seed", "settings", "deviations", "limits", "at_most"
+}  # fmt: skip
 
 
 class Revision(NamedTuple):
@@ -24,6 +30,9 @@ class Revision(NamedTuple):
     tolerances: Mapping[str, str]
     settings: Mapping[str, str]
     limits: Mapping[str, str]
+    study: Mapping[str, str]  # all else of the study, such as gaps.play
+    data: Mapping[str, str]  # measured parts
+    sources: Mapping[str, str]  # digest of the code of the model
     verdicts: Mapping[str, str]
     fractions_out_of_limit: Mapping[str, Estimate]
 
@@ -31,7 +40,9 @@ class Revision(NamedTuple):
 class Change(NamedTuple):
     """One thing that differs; a word is empty where one of both has none."""
 
-    kind: str  # "size", "tolerance", "setting", "limit", "verdict", "out of limit"
+    # "size", "tolerance", "setting", "limit", "study", "data", "source", "verdict",
+    # "out of limit"
+    kind: str
     name: str
     before: str
     after: str
@@ -48,7 +59,10 @@ class Changes(NamedTuple):
 
 def revision_of(run: Run, yields: Mapping[str, Yield]) -> Revision:
     """Return the revision of a run, with the yields of its limits."""
-    entries = run.entries
+    entries, table = run.entries, {**run.study.table}
+    links = table.get("links", {})  # those with a tolerance are compared as parts
+    table["links"] = {n: x for n, x in links.items() if n not in entries["deviation"]}
+    rest = {name: table[name] for name in table if name not in ELSEWHERE}
     return Revision(
         run.document.get("drawing", "") or f"{run.model}: {run.title}",
         run.document.get("revision", ""),
@@ -57,6 +71,9 @@ def revision_of(run: Run, yields: Mapping[str, Yield]) -> Revision:
         entries["deviation"],
         {n: words for n, words in entries["setting"].items() if n not in LINKS},
         entries["limit"],
+        dict(_flat(rest)),
+        {parts.name: _words_of(parts.values) for parts in run.measured},
+        {run.model: run.source_digest[:12]},
         {name: str(x.verdict) for name, x in yields.items()},
         {name: x.fraction_out_of_limit for name, x in yields.items()},
     )
@@ -91,6 +108,9 @@ def changes_between(before: Revision, after: Revision) -> tuple[Change, ...]:
         ("tolerance", before.tolerances, after.tolerances),
         ("setting", before.settings, after.settings),
         ("limit", before.limits, after.limits),
+        ("study", before.study, after.study),
+        ("data", before.data, after.data),
+        ("source", before.sources, after.sources),
         ("verdict", before.verdicts, after.verdicts),
     )
     changes = [
@@ -104,6 +124,20 @@ def changes_between(before: Revision, after: Revision) -> tuple[Change, ...]:
         if was.upper < now.lower or now.upper < was.lower:
             changes.append(Change("out of limit", name, _ppm(was), _ppm(now)))
     return tuple(changes)
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yield what a table and those in it hold, by names such as gaps.play."""
+    for name, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, str(value)
+
+
+def _words_of(values: Array) -> str:
+    digest = hashlib.sha256(values.tobytes()).hexdigest()[:8]
+    return f"{len(values)} values, digest {digest}"
 
 
 def _ppm(share: Estimate) -> str:

@@ -114,10 +114,15 @@ class RunIndex(Answer):
         before = before_each(entry.revision for entry in self.entries)
         entries = (
             entry if entry.changes or number is None or not entry.revision
-            else entry.but(changes=_changes(self.entries[number], entry))
+            else entry.but(changes=self._changes(self.entries[number], entry))
             for entry, number in zip(self.entries, before, strict=True)
         )  # fmt: skip
         return replace(self, entries=tuple(entries))
+
+    def _changes(self, before: Entry, after: Entry) -> Changes | None:
+        if not (before.revision and after.revision):
+            return None
+        return changes_since(self.relative(before.run), before.revision, after.revision)
 
     def relative(self, path: Path | None) -> str:
         """Return a path relative to the folder."""
@@ -135,12 +140,6 @@ def stored_runs(folder: Path) -> RunIndex:
     entries = map(entry_at, _stored_in(folder))
     named = (entry.but(study=str(entry.run)) for entry in entries)
     return RunIndex("", folder, tuple(named))
-
-
-def _changes(before: Entry, after: Entry) -> Changes | None:
-    if not (before.run and before.revision and after.revision):
-        return None
-    return changes_since(before.run.name, before.revision, after.revision)
 
 
 def with_reports(index: RunIndex, folder: Path) -> RunIndex:
