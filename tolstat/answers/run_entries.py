@@ -129,6 +129,12 @@ class RunIndex(Answer):
         return Path(os.path.relpath(path, self.folder)).as_posix() if path else ""
 
 
+def _changes(against: str, before: Entry, after: Entry) -> Changes | None:
+    if not (before.revision and after.revision):
+        return None
+    return changes_since(against, before.revision, after.revision)
+
+
 def stored_runs(folder: Path) -> RunIndex:
     """Return the runs of a folder and its subfolders.
 
@@ -245,6 +251,6 @@ def _with_kept(entry: Entry, run: Run) -> Entry:
     path = before_of(run.path)
     if run.replaces and identity(path) == run.replaces:
         with suppress(TolstatError):
-            before = open_run(path, damaged=True)
-            return entry.but(changes=_changes(entry_of(before), entry))
+            before = entry_of(open_run(path, damaged=True))
+            return entry.but(changes=_changes(path.name, before, entry))
     return entry
