@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ from tolstat.study.study import Study
 STEP = 0.1  # of a usual deviation, to either side
 ROUNDING = 1e-12  # of the largest value of a response: no change
 FEWEST_TRIALS, MOST_TRIALS = 8, 64  # trials in which a contributor is moved
+TOGETHER = 256  # most trials in which contributors are moved together
 OTHERS = 4  # of these, whose deviation it takes, beside both ends of its tolerance
 
 
@@ -105,7 +107,8 @@ def idle_contributors(
 
     The phase of a run-out is left out: it acts with its run-out.
     Those without a slope at the nominal trial are moved alone, all else as in stored
-    trials: random ones, and those with the least and the largest responses. Slopes are
+    trials: random ones, and those with the least and the largest responses. The ones
+    left are moved together, and where that changes something alone again. Slopes are
     float64[contributor, response], `ends` those of `tolerance_ends`, SI.
     """
     done = np.flatnonzero(trials.status == Status.DONE)
@@ -122,33 +125,58 @@ def idle_contributors(
         )
     ]
     suspects = np.flatnonzero((lower < upper) & ~moves & ~np.array(turns, np.bool_))
-    if not len(suspects):
-        return ()
-    rows = trials.deviations[_chosen(trials, done, len(suspects))]
-    values = np.concatenate([ends, rows[:: max(1, len(rows) // OTHERS)]])
-    moved = np.tile(rows, (len(suspects), len(values), 1, 1))
-    for i, column in enumerate(suspects):
-        moved[i, :, :, column] = values[:, None, column]
-    trials_moved = np.concatenate([rows, moved.reshape(-1, rows.shape[1])])
-    answers = workers.simulate(study.model, trials_moved, study.settings)
-    shape = (len(suspects), -1, len(rows))
-    status = answers.status[len(rows) :].reshape(shape)
-    responses = answers.responses[len(rows) :].reshape(*shape, len(rounding))
-    before = answers.responses[: len(rows)]
-    changed: Truths = np.any(status != answers.status[: len(rows)], axis=(1, 2))
-    changed |= np.any(np.abs(responses - before) > rounding, axis=(1, 2, 3))
+    rows = trials.deviations[_chosen(trials, done, max(len(suspects), 1))]
+    several = trials.deviations[_chosen(trials, done, 1, TOGETHER)]
+    evaluate = partial(_changes, study, workers, rounding)
+    joined = False
+    while len(suspects):
+        values = np.concatenate([ends, rows[:: max(1, len(rows) // OTHERS)]])
+        moved = [_moved(rows, [i], way) for i in suspects for way in values]
+        changed = evaluate(rows, moved).reshape(len(suspects), -1).any(axis=1)
+        if joined and not changed.any():
+            return ()  # only together they change something
+        suspects, joined = suspects[~changed], True
+        moved = [_moved(several, suspects, way) for way in (*ends, ends.mean(axis=0))]
+        changed = evaluate(several, moved)
+        # where one of them alone may change something
+        where = [several[changed.any(axis=0)]]
+        where += [x[which] for x, which in zip(moved, changed, strict=True)]
+        rows = np.concatenate([x[: FEWEST_TRIALS // 4] for x in where])
+        if not len(rows):
+            break
     names = [contributor.name for contributor in study.description.contributors]
-    return tuple(names[i] for i in suspects[~changed])
+    return tuple(names[i] for i in suspects)
 
 
-def _chosen(trials: Trials, done: Integers, suspects: int) -> Integers:
+def _moved(rows: Array, columns: Integers | list[Any], values: Array) -> Array:
+    """Return trials with the deviations of some contributors: all in the same way."""
+    moved = rows.copy()
+    moved[:, columns] = values[columns]
+    return moved
+
+
+def _changes(
+    study: Study, workers: Workers, rounding: Array, rows: Array, moved: list[Array]
+) -> Truths:
+    """Return which trials, moved in some ways, end otherwise: bool[way, row]."""
+    every = np.concatenate([rows, *moved])
+    answers = workers.simulate(study.model, every, study.settings)
+    status = answers.status.reshape(-1, len(rows))
+    responses = answers.responses.reshape(*status.shape, -1)
+    differ = np.abs(responses[1:] - responses[0]) > rounding
+    changes: Truths = differ.any(axis=2) | (status[1:] != status[0])
+    return changes
+
+
+def _chosen(
+    trials: Trials, done: Integers, suspects: int, most: int = MOST_TRIALS
+) -> Integers:
     """Return trials, int[n]: the first ones, and the ends of each response.
 
-    As many as make the moved ones no more than the run has: FEWEST_TRIALS at least,
-    MOST_TRIALS at most.
+    As many as make the moved ones no more than the run has: FEWEST_TRIALS at least.
     """
     number = len(done) // (suspects * (2 + OTHERS))
-    first = done[: min(max(number, FEWEST_TRIALS), MOST_TRIALS)]
+    first = done[: min(max(number, FEWEST_TRIALS), most)]
     of_done = trials.responses[done]
     outermost = done[np.stack([of_done.argmin(0), of_done.argmax(0)], 1).ravel()]
     return np.unique(np.concatenate([first, outermost[: len(first)]]))
