@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.algebras import Slopes
 from tolstat.machines.dimension_chain.formula import Formula
@@ -100,12 +100,14 @@ def _worst(
 
     points = points_of(lower, upper)
     values, slopes = slopes_at(points)
+    rises, falls = _directions(slopes)
+    # of many links no corner may be as far out as those of the extremes
+    farthest = [np.where(rises, lower, upper), np.where(falls, lower, upper)]
+    points = np.vstack([points, farthest])
+    values, slopes = slopes_at(points)
     if not np.isfinite(values).all():
         return math.nan, math.nan, ()
-    # points without a slope, at a tip or a vertical, are left out
-    finite = np.isfinite(slopes)
-    rises = finite.any(axis=0) & np.all((slopes >= 0) | ~finite, axis=0)
-    falls = finite.any(axis=0) & np.all((slopes <= 0) | ~finite, axis=0)
+    rises, falls = _directions(slopes)
     # one that changes nothing at these points may do so between them
     turning = tuple(n for i, n in enumerate(names) if rises[i] == falls[i])
     ends = []
@@ -122,6 +124,18 @@ def _worst(
     if ends[1] - ends[0] > POLE * np.ptp(values) and turning:
         return math.nan, math.nan, turning
     return ends[0], ends[1], turning
+
+
+def _directions(slopes: Array) -> tuple[Truths, Truths]:
+    """Return by which links a formula rises, and falls, all points together.
+
+    Points without a slope, at a tip or a vertical, are left out.
+    """
+    finite = np.isfinite(slopes)
+    exist = finite.any(axis=0)
+    rises: Truths = exist & np.all((slopes >= 0) | ~finite, axis=0)
+    falls: Truths = exist & np.all((slopes <= 0) | ~finite, axis=0)
+    return rises, falls
 
 
 def links_at(
