@@ -53,6 +53,19 @@ def test_equal_parts_by_chance_are_taken(tmp_path, numbered):
     read(tmp_path, zeros, numbered=numbered)
 
 
+def test_an_outlier_or_two_cavities_make_no_copies_of_equal_parts(tmp_path):
+    """A gauge of 1 um, 60 parts with a sigma of 4 um: by chance many are equal."""
+    parts = np.random.default_rng(5).normal(12, 0.004, 60)
+    outlier, cavities = parts.copy(), parts + np.repeat([0, 0.05], 30)
+    outlier[17] = 12.05
+    for sizes in (outlier, cavities):
+        study = read(tmp_path, [f"{x:.3f}0" for x in sizes], numbered=True)
+        assert not study.deviating.warnings
+    copied = [f"{x:.6f}" for x in (*cavities, *cavities[3:27:4])]
+    (warning,) = read(tmp_path, copied, numbered=True).deviating.warnings
+    assert "line 62 has the same cells as" in warning and "(but for part)" in warning
+
+
 def test_a_number_of_its_own_makes_no_copy_of_an_equal_part(tmp_path):
     parts = [f"{x:.4f}" for x in normal(40, 1e-4)]
     for rows in ([*parts, parts[3]], range(12, 17)):  # sizes may count, too

@@ -15,7 +15,7 @@ from scipy.stats import norm
 import tolstat
 from tests.study.chains import chain, zone
 from tolstat import Contributor, Description, Model, Outcome, Response
-from tolstat.errors import ModelError, StudyError
+from tolstat.errors import DataError, ModelError, StudyError
 from tolstat.study.study import load
 
 
@@ -372,6 +372,23 @@ def test_rows_that_look_wrong_are_named(tmp_path, rows, words):
     study = given(tmp_path, ["s [mm]", *rows], {"s": link}, "s")
     (warning,) = study.reading_warnings
     assert words in warning
+
+
+@pytest.mark.parametrize("factor", [10, 25.4, 1000])
+def test_sizes_in_another_unit_are_no_deviations(tmp_path, factor):
+    """Bores of 20 mm in cm, inches and m under a head of mm."""
+    sizes = 20 + 0.004 * np.random.default_rng(5).standard_normal(30)
+    link = {"nominal": "20 mm", "data": "parts.csv", "column": "s"}
+    rows = ["s [mm]", *map(repr, (sizes / factor).tolist())]
+    words = f"parts.csv, line 2 .* mean of .*{factor} times as large .* of 20 mm"
+    with pytest.raises(StudyError, match=words):
+        given(tmp_path, rows, {"s": link}, "s")
+    with pytest.raises(DataError, match=f"{factor} times as large"):
+        tolstat.parts(tmp_path / "parts.csv", nominal="20 mm", tolerance="+-0.1 mm")
+    given(tmp_path, rows, {"s": {**link, "holds": "deviations"}}, "s")
+    rows[1:] = [f"{x - 19.7:.4f}" for x in sizes]
+    (warning,) = given(tmp_path, rows, {"s": link}, "s").reading_warnings
+    assert "far from zero for their width" in warning and "none of 20 mm" in warning
 
 
 def test_decimal_commas_without_quotes_are_said(tmp_path):

@@ -24,7 +24,10 @@ from tolstat.units.scale import KNOWN, Scale, figures, scale_of
 FARTHEST = 0.5  # of the nominal size: what deviates more is doubted
 WIDE, VERY_WIDE = 0.1, 1 / 3  # of the nominal size: wider ones are noted, warned of
 TINY = 1e-3  # of a nominal number: a smaller deviation may be meant as a share
-FAR = 10  # times their width away from zero: values may be sizes of an unknown nominal
+FAR = 10  # times their width away from zero: values may be sizes, not deviations
+# between units that are mistaken for each other: in, cm, mm, um, m; deg and rad
+FACTORS = (10, 25.4, 57.3, 100, 1000)
+NEAR = 0.02  # of the nominal: means of sizes in a mistaken unit
 SHOWN = 7  # figures of a size
 ROUNDING = 1e-9  # of a size
 TURN = 2 * math.pi * (1 - ROUNDING)  # a phase over it is no size
@@ -45,6 +48,11 @@ def are_sizes(values: Array, size: float) -> bool:
 def _farthest(size: float) -> float:
     """Return the largest deviation of a size that is not doubted."""
     return FARTHEST * abs(size) * (1 + ROUNDING)
+
+
+def _is_far(values: Array) -> bool:
+    """Return whether values are far from zero for their width, as sizes are."""
+    return float(np.abs(values).min()) > FAR * float(np.ptp(values)) > 0
 
 
 def _less_nominal(sizes: Array, nominal: float) -> Array:
@@ -202,6 +210,11 @@ class DeviationReader:
         sizes = holds == "sizes" or (
             not holds and np.sum(from_size <= most) > np.sum(from_zero <= most)
         )
+        if not (sizes or holds) and (wrong := self.other_unit(values)):
+            raise DistributionError(
+                f"{places[0]} and after it: {wrong}, or say that the column holds "
+                '"deviations"'
+            )
         distance = from_size if sizes else from_zero
         if not self.is_relative and (distance > most).any():
             row = int(np.argmax(distance > most))
@@ -212,8 +225,27 @@ class DeviationReader:
                 'the column holds, "sizes" or "deviations"'
             )
         deviations = _less_nominal(values, size) if sizes else values
+        before = len(self.warnings)
         self._warn_of_rows(deviations, size, places)
+        if not (sizes or holds or self.warnings[before:]):
+            self._warn_far(values)
         return deviations, bool(sizes)
+
+    def other_unit(self, values: Array) -> str:
+        """Return why deviations, SI, are sizes in a mistaken unit; empty if not.
+
+        Bores of 20 mm in inches are 0.787: far from zero for their width.
+        """
+        mean, width = float(values.mean()), float(np.ptp(values))
+        near = NEAR * abs(self.size)
+        factors = [x for x in FACTORS if abs(x * mean - self.size) < near]
+        if not (factors and _is_far(values)):
+            return ""
+        return (
+            f"{self.contributor.name} has a mean of {self._words(mean)} and a width of "
+            f"{self._words(width)}; {factors[0]} times as large these are sizes of "
+            f"{self._words(self.size)}; correct the unit of the column"
+        )
 
     def _read(self, read: Callable[[str, str], Any], text: str) -> Array:
         """Return what a grammar reads, ascending, SI: per cent of the nominal size."""
@@ -348,14 +380,18 @@ class DeviationReader:
             )
 
     def _warn_far(self, values: Array) -> None:
-        """Warn of deviations from an unknown nominal that look like sizes."""
+        """Warn of deviations that look like sizes: of an unknown nominal, or others."""
+        if not _is_far(values):
+            return
         low, high = float(values.min()), float(values.max())
-        if low * high > 0 and min(abs(low), abs(high)) > FAR * (high - low) > 0:
-            self.warnings.append(
-                f"{self.contributor.name} deviates by {self._number(low)} to "
-                f"{self._words(high)}, far from zero for their width: if these are "
-                "sizes, give deviations, or measured parts their `nominal`"
-            )
+        mend = "give deviations, or measured parts their `nominal`"
+        if self.size:
+            mend = f"they are none of {self._words(self.size)}; check their unit"
+        self.warnings.append(
+            f"{self.contributor.name} deviates by {self._number(low)} to "
+            f"{self._words(high)}, far from zero for their width: if these are sizes, "
+            f"{mend}"
+        )
 
     def _either(self, typed: str, values: Array) -> str:
         name, nominal = self.contributor.name, 1.0 if are_sizes(values, 1.0) else 0.0

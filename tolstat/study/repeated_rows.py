@@ -81,6 +81,8 @@ def copied_parts(
         tuple(str(x) for j, x in enumerate(table.rows[i].cells) if j not in left_out)
         for i in rows
     ]
+    heads = [head for head, j in table.columns.items() if j in left_out]
+    apart = f" (but for {', '.join(heads)})" if heads else ""
     if refuse_pasted:
         _check_stretches([table.places[i] for i in rows], cells)
     seen = dict[tuple[str, ...], int]()
@@ -88,10 +90,10 @@ def copied_parts(
     pairs = [(i, first) for i, first in zip(rows, earlier, strict=True) if i != first]
     if not pairs:
         return []
-    heads = [head for head in table.columns if head not in counting]
-    if not (_named_parts(table, heads, [*seen.values()]) or _by_numbers(numbers)):
+    names = [head for head in table.columns if head not in counting]
+    if not (_named_parts(table, names, [*seen.values()]) or _by_numbers(numbers)):
         return []
-    return [(table.places[i], table.places[first]) for i, first in pairs]
+    return [(table.places[i], table.places[first] + apart) for i, first in pairs]
 
 
 def _check_stretches(places: Sequence[str], cells: Sequence[tuple[str, ...]]) -> None:

@@ -181,11 +181,14 @@ def _tolerance(
     if typed.strip().startswith(SIDES):
         return Tolerance(*limit(typed, contributor.unit))
     if typed:
-        lower, upper = DeviationReader(contributor).zone(typed)
+        reader = DeviationReader(contributor)
+        lower, upper = reader.zone(typed)
         size = contributor.size or 0.0
         numbers = factor * np.array(column.numbers)
         if np.median(np.abs(numbers)) < np.median(np.abs(numbers - size)):
             size = 0.0  # the column holds deviations
+            if wrong := reader.other_unit(numbers):
+                raise DataError(f"{column.path}: {wrong}")
         return Tolerance(size + lower, size + upper)
     return Tolerance(
         -np.inf if column.lower is None else factor * column.lower,
