@@ -79,6 +79,20 @@ def test_two_parts_give_no_interval_and_no_verdict():
     assert not found[JOINT].share.widened(judged.fraction_out_of_limit).sure
 
 
+def test_where_trials_alone_decide_more_of_them_do_not():
+    """None of the trials is out of limit; the parts leave 0 to 2600 ppm."""
+    end, demanded = 4.1, 0.998
+    limit = Limit(-np.inf, end, demanded=demanded)
+    share = measured_x(lambda x, w: x + w, limit)["y"].share
+    assert share.of_parts[1] < 1 - demanded < share.interval.upper
+    x = PARTS.mean() + PARTS.std(ddof=1) * ndtri(UNITS)
+    sample, ends = Sample(np.full(TRIALS, Status.DONE)), (-np.inf, end)
+    judged = yield_of(x + OTHER, sample, ends, demanded, measured=share)
+    assert yield_of(x + OTHER, sample, ends, demanded).verdict == MET
+    assert (judged.verdict, judged.reason) == (UNDECIDED, Caveat.FEW_PARTS)
+    assert judged.needed == 0 < share.needed
+
+
 @pytest.mark.parametrize("n", range(5, 11))
 def test_parts_between_the_tails_remain(n):
     share = measured_x(lambda x, w: x + w, Limit(-9.0, 9.0), PARTS[:n], "")["y"].share

@@ -247,7 +247,9 @@ def _caveat_of(
     """
     of_trials, both = shares
     if judged == UNDECIDED:
-        return Caveat.FEW_PARTS if measured.dominates(both) else Caveat.NONE
+        settled = verdict(of_trials.complement, demanded) != UNDECIDED
+        few = settled or measured.dominates(both)
+        return Caveat.FEW_PARTS if few else Caveat.NONE
     any_parts = measured.for_any_parts(of_trials).complement
     if measured.assumed and verdict(any_parts, demanded) != judged:
         return OF_FITS.get(measured.assumed, Caveat.FITTED_PARTS)

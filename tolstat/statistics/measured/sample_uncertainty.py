@@ -122,7 +122,7 @@ class _Uncertainties:
         open_limits = [
             name
             for name in self.trials.limits
-            if self._side(name, deciding) and not self._decided(name, deciding)
+            if not self._decides(name, deciding, deciding.interval(name)[1:3])
         ]
         needed = self._needed(open_limits) if open_limits else {}
         entries = {sample.name: sample.parts for sample in samples}
@@ -173,16 +173,12 @@ class _Uncertainties:
             return drawn
         return drawn.from_least_of(of_populations((), fits=False, tails=False))
 
-    def _side(self, name: str, drawn: "_Drawn") -> int:
-        """Return 1 if more trials are out of limit than permitted, else -1."""
-        permitted = 1 - self.trials.limits[name].demanded
-        return 1 if drawn.stored[name] > permitted else -1
-
-    def _decided(self, name: str, drawn: "_Drawn") -> bool:
-        """Tell whether the parts alone decide on which side the share is."""
-        permitted = 1 - self.trials.limits[name].demanded
-        lower, upper = drawn.of_parts(name)
-        return lower > permitted if self._side(name, drawn) > 0 else upper <= permitted
+    def _decides(self, name: str, drawn: "_Drawn", ends: Sequence[float]) -> bool:
+        """Tell whether an interval decides, on the side of the trials as they are."""
+        permitted, (lower, upper) = 1 - self.trials.limits[name].demanded, ends
+        return (
+            lower > permitted if drawn.stored[name] > permitted else upper <= permitted
+        )
 
     def _needed(self, names: Sequence[str]) -> dict[str, int]:
         """Return how many measured parts, or lots, would decide limits."""
@@ -198,7 +194,11 @@ class _Uncertainties:
             ]
             drawn = self._drawn(movable, DRAWS_OF_MORE, samples, numbers=False)
             open_limits = [name for name in names if name not in needed]
-            needed |= {n: number for n in open_limits if self._decided(n, drawn)}
+            needed |= {
+                n: number
+                for n in open_limits
+                if self._decides(n, drawn, drawn.of_parts(n))
+            }
             if len(needed) == len(names):
                 break
         return needed
