@@ -215,6 +215,17 @@ def test_what_is_doubtful_is_said_before_the_verdict(study):
     assert "crank: the rows" not in words
 
 
+def test_a_column_in_another_unit_than_its_limit_is_said(study):
+    table = rows(400).rename(columns={"force [kN]": "force"})
+    table["force"] /= 1000  # MN
+    run = tolstat.run(study(table))
+    (far,) = tolstat.summary(run).warnings
+    assert (far.kind, far.response, far.end) == ("far limit", "force", 3050)
+    table.loc[::2, "force"] *= 1000
+    mixed = tolstat.run(study(table), force=True)
+    assert "column force: 200 rows are 1000 times as large" in mixed.warnings[0]
+
+
 def test_copies_of_rows_are_refused_unless_they_are_units(study):
     table = rows(400)
     table.loc[[50, 60]] = table.loc[[20, 21]].to_numpy()

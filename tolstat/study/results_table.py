@@ -21,12 +21,13 @@ from tolstat.study.data_files import (
 )
 from tolstat.study.evaluated_table import not_read, part_of_head, table_entry
 from tolstat.study.given_points import Case, Points, Setup
-from tolstat.study.nominal_size import DeviationReader, Holds
+from tolstat.study.nominal_size import FACTORS, NEAR, DeviationReader, Holds
 from tolstat.study.repeated_rows import repeated_rows
 from tolstat.study.study_schema import TableEntry
 from tolstat.tables.table import Table
 
 LEAST, FEW = 2, 30  # rows: fewer are refused, warned of
+WITHIN = 2.0  # times as large: rows in one unit that are nearly alike
 # what a column of failures says, if the study does not tell the word of `done`
 YES, NO = {"1", "true", "yes", "failed"}, {"", "0", "false", "no", "done"}
 # heads and words of columns that may tell which rows failed, in some languages
@@ -107,6 +108,8 @@ def read_results(setup: Setup) -> Points:
         factor = si_factor(table, head, unit or response.shown, response.unit)
         outputs.append(table.column(head, without))
         answers[:, number] = factor * outputs[-1]
+        if units_differ := _two_units(outputs[-1]):
+            warnings[f"{name}, column {head}: {units_differ}"] = None
     unnamed = [n for n in table.columns if n not in {*columns.read, entry.failed}]
     if unnamed := [n for n in unnamed if not table.counts_rows(n)]:
         _refuse_states(table, entry, unnamed)
@@ -194,6 +197,22 @@ def _refuse_states(table: Table, entry: TableEntry, heads: Sequence[str]) -> Non
                 f'among them; give failed = "{head}" and done = the word of rows that '
                 'are done, or failed = "" if none failed'
             )
+
+
+def _two_units(values: Array) -> str:
+    """Return how rows fall into two groups, as of two units; empty if they do not."""
+    sizes = np.sort(np.abs(values[np.isfinite(values) & (values != 0)]))
+    if len(sizes) < LEAST:
+        return ""
+    small, large = np.split(sizes, [int(np.argmax(sizes[1:] / sizes[:-1])) + 1])
+    ratio = float(np.median(large) / np.median(small))
+    near = [x for x in FACTORS if abs(ratio / x - 1) < NEAR]
+    if not near or max(small[-1] / small[0], large[-1] / large[0]) > WITHIN:
+        return ""
+    return (
+        f"{len(large)} rows are {near[0]} times as large as the other {len(small)}; "
+        "check their unit"
+    )
 
 
 def _words_of(table: Table, head: str) -> str:

@@ -18,6 +18,7 @@ from tolstat.statistics.limits.yields import MET, Caveat, PartsUncertainty
 from tolstat.statistics.summary import Limited
 from tolstat.store.run_records import Residual
 from tolstat.store.stored_run import Run
+from tolstat.study.study_schema import RESULTS
 from tolstat.units.scale import Scale
 
 # times the largest size of a response in all trials, and parts of the least: ends of
@@ -255,22 +256,26 @@ def warnings_of(
 def _far_limits(drawn: Drawn) -> Iterator[FarLimit]:
     """Yield ends of limits of another order of magnitude than all trials.
 
-    Where they are typed in a unit that no contributor of this kind is written in.
+    Where no contributor of this kind is written in their unit: what a chain answers is
+    in the unit of its links. Of results from elsewhere the unit may be as wrong.
     """
     run = drawn.run
     for response in run.responses:
         name, limit = response.name, run.limits.get(response.name)
         alike = (p.name for p in run.contributors if p.unit == response.unit != "1")
         units = {run.scales[part].shown for part in alike}
-        if limit is None or not units or _typed_in(limit.words, units):
+        if limit is None:
+            continue
+        if run.model != RESULTS and (not units or _typed_in(limit.words, units)):
             continue
         done = drawn.done(name)
-        sizes = np.abs(done)
-        for end in limit.asked if sizes.any() else ():
-            size = abs(end)
-            if size >= FAR_ABOVE * sizes.max() or size <= FAR_BELOW * sizes.min():
-                ends = float(done.min()), float(done.max())
-                yield FarLimit(name, end, *ends, run.scales[name])
+        sizes, ends = np.abs(done), limit.asked if done.any() else ()
+        if not any(
+            FAR_BELOW * sizes.min() < abs(end) < FAR_ABOVE * sizes.max() for end in ends
+        ):
+            for end in ends:
+                reach = float(done.min()), float(done.max())
+                yield FarLimit(name, end, *reach, run.scales[name])
 
 
 def _typed_in(words: str, units: Iterable[str]) -> bool:
