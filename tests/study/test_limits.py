@@ -45,6 +45,7 @@ def test_demanded_yields_as_written(given, demanded):
         ({"limit": "<= 3 %", "ppm": float("nan")}, "ppm = nan"),
         ({"limit": "<= 3 %", "yield": 99}, 'such as "99 %"'),
         ({"limit": "<= 3 %", "yield": "101 %"}, "between 0 and 100 %"),
+        ({"limit": "<= 3 %", "yield": "99.73"}, 'write yield = "99.73 %"'),
         ({"limit": "<= 3 %", "cpk": 1}, "did you mean 'ppk'"),
         ({"ppk": 1}, 'limit is missing; expected a text such as "<= 3 %"'),
     ],

@@ -45,6 +45,11 @@ WRONG = {
         CHAIN.replace("A - B", "A - BB") + A + "links.BBB = 49.5\n",
         ["[links] has no BB; did you mean 'BBB'?"],
     ),
+    "one name for numbered links": (
+        CHAIN.replace("A - B", "A - 3*p") + A
+        + "".join(f'links.p_{i} = "1 mm"\n' for i in (1, 2, 3)),
+        ["[links] has no p; write p_1 + ... + p_3"],
+    ),
     "a link in two sections, with a size that cannot be read": (
         CHAIN + A + 'links.B = "49 furlong"\ndeviations.B = "+-1 mm"\n',
         ["[links] B", "also given in [deviations]", "unknown unit 'furlong'"],

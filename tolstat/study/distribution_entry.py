@@ -102,7 +102,7 @@ def read_distribution(entry: dict[str, Any], reader: DeviationReader) -> Distrib
     kind: Any = DISTRIBUTIONS[name]
     fields = {field.name: field for field in dataclasses.fields(kind)}
     values: dict[str, Any] = {}
-    zone = _zone(keys, reader)
+    zone = typed_tolerance(keys, reader)
     if zone is None and "sigma" in keys and "sigma" in fields:
         zone = _around(keys, fields, reader)
     if zone is not None:
@@ -202,7 +202,7 @@ def _sources(parts: Any, reader: DeviationReader) -> tuple[Source, ...]:
     return tuple(sources)
 
 
-def _zone(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
+def typed_tolerance(keys: dict[str, Any], reader: DeviationReader) -> Tolerance | None:
     """Return the tolerance and remove its keys: limits, a grade or a class of gears."""
     contributor = reader.contributor
     text, size = keys.pop("tolerance", None), keys.pop("size", None)

@@ -14,6 +14,7 @@ from tolstat.study.data_files import (
     torn_by_commas,
     unit_of_column,
 )
+from tolstat.study.distribution_entry import typed_tolerance
 from tolstat.study.files import beside
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.repeated_rows import copied_parts
@@ -97,8 +98,8 @@ def _tolerance(
     entry: PartsEntry, reader: DeviationReader, column: MeasuredColumn, written: str
 ) -> Tolerance:
     """Return the tolerance of the drawing as deviations, SI: typed, or of the file."""
-    if entry.tolerance is not None:
-        return reader.zone(entry.tolerance)
+    if zone := typed_tolerance({"tolerance": entry.tolerance}, reader):
+        return zone
     unit = reader.contributor.unit
     lower, upper = (
         none if end is None else to_si(end - (column.nominal or 0.0), written, unit)

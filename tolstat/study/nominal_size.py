@@ -335,11 +335,21 @@ class DeviationReader:
                 f'{name}: "{typed}" deviates by more than half of {nominal}'
             )
             return values
+        mend = "sizes about the nominal"
+        if values.min() <= size <= values.max():
+            sizes = self._signed(_less_nominal(values, size))
+            mend = f'"{sizes}" for sizes of "{typed}"'
         raise DistributionError(
             f"{largest} is more than half of the nominal {nominal}, and no size near "
-            f'it either; write "+{largest}" for a deviation that is meant so, or sizes '
-            "about the nominal"
+            f'it either; write "{self._signed(values)}" for a deviation that is meant '
+            f"so, or {mend}"
         )
+
+    def _signed(self, values: Array) -> str:
+        """Return deviations with their signs."""
+        ends = dict.fromkeys([float(values.min()), float(values.max())])
+        signed = "..".join("+" * (end > 0) + self._number(end) for end in ends)
+        return f"{signed} {self._scale.mark}".strip()
 
     def _warn_wide(self, values: Array, typed: str) -> None:
         """Remark typed deviations that are large, or tiny, for the nominal size."""

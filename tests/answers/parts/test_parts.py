@@ -26,6 +26,7 @@ from tolstat.document.plot import Histogram
 from tolstat.errors import DataError, TolstatError
 from tolstat.statistics.estimate import Lack
 from tolstat.statistics.limits.yields import UNDECIDED
+from tolstat.study.study import load
 
 HEAD = "Protokoll;;;\nTeil;Länge [mm];Breite [mm];Charge\n"
 
@@ -104,6 +105,15 @@ def test_a_limit_with_one_end_and_deviations(tmp_path):
     part = tolstat.parts(path, tolerance="+-9 um", nominal="20 mm").characteristics["d"]
     assert part.tolerance == pytest.approx((-9e-6, 9e-6))
     assert isinstance(part.warnings[0], FewParts)
+    part = tolstat.parts(path, tolerance="H7", nominal="20 mm").characteristics["d"]
+    assert part.tolerance == pytest.approx((0, 21e-6), abs=1e-12)  # ISO 286-1
+    link = {"nominal": "20 mm", "data": str(path), "column": "d", "tolerance": "H7"}
+    study = load({
+        "model": "dimension_chain", "trials": 9, "seed": 1,
+        "settings": {"gap": "d"}, "links": {"d": link},
+    })  # fmt: skip
+    typed = study.deviating.measured["d"].tolerance
+    assert typed == pytest.approx((0, 21e-6), abs=1e-12)
 
 
 def test_bars_are_of_equal_width_on_both_sides_of_the_tolerance(tmp_path):

@@ -13,10 +13,11 @@ from tolstat.answers.answer import Answer
 from tolstat.answers.parts.judged_parts import JudgedParts, Sample, judged_parts
 from tolstat.answers.parts.parts_cells import parts_cells
 from tolstat.document.inline import Row
-from tolstat.errors import DataError, DistributionError, UnitError
+from tolstat.errors import DataError, DistributionError, GradeError, UnitError
 from tolstat.model.description import Contributor
 from tolstat.statistics.capability import Tolerance
 from tolstat.study.data_files import measured_file, unit_of_column
+from tolstat.study.distribution_entry import typed_tolerance
 from tolstat.study.nominal_size import DeviationReader
 from tolstat.study.repeated_rows import copied_parts
 from tolstat.study.study_schema import PartsEntry, read_entry
@@ -169,7 +170,7 @@ def _naming(key: str, *texts: str) -> Iterator[None]:
     """Name what was typed in what is wrong with it."""
     try:
         yield
-    except (UnitError, DistributionError) as error:
+    except (UnitError, DistributionError, GradeError) as error:
         typed = ", ".join(f'"{text}"' for text in texts if text)
         raise DataError(f"{key} = {typed}: {error}") from None
 
@@ -180,16 +181,15 @@ def _tolerance(
     """Return the typed tolerance, or that of the file, as permitted values, SI."""
     if typed.strip().startswith(SIDES):
         return Tolerance(*limit(typed, contributor.unit))
-    if typed:
-        reader = DeviationReader(contributor)
-        lower, upper = reader.zone(typed)
+    reader = DeviationReader(contributor)
+    if zone := typed_tolerance({"tolerance": typed or None}, reader):
         size = contributor.size or 0.0
         numbers = factor * np.array(column.numbers)
         if np.median(np.abs(numbers)) < np.median(np.abs(numbers - size)):
             size = 0.0  # the column holds deviations
             if wrong := reader.other_unit(numbers):
                 raise DataError(f"{column.path}: {wrong}")
-        return Tolerance(size + lower, size + upper)
+        return Tolerance(size + zone.lower, size + zone.upper)
     return Tolerance(
         -np.inf if column.lower is None else factor * column.lower,
         np.inf if column.upper is None else factor * column.upper,

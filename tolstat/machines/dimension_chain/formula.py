@@ -337,6 +337,11 @@ class Formula:
         if known_name(name) in MEANINGS:
             reason = "is a unit: a number with a unit of several parts is a link"
             return self._refused(node, f"{name} {reason}")
+        numbered = re.compile(rf"{re.escape(name)}_\d+")
+        if alike := [link for link in self.names if numbered.fullmatch(link)]:
+            terms = alike if len(alike) < 3 else [alike[0], "...", alike[-1]]
+            reason = f"[links] has no {name}; write {' + '.join(terms)}"
+            return self._refused(node, reason)
         allowed = allowed_names(name, [*self._all_names, *self.gaps, *CONSTANTS])
         return self._refused(node, f"[links] has no {name}; {allowed}")
 
