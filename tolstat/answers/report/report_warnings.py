@@ -18,7 +18,6 @@ from tolstat.statistics.limits.yields import MET, Caveat, PartsUncertainty
 from tolstat.statistics.summary import Limited
 from tolstat.store.run_records import Residual
 from tolstat.store.stored_run import Run
-from tolstat.study.study_schema import RESULTS
 from tolstat.units.scale import Scale
 
 # times the largest size of a response in all trials, and parts of the least: ends of
@@ -257,7 +256,7 @@ def _far_limits(drawn: Drawn) -> Iterator[FarLimit]:
     """Yield ends of limits of another order of magnitude than all trials.
 
     Where no contributor of this kind is written in their unit: what a chain answers is
-    in the unit of its links. Of results from elsewhere the unit may be as wrong.
+    in the unit of its links. Where rows of a file are the trials, its units may be wrong.
     """
     run = drawn.run
     for response in run.responses:
@@ -266,7 +265,7 @@ def _far_limits(drawn: Drawn) -> Iterator[FarLimit]:
         units = {run.scales[part].shown for part in alike}
         if limit is None:
             continue
-        if run.model != RESULTS and (not units or _typed_in(limit.words, units)):
+        if not run.listed and (not units or _typed_in(limit.words, units)):
             continue
         done = drawn.done(name)
         sizes, ends = np.abs(done), limit.asked if done.any() else ()
