@@ -256,7 +256,7 @@ def _far_limits(drawn: Drawn) -> Iterator[FarLimit]:
     """Yield ends of limits of another order of magnitude than all trials.
 
     Where no contributor of this kind is written in their unit: what a chain answers is
-    in the unit of its links. Where rows of a file are the trials, its units may be wrong.
+    in the unit of its links. Where trials are rows of a file, its units may be wrong.
     """
     run = drawn.run
     for response in run.responses:
