@@ -72,8 +72,8 @@ def _demanded(entry: LimitEntry, ends: int) -> float:
         demanded, expected = 1 - entry.ppm / 1e6, "0 and 1 000 000"
     if not (0 < demanded < 1 and 1 - demanded < 1):
         words = value if isinstance(value, str) else f"{value:g}"
-        forgotten = isinstance(value, str) and "%" not in value and 1 < demanded < 100
-        mend = f'; write yield = "{value} %"' if forgotten else ""
+        plain = key == "yield" and "%" not in words and "ppm" not in words
+        mend = f'; write yield = "{words} %"' if plain and 1 < demanded < 100 else ""
         raise UnitError(
             f"{key} = {words}: a value between {expected} is expected{mend}"
         )

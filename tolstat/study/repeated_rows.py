@@ -84,7 +84,7 @@ def copied_parts(
     heads = [head for head, j in table.columns.items() if j in left_out]
     apart = f" (but for {', '.join(heads)})" if heads else ""
     if refuse_pasted:
-        _check_stretches([table.places[i] for i in rows], cells)
+        _check_stretches([table.places[i] for i in rows], cells, apart)
     seen = dict[tuple[str, ...], int]()
     earlier = [seen.setdefault(words, i) for i, words in zip(rows, cells, strict=True)]
     pairs = [(i, first) for i, first in zip(rows, earlier, strict=True) if i != first]
@@ -96,7 +96,9 @@ def copied_parts(
     return [(table.places[i], table.places[first] + apart) for i, first in pairs]
 
 
-def _check_stretches(places: Sequence[str], cells: Sequence[tuple[str, ...]]) -> None:
+def _check_stretches(
+    places: Sequence[str], cells: Sequence[tuple[str, ...]], apart: str
+) -> None:
     """Refuse parts of which a stretch repeats an earlier one: rows pasted again.
 
     Raises
@@ -117,7 +119,7 @@ def _check_stretches(places: Sequence[str], cells: Sequence[tuple[str, ...]]) ->
         if first != i and len({*stretch}) >= least:
             raise DataError(
                 f"{places[i]} and the {2 * least - 1} after it have the same cells as "
-                f"{places[first]} and those after it: a copy is no part of its own; "
+                f"{places[first]} and those after it{apart}: a copy is no part; "
                 "remove the copies, or give repeats = true if each row is a part"
             )
 
