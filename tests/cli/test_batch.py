@@ -328,6 +328,13 @@ def test_a_page_that_was_replaced_meanwhile_is_not_linked(
     assert second.with_suffix(".html").exists()
 
 
+def test_what_is_no_study_does_not_move_the_index(no_pages, tmp_path):
+    """Of /dev/null and a study in a folder it was written to the root."""
+    study = chain(tmp_path, "a")
+    assert call("batch", study, "/dev/null", tmp_path / "b" / "none.toml").exit_code
+    assert "finished" in (tmp_path / "batch.csv").read_text()
+
+
 def test_what_was_laid_in_the_place_of_the_index_is_kept(
     no_pages, tmp_path, monkeypatch
 ):

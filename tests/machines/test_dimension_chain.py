@@ -374,6 +374,30 @@ def test_the_worst_of_many_eccentricities_is_found():
     assert found.worst_max == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("text", "least", "largest"),
+    [
+        ("abs({s})", 0.0, 2.1), ("({s})*({s})", 0.0, 2.1**2),
+        ("({s})*({c})", -0.3 * 2.1, 2.1**2), ("hypot({s}, {c})", 0.0, 2.1 * 2**0.5),
+        ("1/(({s})*({s}))", math.nan, math.nan), ("2*({s}) + ({c})", -0.9, 6.3),
+    ],
+)  # fmt: skip
+def test_a_sum_of_many_links_passes_zero_in_few_corners(text, least, largest):
+    """No point tried does: 0.9 from 12 links of +-0.1, 24 in all."""
+    names = [f"{kind}{i}" for kind in "sc" for i in range(12)]
+    sums = {
+        kind: "+".join(f"{kind}{i}" for i in range(6))
+        + "".join(f"-{kind}{i}" for i in range(6, 12))
+        for kind in "sc"
+    }
+    nominal = {name: 1.15 if int(name[1:]) < 6 else 1.0 for name in names}
+    spreads = {name: Spread(-0.1, 0.1, 0.0, 0.03) for name in names}
+    formula = Formula(text.format(**sums), tuple(names))
+    found = answers(formula, nominal, spreads)
+    worst = found.worst_min, found.worst_max
+    assert worst == pytest.approx((least, largest), abs=1e-6, nan_ok=True)
+
+
 def test_a_formula_with_a_kink_has_a_worst_case():
     spread = Spread(-0.1, 0.1, 0.0, 0.03)
     formula = Formula("c - sqrt(x**2 + y**2)", ("c", "x", "y"))
