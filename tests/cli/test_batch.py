@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import re
 import shlex
 import signal
@@ -357,6 +358,9 @@ def test_a_study_edited_since_its_run_is_named(no_pages, tmp_path):
     for command in ("check", "report"):
         edited = call(command, study.with_suffix(".h5")).stderr
         assert "0.5 mm" in edited and "is '>= 0.9 mm'" in edited, edited
+    answer = call("check", study.with_suffix(".h5"), "--json").stdout
+    (warning,) = json.loads(answer)["warnings"]
+    assert "is '>= 0.9 mm'; answers are of the run" in warning
 
 
 def test_of_many_studies_a_terminal_has_the_lines_that_fit(tmp_path):
