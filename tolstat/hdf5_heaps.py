@@ -7,13 +7,13 @@ megabyte.
 
 import re
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 Data = bytes | bytearray
 
-MARK = b"GCOL\x01\x00\x00\x00"
-HEAP = re.compile(MARK)
+HEAP = re.compile(rb"GCOL\x01")  # what the library looks at
 HEAD = 16  # bytes of a heap, and of an object in it
 LONG = 256  # bytes of a text; those of shorter ones are borne by what refers to them
 MOST_OBJECTS = 1 << 16  # in a heap
@@ -24,18 +24,38 @@ def longest_object(data: Data) -> int:
 
     ValueError if a heap has no end in it.
     """
-    return max((size for size, _ in _objects_in(data)), default=0)
+    return max((size for size, _ in _objects_in(data, len(data))), default=0)
 
 
-def check_heaps(parts: Sequence[Data]) -> None:
-    """Refuse heaps without an end, and texts longer than all parts; ValueError."""
-    objects = {item for part in parts for item in _objects_in(part)}
-    long = [size << 16 | number for size, number in objects if size >= LONG]
+def check_heaps(parts: Sequence[Data], size: int) -> None:
+    """Refuse heaps without an end, and texts longer than all parts; ValueError.
+
+    The parts are of a file of some size.
+    """
+    objects = {item for part in parts for item in _objects_in(part, size)}
+    long = [length << 16 | number for length, number in objects if length >= LONG]
     if not long:
         return
     keys = np.sort(np.array(long, np.uint64))
     if sum(_referred(part, keys) for part in parts) > sum(map(len, parts)):
         raise ValueError("its texts are longer than the file")
+
+
+def check_sizes(file: Any) -> None:
+    """Refuse an h5py.File whose sizes have other than eight bytes; ValueError."""
+    if file.id.get_create_plist().get_sizes() != (8, 8):
+        raise ValueError("its sizes have other than 8 bytes")
+
+
+def heaps_in(data: Data, size: int) -> Iterator[tuple[int, int]]:
+    """Yield first and last place of what may be a heap in a file of some size.
+
+    The library reads none that is longer.
+    """
+    for heap in HEAP.finditer(data):
+        length = _number(data, heap.start() + 8, 8)
+        if HEAD <= length <= size:
+            yield heap.start(), heap.start() + length
 
 
 def _referred(data: Data, keys: "np.ndarray[tuple[int], np.dtype[np.uint64]]") -> int:
@@ -54,18 +74,20 @@ def _referred(data: Data, keys: "np.ndarray[tuple[int], np.dtype[np.uint64]]") -
     return total
 
 
-def _objects_in(data: Data) -> Iterator[tuple[int, int]]:
+def _objects_in(data: Data, size: int) -> Iterator[tuple[int, int]]:
     """Yield size and number of each object in the heaps of some bytes of a file."""
-    for heap in HEAP.finditer(data):
-        start = heap.start()
-        place, stop = start + HEAD, start + _number(data, start + 8, 8)
+    last = 0
+    for start, stop in heaps_in(data, size):
+        if start < last:
+            raise ValueError("heaps of its texts lie over each other")
+        place, last = start + HEAD, stop
         while place + HEAD <= stop:
-            number, size = _number(data, place, 2), _number(data, place + 8, 8)
-            step = HEAD + -(-size // 8) * 8 if number else size
+            number, length = _number(data, place, 2), _number(data, place + 8, 8)
+            step = HEAD + -(-length // 8) * 8 if number else length
             if step < HEAD or place + step > min(stop, len(data)):
                 raise ValueError("a heap of its texts has no end")
             if number:
-                yield size, number
+                yield length, number
             place += step
 
 

@@ -91,8 +91,10 @@ def process_exists(number: int) -> bool:
     """Return whether a process with this number runs on this computer."""
     import psutil
 
-    found: bool = psutil.pid_exists(number)
-    return found
+    with suppress(OverflowError):  # larger than any
+        found: bool = psutil.pid_exists(number)
+        return found
+    return False
 
 
 def memory() -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import re
 import shlex
 import signal
@@ -327,6 +328,13 @@ def test_a_page_that_was_replaced_meanwhile_is_not_linked(
     assert second.with_suffix(".html").exists()
 
 
+def test_what_is_no_study_does_not_move_the_index(no_pages, tmp_path):
+    """Of /dev/null and a study in a folder it was written to the root."""
+    study = chain(tmp_path, "a")
+    assert call("batch", study, "/dev/null", tmp_path / "b" / "none.toml").exit_code
+    assert "finished" in (tmp_path / "batch.csv").read_text()
+
+
 def test_what_was_laid_in_the_place_of_the_index_is_kept(
     no_pages, tmp_path, monkeypatch
 ):
@@ -350,6 +358,9 @@ def test_a_study_edited_since_its_run_is_named(no_pages, tmp_path):
     for command in ("check", "report"):
         edited = call(command, study.with_suffix(".h5")).stderr
         assert "0.5 mm" in edited and "is '>= 0.9 mm'" in edited, edited
+    answer = call("check", study.with_suffix(".h5"), "--json").stdout
+    (warning,) = json.loads(answer)["warnings"]
+    assert "is '>= 0.9 mm'; answers are of the run" in warning
 
 
 def test_of_many_studies_a_terminal_has_the_lines_that_fit(tmp_path):

@@ -137,6 +137,13 @@ def test_a_page_remembers_a_run_that_was_replaced(tmp_path):
     page.write_text(f"{TAG}{crafted}</script>")
     assert memory_of(page) == {}
     assert call("runs", tmp_path, "-o", page).exit_code == 0
+    ((run, (latest, _)),) = memory_of(page).items()
+    row = latest._asdict()
+    shares = [{"gap": [x] * 4} for x in ("x", None, 10**400)]
+    others = [{run: [{**row, "fractions_out_of_limit": x}, None]} for x in shares]
+    for crafted in ("[" * 100_000, *map(json.dumps, [{run: [None, None]}, *others])):
+        page.write_text(f"{TAG}{crafted}</script>")
+        assert memory_of(page) == {}
 
 
 def test_a_batch_remembers_and_links(tmp_path, no_pages):

@@ -404,18 +404,46 @@ def test_a_proved_remedy_meets_all_limits_in_truth(problem, record_property):
     np.testing.assert_array_equal((shift, ratio), proof.change)
 
 
+def proved_with_fresh_trials(problem, seed=1):
+    def sample(change, seed):
+        return problem.sample(20_000, np.random.default_rng([1, seed]), change)
+
+    return proved(sampled(problem, N, seed), sample)
+
+
 def test_one_shift_stands_instead_of_two_that_do_the_same():
     """The second search, about |a - b| = 0, sees no side of it; the first one does."""
     problem = Problem(
         "distance", np.array([0.1, 0.08]), lambda a, b: [np.abs(a - b + 0.05)],
         np.array([(-math.inf, 0.1)]),
     )  # fmt: skip
-
-    def sample(change, seed):
-        return problem.sample(20_000, np.random.default_rng([1, seed]), change)
-
-    proof = proved(sampled(problem, N, seed=1), sample)
+    proof = proved_with_fresh_trials(problem)
     assert proof.met and len(proof.change.shifted) == 1
+
+
+def two_sides(n, limit, power=1):
+    """|sum of half the parts less that of the others|, or its square."""
+    return Problem(
+        "sides", np.full(n, 0.1),
+        lambda *x: [np.abs(sum(x[::2]) - sum(x[1::2])) ** power],
+        np.array([(-math.inf, limit)]),
+    )  # fmt: skip
+
+
+def test_all_parts_are_tightened_where_a_surface_is_blind():
+    """Of 44 parts products are too many to fit, and squares show nothing."""
+    proof = proved_with_fresh_trials(two_sides(44, 0.2, power=2))
+    assert proof.met and len(proof.steps) == 1
+    (ratio,) = {*proof.change.ratio.tolist()}
+    sigma = 0.1 / 3 * math.sqrt(44)
+    assert -ratio * sigma * ndtri(0.0027 / 2) < math.sqrt(0.2)
+    assert not proof.change.size
+
+
+def test_shifts_that_cancel_are_left_out(monkeypatch):
+    monkeypatch.setattr("tolstat.statistics.remedies.prediction.ALL_TIGHTER", ())
+    proof = proved_with_fresh_trials(two_sides(6, 0.12), seed=3)
+    assert proof.improves and not proof.met and not proof.change.size
 
 
 def test_one_part_moves_far_rather_than_ten_a_little():

@@ -15,6 +15,7 @@ import tolstat
 from tests.conftest import TOY_STUDY, Toy
 from tolstat.answers.output_file import check_output, replace
 from tolstat.errors import BrokenError, RunFileError, TolstatError
+from tolstat.operating_system import process_exists
 from tolstat.store.files_beside import aside_of, writer_of
 
 
@@ -152,3 +153,8 @@ def test_only_files_of_this_user_are_removed(tmp_path):
     aside_of(path)
     assert link.is_symlink() and folder.is_dir() and not own.exists()
     assert foreign.exists() or os.getuid() != 0
+
+
+def test_no_process_has_a_number_that_systems_do_not_have():
+    assert not process_exists(2**31) and not process_exists(10**30)
+    assert process_exists(os.getpid())

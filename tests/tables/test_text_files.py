@@ -315,6 +315,13 @@ def test_rows_of_one_characteristic_among_others():
         )
 
 
+def test_a_lot_has_no_control_characters():
+    """Stored in a run, `GCOL` and one looked like a part of HDF5."""
+    table = read_table(Path("a.csv"), b"d,lot\n1,A\n2,GCOL\x01\n")
+    with pytest.raises(DataError, match="line 3, column lot: a lot is a text"):
+        table.measured("d", lots="lot")
+
+
 def test_lots_stand_beside_their_parts():
     content = b"n;d;lot\n1;5,5;A\n2;;A\n3;6,5;B\n"
     measured = read_table(Path("a.csv"), content).measured("d", lots="lot")

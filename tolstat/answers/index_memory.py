@@ -5,6 +5,7 @@ still has what that one was made of.
 """
 
 import json
+import os
 import re
 from collections.abc import Mapping
 from contextlib import suppress
@@ -19,6 +20,10 @@ from tolstat.regular_files import content
 from tolstat.statistics.estimate import Estimate
 
 MEGABYTES = 50  # of a page
+BROKEN = (  # what a page may lead to that tolstat did not write
+    OSError, RunFileError, ValueError, TypeError, LookupError, AttributeError,
+    ArithmeticError, RecursionError,
+)  # fmt: skip
 TAG = '<script type="application/json" id="revisions">'
 _TAGGED = re.compile(re.escape(TAG) + "(.*?)</script>", re.DOTALL)
 
@@ -35,13 +40,12 @@ Memory = Mapping[str, Remembered]  # by run file, relative to the page
 
 def memory_of(page: Path) -> Memory:
     """Return what an index page remembers; nothing where there is no such page."""
-    with suppress(OSError, RunFileError, UnicodeError, ValueError, TypeError,
-                  KeyError, AttributeError):  # fmt: skip
+    with suppress(*BROKEN):
         tagged = _TAGGED.search(content(page, MEGABYTES).decode())
         rows = json.loads(tagged[1]) if tagged else {}
         return {
-            run: Remembered(*(part and _read(part) for part in both))
-            for run, both in rows.items()
+            run: Remembered(_read(latest), before and _read(before))
+            for run, (latest, before) in rows.items()
         }
     return {}
 
@@ -63,7 +67,10 @@ def with_memory(index: RunIndex, memory: Memory) -> RunIndex:
 
 def page_with_memory(index: RunIndex, memory: Memory) -> str:
     """Return the page of an index; it remembers its runs, and others that exist."""
-    rows = {run: both for run, both in memory.items() if (index.folder / run).exists()}
+    rows = {
+        run: both for run, both in memory.items()
+        if os.path.exists(index.folder / run)  # False for too long a name
+    }  # fmt: skip
     rows |= {
         index.relative(entry.run): Remembered(entry.revision, entry.before)
         for entry in index.entries if entry.revision
@@ -81,5 +88,8 @@ def _read(row: Mapping[str, Any]) -> Revision:
     texts = [*texts[:3], *(x for part in texts[3:] for x in (*part, *part.values()))]
     if not all(isinstance(text, str) for text in texts):
         raise ValueError("a text is expected")
-    estimates = {name: Estimate(*share) for name, share in shares.items()}
+    estimates = dict[str, Estimate]()
+    for name, (value, lower, upper, reason) in shares.items():
+        numbers = float(value), float(lower), float(upper)
+        estimates[name] = Estimate(*numbers, str(reason))
     return Revision(fractions_out_of_limit=estimates, **fields)

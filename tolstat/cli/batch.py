@@ -227,7 +227,8 @@ def _report(run: Run) -> Path:
 
 def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
     """Return the page of the index; refuse to replace any other file."""
-    shared = os.path.commonpath([path.absolute().parent for path in files])
+    exist = [path for path in files if path.is_file()]  # others are refused later
+    shared = os.path.commonpath([path.absolute().parent for path in exist or files])
     folder = folder or Path(shared)
     with suppress(ValueError):
         folder = folder.relative_to(Path.cwd())

@@ -61,10 +61,7 @@ def check(runs: tuple[Path, ...], numbers: bool) -> None:
     A limit that is met on a condition counts as met. Its line says the condition, as
     "met (if the parts are normal)"; JSON lists them all in `conditions`.
     """
-    stored = [open_run(path) for path in runs]
-    for one in stored:
-        options.note_edits(one)
-    result = checked(stored)
+    result = checked([open_run(path) for path in runs])
     for warning in result.warnings:
         Screen(stderr=True).say(f"warning: {warning}")
     if numbers:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from tolstat.answers.answer import Answer
     from tolstat.execution.workers.block_scheduler import Workers
     from tolstat.execution.workers.cluster import Cluster
-    from tolstat.store.stored_run import Run
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 # starts workers that stop when its argument tells
@@ -228,17 +227,6 @@ def computing(command: Callable[..., Any]) -> Callable[..., Any]:
         return command(*arguments, crew=crew, **options)
 
     return workers(_cluster(isolate(computed)))
-
-
-def note_edits(run: Run) -> None:
-    """Say on the standard error how the study beside a run was edited since."""
-    from tolstat.execution.compatibility import study_differs
-    from tolstat.render.screen import Screen
-
-    study = run.study_file
-    if study and study.with_suffix(".h5") == run.path.resolve():
-        for change in study_differs(run):
-            Screen(stderr=True).say(f"warning: {change}; answers are of the run")
 
 
 def say(words: str) -> None:

@@ -13,6 +13,8 @@ from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
 from tolstat.document.blocks import PICTURES
 from tolstat.errors import QuestionError, UnitError
+from tolstat.execution.compatibility import edits_since
+from tolstat.render.screen import Screen
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import SHOWN, SI
 from tolstat.study.editor import StudyChange
@@ -42,7 +44,8 @@ def report(
     gc.disable()  # the process ends with the page: nothing needs collecting
     delivery.check()
     run = open_run(source)
-    options.note_edits(run)
+    for edit in edits_since(run):
+        Screen(stderr=True).say(f"warning: {edit}")
     if limits:
         try:
             run = limited(run, limits_in(limits))

@@ -117,6 +117,14 @@ def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
     return stored or ([f"{path} differs from the study of the run"] if changes else [])
 
 
+def edits_since(run: Run) -> list[str]:
+    """Return sentences on how the study beside a run was edited since."""
+    study = run.study_file
+    if not study or study.with_suffix(".h5") != run.path.resolve():
+        return []
+    return [f"{change}; answers are of the run" for change in study_differs(run)]
+
+
 def made_differently(run: Plan, source_digest: str) -> list[str]:
     """Return reasons why a trial evaluated here may differ in its bits.
 

@@ -15,6 +15,7 @@ from tolstat.errors import LostError, ModelError
 from tolstat.execution.diagnostics.audit import audit, evaluated_again
 from tolstat.execution.diagnostics.audit_selection import Selection
 from tolstat.execution.diagnostics.influence import (
+    WHOLE,
     halved_shares,
     idle_contributors,
     slopes,
@@ -321,8 +322,10 @@ def _diagnostics(
         return Diagnostics(halved=halved_shares(study, trials, run.assumed, {}))
     random = trials.random
     ends = tolerance_ends(study)
-    usual = (ends[1] - ends[0]) / 6  # sigma of a normal part at Cp = 1
-    table = slopes(study.model, study.settings, usual, workers)
+    usual = (ends[1] - ends[0]) / WHOLE  # sigma of a normal part at Cp = 1
+    table = slopes(
+        study.model, study.settings, usual, workers, responses=trials.responses
+    )
     by_name = slopes_by_name(study, table, usual > 0)
     return Diagnostics(
         by_name,

@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.errors import DamagedError, FormatError, RunFileError
-from tolstat.hdf5_heaps import MARK as HEAP
-from tolstat.hdf5_heaps import check_heaps
+from tolstat.hdf5_heaps import HEAD, check_heaps, heaps_in
 from tolstat.operating_system import local_time
 from tolstat.regular_files import opened, read_exactly
 
@@ -31,6 +30,8 @@ FORMAT = 11
 MARK = b"tolstat seal, format "
 HDF5 = b"\x89HDF\r\n\x1a\n"
 MOST_SEAL = 1 << 22  # bytes: of 50 000 columns
+MOST_HOLES = 60_000  # reading more takes seconds
+MOST_SEALED = 1 << 30  # bytes
 NEAR = 1 << 16  # bytes from the beginning, in which earlier formats have their seal
 UNSEALED, VERSION = 2, b"version_tolstat"  # formats 1 and 2, and an attribute of theirs
 PART = 1 << 20  # bytes that are digested at once
@@ -135,6 +136,10 @@ def _check(file: File, path: Path) -> list[Hole]:
         )
     file.seek(len(MARK))
     seal = PATTERN.match(file.read(MOST_SEAL) or b"")
+    if seal and seal[3].count(b"-") > MOST_HOLES:
+        raise RunFileError(
+            f"{path} is not a run: it has more than {MOST_HOLES} columns"
+        )
     size = file.seek(0, 2)
     sealed = int(seal[1]) if seal else size
     if seal is None or sealed != size or _digest_of(file, _holes(seal[3])) != seal[2]:
@@ -145,8 +150,11 @@ def _check(file: File, path: Path) -> list[Hole]:
         )
     holes = _holes(seal[3])
     try:
-        check_heaps([_read(file, *part) for part in around(holes, size)])
-        _check_holes(file, holes, size)
+        parts = [*around(holes, size)]
+        if sum(stop - first for first, stop in parts) > MOST_SEALED:
+            raise ValueError("it holds too much beside its trials")
+        check_heaps([_read(file, *part) for part in parts], size)
+        _check_holes(file, parts, size)
     except ValueError as error:
         raise RunFileError(f"{path} is not a run: {error}") from None
     return holes
@@ -157,13 +165,13 @@ def _read(file: File, first: int, stop: int) -> bytearray:
     return read_exactly(file, stop - first)
 
 
-def _check_holes(file: File, holes: list[Hole], size: int) -> None:
-    """Refuse a heap in what the seal leaves out; ValueError."""
-    before, edge = 0, len(HEAP) - 1
-    for stop, after in [*around(holes, size), (size, size)]:
+def _check_holes(file: File, parts: Sequence[Hole], size: int) -> None:
+    """Refuse a heap outside the sealed parts of a file; ValueError."""
+    before = 0
+    for stop, after in [*parts, (size, size)]:
         for start in range(before, stop, PART):
-            end = min(stop, start + PART) + edge
-            if HEAP in _read(file, max(0, start - edge), min(end, size)):
+            end = min(stop, start + PART) + HEAD
+            if any(heaps_in(_read(file, max(0, start - HEAD), min(end, size)), size)):
                 raise ValueError("texts lie where its trials do")
         before = after
 

@@ -56,8 +56,8 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
     if isinstance(path, Run):
         return path
     path = existing(Path(path))
-    before, unsealed = path.stat(), check_seal(path)
     try:
+        before, unsealed = path.stat(), check_seal(path)
         with layout.open_for_reading(path) as file:
             if not os.path.samestat(path.stat(), before):  # replaced meanwhile
                 return open(path, damaged=damaged)

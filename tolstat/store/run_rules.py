@@ -27,6 +27,7 @@ TABLE = "table"  # the sampling whose trials may be a sample
 MOST_DRAWN = 1e12  # trials
 LONGEST = 1e10  # s of a run
 LONGEST_OUTPUT = 4000  # characters of a trial
+LONGEST_TITLE = 100_000  # characters
 SECTIONS = (
     "settings", "deviations", "limits", "links", "gaps", "loops", "responses", "cases",
     "grid", "correlation",
@@ -287,8 +288,11 @@ def _correlation(run: Run) -> bool:
 
 def _study(run: Run) -> bool:
     table = run.study.table
-    return all(isinstance(table.get(name, {}), dict) for name in SECTIONS) and (
-        run.model != "" and {"version_tolstat", "started_at"} <= {*run.made}
+    return (
+        all(isinstance(table.get(name, {}), dict) for name in SECTIONS)
+        and len(run.title) <= LONGEST_TITLE
+        and run.model != ""
+        and {"version_tolstat", "started_at"} <= {*run.made}
     )
 
 

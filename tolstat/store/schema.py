@@ -13,7 +13,9 @@ from typing import Any, NamedTuple
 import h5py
 from h5py import h5a, h5d, h5g, h5l, h5o, h5s, h5t
 
+from tolstat.hdf5_heaps import check_sizes
 from tolstat.store.integrity import Hole
+from tolstat.store.layout import extents_of
 from tolstat.store.tables import is_place
 
 
@@ -25,15 +27,15 @@ class Values(NamedTuple):
 
 
 MOST_ATTRIBUTES = 20_000  # of a group; reading more takes seconds
+MOST_ITEMS = 60_000  # in a group
 
 
 class Place(NamedTuple):
-    """Where a dataset lies, bytes; whether it holds numbers or texts of one length."""
+    """Where a dataset lies, bytes."""
 
     first: int
     stop: int
     path: str
-    numbers: bool = True
 
 
 class Group(dict[str, Any]):
@@ -74,21 +76,24 @@ SCHEMA = Group({
 def check_schema(file: h5py.File, size: int, unsealed: Iterable[Hole]) -> None:
     """Refuse a file that holds anything else, or twice in the same place; ValueError.
 
-    What is not sealed are the user block and whole datasets, not of texts.
+    What is not sealed are the user block and rows.
     """
-    places = [Place(0, file.userblock_size, "the user block")]
-    places += sorted(_places_of(file.id, SCHEMA, "", size))
-    for one, other in pairwise(places):
+    check_sizes(file)
+    places = sorted(_places_of(file.id, SCHEMA, "", size))
+    for one, other in pairwise([Place(0, file.userblock_size, "its seal"), *places]):
         if other.first < one.stop:
             raise ValueError(f"{other.path} lies where {one.path} does")
-    if {*unsealed} - {(place.first, place.stop) for place in places if place.numbers}:
-        raise ValueError("its seal leaves out other places than those of datasets")
+    rows = {extent.hole for extent in extents_of(file).values()}
+    if {*unsealed} - rows - {(0, file.userblock_size)}:
+        raise ValueError("its seal leaves out more than rows")
 
 
 def _places_of(
     group: h5g.GroupID, schema: Group, path: str, size: int
 ) -> Iterator[Place]:
     """Yield where all datasets in a group lie."""
+    if group.get_num_objs() > (MOST_ATTRIBUTES if path else MOST_ITEMS):
+        raise ValueError(f"{path or 'its root'} has too many parts")
     for name in group:
         inner = f"{path}/{name.decode(errors='replace')}"
         index = path and is_place(inner[len(path) + 1 :], path)
@@ -122,7 +127,7 @@ def _place_of(dataset: h5d.DatasetID, expected: Values, path: str, size: int) ->
     offset = dataset.get_offset() if used else size
     if offset is None or not 0 <= offset <= size - used:
         raise ValueError(f"{path} is longer than the file")
-    return Place(offset, offset + used, path, _type_of(kind) != "text")
+    return Place(offset, offset + used, path)
 
 
 def _type_of(kind: h5t.TypeID) -> str:

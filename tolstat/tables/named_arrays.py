@@ -1,26 +1,20 @@
-"""Tables whose columns are named arrays: Parquet, and HDF5 of other programs."""
+"""Tables whose columns are named arrays, as of Parquet."""
 
-import io
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import DataError, allowed_names
-from tolstat.hdf5_heaps import longest_object
+from tolstat.errors import DataError
 from tolstat.tables.delimited import LONGEST_CELL
 from tolstat.tables.grid import Cell, Grid, Head, Row, Unusable
 from tolstat.tables.heads import split_head
 from tolstat.tables.raw_file import RawFile
 
 PARQUET = (".parquet", ".pq")
-HDF5 = (".h5", ".hdf5", ".hdf", ".he5")
-UNIT_NAMES = "units", "unit"  # attributes of a dataset
 MOST_CELLS = 20_000_000
 MOST_BYTES = 8 * MOST_CELLS
-KINDS = "biufSUO"  # of numbers and texts
-DEEPEST = 8  # groups inside each other
 TEXT = "BYTE_ARRAY"  # as Parquet names it
 
 
@@ -47,7 +41,7 @@ def read_parquet(file: RawFile) -> Grid:
     try:
         facts = parquet.read_metadata(pyarrow.BufferReader(file.raw))
         groups = map(facts.row_group, range(facts.num_row_groups))
-        _check_room(
+        check_room(
             8 * facts.num_rows * facts.num_columns,
             sum(group.total_byte_size for group in groups),
         )
@@ -75,121 +69,10 @@ def read_parquet(file: RawFile) -> Grid:
         }
     except (pyarrow.ArrowException, OSError, ValueError) as error:
         raise DataError(f"{file.path} cannot be read as Parquet: {error}") from None
-    return _grid(file, columns, "Parquet")
+    return grid_of(file, columns, "Parquet")
 
 
-def read_hdf5(file: RawFile) -> Grid:
-    """Return the rows of an HDF5 file: datasets of one length, or one of fields.
-
-    Its sheet is the group, or the dataset of fields; by default the only one with
-    columns. Those that are not requested may have another length.
-
-    Raises
-    ------
-    DataError
-        If it cannot be read, or there are several tables and none is named.
-    """
-    import h5py
-
-    path, group, requested = file.path, file.form.sheet, file.requested
-    try:
-        longest = longest_object(file.raw)
-        with h5py.File(io.BytesIO(file.raw)) as root:
-            tables = dict[str, dict[str, Column]]()
-            _add_tables(root, tables, requested, longest)
-    except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
-        raise DataError(f"{path} cannot be read as HDF5: {error}") from None
-    if not tables:
-        raise DataError(
-            f"{path} has no table: a group whose datasets have one dimension, each a "
-            "column, or a dataset with fields is expected"
-        )
-    wanted = "/" + group.strip("/")
-    if group and wanted not in tables:
-        raise DataError(
-            f"{path} has no table '{group}'; {allowed_names(wanted, tables)}"
-        )
-    having = [n for n, columns in tables.items() if {*requested} & {*_names(columns)}]
-    chosen = [wanted] if group else having or [*tables]
-    if len(chosen) > 1:
-        raise DataError(
-            f"{path} has several tables: {', '.join(chosen)}; give sheet = "
-            f'"{chosen[0]}"'
-        )
-    return _grid(file, tables[chosen[0]], f"HDF5, {chosen[0]}")
-
-
-def _add_tables(
-    group: Any,
-    tables: dict[str, dict[str, Column]],
-    requested: Collection[str],
-    longest: int,
-    depth: int = 0,
-    before: int = 0,
-) -> int:
-    """Add the tables of a group, and of the groups in it, by their paths.
-
-    Links are not followed: they may lead into other files. Returns the bytes that were
-    read, with those before; no text has more than the longest.
-    """
-    import h5py
-
-    columns = dict[str, Column]()
-    for name in group:
-        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-            continue
-        item = group[name]
-        if isinstance(item, h5py.Group):
-            if depth < DEEPEST:
-                before = _add_tables(
-                    item, tables, requested, longest, depth + 1, before
-                )
-            continue
-        if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual:
-            continue
-        if item.ndim != 1 or not (item.dtype.names or item.dtype.kind in KINDS):
-            continue
-        before += item.nbytes
-        _check_room(before)
-        values, size = _read(item, longest)
-        before += size
-        if item.dtype.names:
-            tables[item.name] = {n: Column(values[n], "") for n in item.dtype.names}
-        else:
-            units = (item.attrs[key] for key in UNIT_NAMES if key in item.attrs)
-            columns[name] = Column(values, _text(next(units, "")))
-    named = [c for n, c in columns.items() if split_head(n)[0] in requested]
-    lengths = {len(column.values) for column in named or columns.values()}
-    if len(lengths) > 1:
-        raise ValueError(
-            f"{group.name}: datasets have different lengths, "
-            + ", ".join(f"{n} {len(c.values)}" for n, c in [*columns.items()][:8])
-        )
-    if lengths:
-        (length,) = lengths
-        tables[group.name] = {
-            n: column for n, column in columns.items() if len(column.values) == length
-        }
-    return before
-
-
-def _read(dataset: Any, longest: int) -> tuple[NDArray[Any], int]:
-    """Return the values of a dataset, and how long its texts are, bytes.
-
-    In parts: a few bytes refer to a text, which may be the longest each time.
-    """
-    parts, size = [dataset[:0]], 0
-    rows = max(1, MOST_BYTES // max(longest, 1))
-    for start in range(0, len(dataset), rows):
-        parts.append(part := dataset[start : start + rows])
-        fields = [part[n] for n in part.dtype.names] if part.dtype.names else [part]
-        texts = (x for f in fields if f.dtype.kind == "O" for x in f.flat)
-        size += sum(len(x) for x in texts if isinstance(x, bytes | np.ndarray))
-        _check_room(size)
-    return np.concatenate(parts), size
-
-
-def _check_room(*sizes: int) -> None:
+def check_room(*sizes: int) -> None:
     """Refuse what is larger, unpacked, than the cells that may be read."""
     if max(sizes) > MOST_BYTES:
         raise ValueError(
@@ -198,11 +81,7 @@ def _check_room(*sizes: int) -> None:
         )
 
 
-def _names(columns: Mapping[str, Column]) -> list[str]:
-    return [split_head(name)[0] for name in columns]
-
-
-def _grid(file: RawFile, columns: Mapping[str, Column], words: str) -> Grid:
+def grid_of(file: RawFile, columns: Mapping[str, Column], words: str) -> Grid:
     """Return named arrays of one length as rows, numbered from 1."""
     path = file.path
     rows = len(next(iter(columns.values())).values) if columns else 0

@@ -10,6 +10,7 @@ from tolstat.tables.no_value import without_codes
 from tolstat.tables.raw_file import AS_IS, Form, RawFile
 from tolstat.tables.table import Table
 
+HDF5 = (".h5", ".hdf5", ".hdf", ".he5")
 MOST_MEGABYTES = 32  # of a file
 
 
@@ -34,8 +35,10 @@ def read_table(
         grid = workbook_reader.read_workbook(file)
     elif ending in named_arrays.PARQUET:
         grid = named_arrays.read_parquet(file)
-    elif ending in named_arrays.HDF5:
-        grid = named_arrays.read_hdf5(file)
+    elif ending in HDF5:
+        from tolstat.tables.hdf5_tables import read_hdf5  # HDF5 is slow to load
+
+        grid = read_hdf5(file)
     else:
         grid = read_delimited(file)
     if form.no_value:

@@ -247,6 +247,12 @@ class Table:
                 "that an XLS file hides; save the file as XLSX"
             )
         words = self.texts(lots) if lots else []
+        for row, word in enumerate(words):
+            if not word.isprintable():
+                raise DataError(
+                    f"{self._address(row, lots)}: a lot is a text without control "
+                    "characters"
+                )
         filled, left_out = np.flatnonzero(~empty).tolist(), int(empty.sum())
         head = self.head.names[self._index(name)]
         return MeasuredColumn(

@@ -21,8 +21,10 @@ from tolstat.answers.next_steps import Step, StepKind
 from tolstat.answers.remedy import find_remedy
 from tolstat.answers.remedy.changed_entries import changeable_entries
 from tolstat.answers.remedy.remedy_finding import Evidence
+from tolstat.answers.remedy.remedy_words import remedy_cell, remedy_words
 from tolstat.errors import StudyError
 from tolstat.execution.stages import SampledStages
+from tolstat.render.screen import as_text
 from tolstat.status import Status
 
 BEARING = {"nominal": "20 mm", "tolerance": "-0.12..0 mm", "distribution": "uniform"}
@@ -187,6 +189,12 @@ def test_page_screen_json_and_csv_say_the_same(tmp_path):
     assert row["remedy_proved_by_trials"] == 20_000
     shown = typed(f"tolstat show {run.path}")
     assert "Move housing by" in shown and "what would help" in shown
+    missed = remedy._replace(met=False, missed=("gap",))
+    (sentence,) = map(as_text, remedy_words(run, missed))
+    assert "No change is known" in sentence and "gap still not met" in sentence
+    assert "proved" not in sentence
+    cell = as_text(remedy_cell(run, missed, "gap").main)
+    assert cell == "no change is known to meet all limits"
 
 
 def as_plain(report):
@@ -337,6 +345,16 @@ def test_a_size_keeps_its_sign(tmp_path):
     remedy = remedy_of(ran(study, tmp_path))
     moved = [change.shift for change in remedy.changes]
     assert all(shift >= -math.radians(1) for shift in moved) and not remedy.met
+
+
+def test_a_change_that_hardly_helps_is_no_remedy(tmp_path):
+    """A limit in per cent of a ratio of 50: a tenth of a millimetre remains of a."""
+    links = {
+        "a": {"nominal": "10 mm", "tolerance": "+-0.1 mm"},
+        "b": {"nominal": "20 mm", "tolerance": "+-0.1 mm"},
+    }
+    study = stack("49..51 %") | {"links": links, "settings": {"gap": "100*a/b"}}
+    assert not remedy_of(ran(study, tmp_path)).steps
 
 
 def test_fresh_trials_that_all_fail_prove_nothing(tmp_path, monkeypatch):

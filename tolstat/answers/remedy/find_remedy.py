@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial, reduce
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -61,6 +62,7 @@ FRESH_TRIALS, MOST_FRESH, TELLING = 20_000, 200_000, 50
 FARTHEST_UNPROVED = 1.0  # half tolerances that a centre moves
 STRAIGHT = 1e-6  # of sigma: what a linear surface leaves
 QUICK, QUICK_INTEGRATED = 10.0, 1.0  # s, that a proof may take; of equations of motion
+WORTHWHILE = 0.5  # share out of limit, over that before, of a change that meets none
 NOTHING_HELPS = "no change of the free tolerances and centres is known to help"
 TOLD = (NoRemedy.FREE, NoRemedy.FAILED)  # other refusals say nothing to a reader
 
@@ -146,13 +148,15 @@ class _Search:
         tried = self._tried(before) or self._by_weights(before)
         if tried is None:
             return RemedyFinding(reason=NOTHING_HELPS, note=self.note)
+        missed = tried.after.missed(self.trials.permitted_out)
         pairs = zip(before.limits, tried.after.limits, strict=True)
         changed = StudyChange(changed_entries(self.run, self.entries, tried.change))
         return RemedyFinding(
             tuple(self._steps(tried.steps, before)),
             Evidence.PROVED if tried.proved else Evidence.PREDICTED,
             trials=tried.proved,
-            met=tried.met, limits=dict(zip(self.run.limits, pairs, strict=True)),
+            met=tried.met, missed=tuple(compress(self.run.limits, missed)),
+            limits=dict(zip(self.run.limits, pairs, strict=True)),
             change=changed, entries=typed_entries(changed.deviations),
             commands=to_change(self.run, changed), note=self.note,
             proving=self.proving,
@@ -216,10 +220,16 @@ class _Search:
     def _judged(
         self, change: Change, steps: Iterable[Step], before: Shares, proved: int = 0
     ) -> _Tried | None:
-        """Return a change with its steps; None unless it improves."""
+        """Return a change with its steps; None unless it improves.
+
+        One that surely misses a limit has to improve by much.
+        """
         steps, permitted = tuple(steps), self.trials.permitted_out
         after = steps[-1].after
-        if not after.improve(before, permitted):
+        far = after.joint.upper > WORTHWHILE * before.joint.value
+        if not after.improve(before, permitted) or (
+            any(after.missed(permitted)) and far
+        ):
             return None
         return _Tried(change, steps, after.permitted(permitted), proved)
 

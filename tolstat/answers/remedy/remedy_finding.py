@@ -53,6 +53,7 @@ class RemedyFinding(NamedTuple):
     evidence: Evidence = Evidence.PREDICTED
     trials: int = 0  # fresh ones that prove it, or wider limits
     met: bool = False  # all limits
+    missed: tuple[str, ...] = ()  # limits surely not met
     # fraction out of each limit: before, after
     limits: Mapping[str, tuple[Estimate, Estimate]] = {}
     change: StudyChange = StudyChange()  # of all steps

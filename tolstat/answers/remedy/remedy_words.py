@@ -10,13 +10,15 @@ from tolstat.answers.remedy.remedy_finding import (
 )
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts
-from tolstat.document.sentences import listed, say, text
+from tolstat.document.sentences import listed, say, some_of, text
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import KNOWN, PER_CENT, figures
 
 MOST_STEPS = 2  # that have sentences of their own: a first page is one sheet
 MOST_IN_CELL = 3  # changes that a cell of a table names
 NOT_BY_FREE = "no change of free dimensions"
+NONE_MEETS = "no change is known to meet all limits"
+MISSED = "No change is known to meet all limits; the best one found misses them. "
 
 
 def remedy_words(run: Run, remedy: RemedyFinding) -> tuple[Parts, ...]:
@@ -27,19 +29,22 @@ def remedy_words(run: Run, remedy: RemedyFinding) -> tuple[Parts, ...]:
     if not remedy.steps:
         return (text(f"No remedy: {remedy.reason}.", note),)
     *earlier, last = remedy.steps
-    if len(remedy.steps) > MOST_STEPS:
+    if remedy.missed or len(remedy.steps) > MOST_STEPS:
         earlier, last = [], remedy.in_one
     sentences = [text(_step(run, step), ".") for step in earlier]
     met = "all limits met" if remedy.met else "not all limits surely met"
     evidence = "predicted from these trials"
     if remedy.evidence is Evidence.PROVED:
-        evidence = f"proved by {remedy.trials} new trials"
+        evidence = f"{'proved ' * remedy.met}by {remedy.trials} new trials"
+    if remedy.missed:
+        met = f"{', '.join(remedy.missed)} still not met"
     proof = say(" Prove it: {}", remedy.proving) if remedy.proving else None
     study = None
     if remedy.commands:  # none where nothing is evaluated here
         study = say(" Write its study: {} Run it: {}", *remedy.commands)
     sentences.append(
         text(
+            MISSED if remedy.missed else None,
             _step(run, last),
             f"; {met}, {evidence}.",
             *_worse(remedy),
@@ -58,15 +63,30 @@ def remedy_cell(run: Run, remedy: RemedyFinding, response: str) -> Cell:
     if not remedy.steps:
         return Cell(())
     changes, (_, after) = remedy.changes, remedy.limits[response]
+    if remedy.missed:
+        return Cell(text(NONE_MEETS), text(ppm(after), " by the best one found"))
     words = listed([_change(run, change) for change in changes])
     if len(changes) > MOST_IN_CELL:
         words = text("see the remedy")
-    return Cell(words, text(ppm(after), f", {remedy.evidence}"))
+    is_open = remedy.evidence is Evidence.PROVED and not remedy.met
+    evidence = "not surely met" if is_open else remedy.evidence
+    return Cell(words, text(ppm(after), f", {evidence}"))
 
 
 def _step(run: Run, step: RemedyStep) -> Parts:
     """Say what a step changes, and what it does to the yield of all limits."""
-    first, *others = [_change(run, change) for change in step.changes]
+    alike = dict[str, list[EntryChange]]()
+    for change in step.changes:
+        key = change.entry if change.shift else change.tolerance
+        alike.setdefault(key, []).append(change)
+    changes = list[Parts]()
+    for same in alike.values():
+        if len(same) > MOST_IN_CELL:
+            names = some_of([change.entry for change in same], MOST_IN_CELL)
+            changes.append(text(f"tighten {names} to {same[0].tolerance}"))
+        else:
+            changes += [_change(run, change) for change in same]
+    first, *others = changes
     word = str(first[0])
     capital = text(word[0].upper() + word[1:], *first[1:])
     before, after = step.before.value, step.after

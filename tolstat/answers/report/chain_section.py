@@ -22,6 +22,7 @@ NORMAL_SCORE = 3.0  # of the quantiles LOW and HIGH
 AS_DRAWN = (
     "Slopes are those at the nominal trial: by how much the response grows with a link."
 )
+NO_LINEAR_PART = "no linear part at the nominal: all slopes are zero"
 THREE_WAYS = (
     "Worst case: all links within their tolerances. Root sum square: a normal response "
     "with these slopes. Least and largest of it and of the trials (Monte Carlo): "
@@ -71,8 +72,9 @@ def _links(report: Report, run: Run, name: str) -> Iterator[dict[str, Given]]:
     }
     for part in run.contributors:
         slope = response.slopes.get(part.name, 0.0)
-        if part.size is None or not slope:
+        if part.size is None or not (slope or response.no_linear_part):
             continue
+        direction = "increasing" if slope > 0 else "decreasing"
         assumed, scale = run.assumed[part.name], run.scales[part.name]
         lower, upper = drawn.get(part.name, assumed.tolerance)
         yield {
@@ -81,7 +83,7 @@ def _links(report: Report, run: Run, name: str) -> Iterator[dict[str, Given]]:
             "upper deviation": _deviation(run, part, upper),
             "lower deviation": _deviation(run, part, lower),
             "mean": _without_zeros(size_words(run, part, assumed.mean)),
-            "direction": "increasing" if slope > 0 else "decreasing",
+            "direction": direction if slope else "none at the nominal",
             "slope": with_unit(Number(slope, Ratio(response.scale, scale))),
             "sigma": with_unit(Number(assumed.sigma, scale)),
             "distribution": _measured(report, part.name)
@@ -149,8 +151,11 @@ def three_ways(report: Report, name: str) -> blocks.Table:
             quantiles[HIGH],
         ],
     }  # fmt: skip
+    words = dict[str, str]()
+    if response.no_linear_part:
+        words["root sum square"] = f"root sum square: {NO_LINEAR_PART}"
     rows: dict[str, dict[str, Given]] = {
-        way: {"answer": way} | {
+        way: {"answer": words.get(way, way)} | {
             f"{head}{unit}": _number(value, scale)
             for head, value in zip(numbers, values, strict=False)
         }

@@ -76,9 +76,9 @@ def report_of(
         name = response.name
         summarized, slopes = summary.responses[name], diagnostics.slopes.get(name, {})
         analysed = name in focus and not summarized.still
-        by_slopes = scatter and linear.root_sum_square(
-            summarized.nominal, slopes, scatter
-        )
+        by_slopes = None
+        if scatter and (any(slopes.values()) or summarized.least == summarized.largest):
+            by_slopes = linear.root_sum_square(summarized.nominal, slopes, scatter)
         unanalysed: dict[str, Any] = {"contributions": None, "members": {}}
         reported = ReportedResponse(
             **vars(summarized) | ({} if analysed else unanalysed),

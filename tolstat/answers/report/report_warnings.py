@@ -11,6 +11,7 @@ import numpy as np
 
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array, Integers
+from tolstat.execution.compatibility import edits_since
 from tolstat.statistics.clusters import NO_TURNS, Clusters, clusters_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import Movement
@@ -33,7 +34,10 @@ TURNS = {
 
 
 class StudyWarning(NamedTuple):
-    """A warning of the study or of its model, known before any trial ran."""
+    """A warning of the study or of its model, known before any trial ran.
+
+    Or of a study that was edited since.
+    """
 
     sentence: str
     kind: str = "study"
@@ -237,7 +241,7 @@ def warnings_of(
         for finding in part.unusual
     )
     if unsettled:
-        return (*map(StudyWarning, run.warnings), *unusual)
+        return (*_of_study(run), *unusual)
     return (
         *warnings_of_run(run),
         *unusual,
@@ -296,14 +300,15 @@ def _of_measured_parts(drawn: Drawn) -> Iterator[PartsWarning | AllPartsWarning]
                 return
 
 
+def _of_study(run: Run) -> Iterator[StudyWarning]:
+    return map(StudyWarning, [*edits_since(run), *run.warnings])
+
+
 def warnings_of_run(run: Run) -> tuple[ReportWarning, ...]:
     """Return the warnings about any run, whatever its sampling."""
     named = " ".join(run.warnings)  # by the model, which knows why they are idle
     idle = [n for n in run.diagnostics.idle if not re.search(rf"\b{n}\b", named)]
-    return (
-        *map(StudyWarning, run.warnings),
-        *([IdleContributors(tuple(idle))] if idle else []),
-    )
+    return (*_of_study(run), *([IdleContributors(tuple(idle))] if idle else []))
 
 
 def _unchanged(drawn: Drawn, name: str) -> bool:

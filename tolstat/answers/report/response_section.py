@@ -6,7 +6,11 @@ from itertools import chain, islice
 
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_draw, to_replay, to_tables, typed_setting
-from tolstat.answers.report.chain_section import chain_blocks, size_words
+from tolstat.answers.report.chain_section import (
+    NO_LINEAR_PART,
+    chain_blocks,
+    size_words,
+)
 from tolstat.answers.report.first_page import (
     CENTRAL,
     at_least,
@@ -382,6 +386,8 @@ class _ResponseSection:
             mean = Cell((self._number(linear.mean),), sigma)
             basis = "slopes at the nominal trial, normal response"
             rows["root sum square"] = mean, basis
+        elif response.no_linear_part:
+            rows["root sum square"] = "", NO_LINEAR_PART
         for departure in response.departures:
             wrong = "little" if departure.relative > 0 else "much"
             fails = Word("root sum square fails"), f" (it promises too {wrong}): "

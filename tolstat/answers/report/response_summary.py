@@ -239,7 +239,8 @@ class ReportedResponse(ResponseSummary):
     source: str
     integration_errors: IntegrationErrors | None  # None: not audited
     slopes: Mapping[str, float]  # at the nominal trial, by contributor that deviates
-    root_sum_square: Linear | None  # root sum square; None without slopes
+    # None without slopes, and where all are zero, and yet it varies
+    root_sum_square: Linear | None
     departures: tuple[Departure, ...]  # how far that is off
     worst_cases: Mapping[str, WorstCase]  # by side, of a limited response
     worst_trials: tuple[WorstTrial, ...]  # the worst first, of a limited response
@@ -247,6 +248,12 @@ class ReportedResponse(ResponseSummary):
     point_mass: PointMass | None
     indices: SobolIndices | None
     requested: RequestedQuantiles | None = None
+
+    @property
+    def no_linear_part(self) -> bool:
+        """Whether it varies, and yet has no slope at the nominal trial."""
+        unknown = self.root_sum_square is None
+        return unknown and bool(self.slopes) and self.least < self.largest
 
     @property
     def leading(self) -> list[str]:

@@ -28,7 +28,9 @@ from tolstat.store.run_records import Halved, Members
 from tolstat.study.study import Study
 
 STEP = 0.1  # of a usual deviation, to either side
+WHOLE = 6  # usual deviations of a whole tolerance
 ROUNDING = 1e-12  # of the largest value of a response: no change
+ALIKE = 1e-6  # of the change of a response to either side: no difference of both
 FEWEST_TRIALS, MOST_TRIALS = 8, 64  # trials in which a contributor is moved
 TOGETHER = 256  # most trials in which contributors are moved together
 OTHERS = 4  # of these, whose deviation it takes, beside both ends of its tolerance
@@ -40,6 +42,7 @@ def slopes(
     usual: Array,
     workers: Workers,
     trial: Array | None = None,
+    responses: Array | None = None,
 ) -> Array:
     """Return the slopes of the responses at one trial.
 
@@ -55,23 +58,33 @@ def slopes(
         Evaluate the trials.
     trial : float64[contributor], optional
         Deviations of the trial, SI; the nominal one if not given.
+    responses : float64[any, response], optional
+        Of other trials, SI: they show the size of a response, and so its rounding.
 
     Returns
     -------
     float64[contributor, response]
-        By central differences over a tenth of `usual` to either side;
-        NaN where a trial failed.
+        By central differences over a tenth of `usual` to either side; zero where these
+        are rounding, beside the size of the response or its change to either side. NaN
+        where a trial failed.
     """
     varying = np.flatnonzero(usual > 0)
     if not len(varying):
         return np.zeros((len(usual), len(model.describe(settings).responses)))
     step = STEP * usual[varying]
-    ahead = np.diag(STEP * usual)[varying]
-    shifted = np.concatenate([ahead, -ahead]) + (0.0 if trial is None else trial)
-    responses = workers.simulate(model, shifted, settings).responses
-    ahead, behind = np.split(responses, 2)
-    table = np.zeros((len(usual), responses.shape[1]))
-    table[varying] = (ahead - behind) / (2 * step[:, None])
+    moves = np.diag(STEP * usual)[varying]
+    rows = np.concatenate([moves, -moves, np.zeros((1, len(usual)))])
+    rows += 0.0 if trial is None else trial
+    values = workers.simulate(model, rows, settings).responses
+    ahead, behind = values[:-1].reshape(2, *moves.shape[:1], -1)
+    difference = ahead - behind
+    change = np.fmax(np.abs(ahead - values[-1]), np.abs(behind - values[-1]))
+    known = values if responses is None else np.concatenate([values, responses])
+    size = np.fmax.reduce(np.abs(known), axis=0)
+    rounding = np.fmax(ALIKE * change, ROUNDING * size * 2 * STEP / WHOLE)
+    difference[np.abs(difference) <= rounding] = 0.0
+    table = np.zeros((len(usual), values.shape[1]))
+    table[varying] = difference / (2 * step[:, None])
     return table
 
 
@@ -116,8 +129,7 @@ def idle_contributors(
         return ()
     lower, upper = ends
     rounding = ROUNDING * np.abs(trials.responses[done]).max(0)
-    effects = np.abs(slopes) * (upper - lower)[:, None]
-    moves = np.any(effects > rounding, axis=1)  # NaN where the nominal trial failed
+    moves = np.any(np.abs(slopes) > 0, axis=1)  # NaN where the nominal trial failed
     turns = [
         is_turn(contributor.unit, Tolerance(*zone))
         for contributor, zone in zip(

@@ -243,7 +243,7 @@ class Roundings(Derived):
     """
 
     def constant(self, value: Any) -> Rounded:
-        return Rounded(super().constant(value), self._unit * abs(value), abs(value))
+        return Rounded(np.float64(value), self._unit * abs(value), abs(value))
 
     def link(self, name: str) -> Rounded:
         if name in self.solved:
@@ -286,6 +286,39 @@ def _without_rounding(value: Any, error: Any, size: Any) -> Rounded:
     if np.any(nothing):
         value = np.where(nothing, 0.0, value)
     return Rounded(value, error, size)
+
+
+class CleanSlope(NamedTuple):
+    """A value and its rounding error as `Rounded` has them, and its slopes."""
+
+    value: Any
+    error: Any
+    size: Any
+    by_link: Any
+
+
+class CleanSlopes(Roundings, Slopes):
+    """Slopes of values without rounding errors: what is none but that is 0, too.
+
+    The slopes of S*S and of |S| are zero where the terms of S take each other away.
+    """
+
+    def constant(self, value: Any) -> Any:
+        slope = Slopes.constant(self, value)
+        return CleanSlope(*Roundings.constant(self, value), slope.by_link)
+
+    def link(self, name: str) -> Any:
+        if name in self.solved:
+            return self.solved[name]
+        return CleanSlope(*Roundings.link(self, name), Slopes.link(self, name).by_link)
+
+    def carried(
+        self, name: str, value: Any, parts: Sequence[Part], divisor: Any = 1.0
+    ) -> Any:
+        by_link = Slopes.carried(self, name, value, parts, divisor).by_link
+        terms = sum(np.abs(outer * x.by_link) for outer, x in parts) / np.abs(divisor)
+        clean = np.where(np.abs(by_link) <= self._unit * terms, 0.0, by_link)
+        return CleanSlope(*Roundings.carried(self, name, value, parts, divisor), clean)
 
 
 PLAIN, ANGLE, PER_TIME = dimension("1"), dimension("rad"), dimension("Hz")

@@ -9,7 +9,7 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
-from tolstat.machines.dimension_chain.algebras import Slopes
+from tolstat.machines.dimension_chain.algebras import CleanSlopes, Slopes
 from tolstat.machines.dimension_chain.formula import Formula
 
 ALL_CORNERS = 10  # most links for which every corner is evaluated
@@ -35,6 +35,8 @@ class Answers(NamedTuple):
     # links by which the closing link both rises and falls: then a search finds the
     # worst case
     turning: tuple[str, ...]
+    # all slopes at the middle are zero, and yet it varies: no mean, sigma or shares
+    no_linear_part: bool
 
 
 def answers(
@@ -43,9 +45,9 @@ def answers(
     """Return worst case and root sum square of a dimension chain.
 
     The worst case is NaN if the formula has no value somewhere within the tolerances,
-    or jumps there as at a pole. The others are NaN if it has no value or no slope in
-    their middle. Of a linear chain the worst case is the sum of |xi| T/2 to either side
-    of the middle, sigma the root of the sum of (xi sigma_i)^2.
+    or jumps there as at a pole. The others are NaN if it has no value, no slope or no
+    linear part in their middle. Of a linear chain the worst case is the sum of
+    |xi| T/2 to either side of the middle, sigma the root of the sum of (xi sigma_i)^2.
     """
     used = {n: s for n, s in spreads.items() if n in formula.used and s.lower < s.upper}
     constant = {n: s.mean for n, s in spreads.items() if n not in used}
@@ -54,7 +56,8 @@ def answers(
         n: x + (0.5 * (used[n].lower + used[n].upper) if n in used else 0.0)
         for n, x in nominal.items()
     }
-    slope = formula.worked_out(Slopes({n: np.float64(x) for n, x in middle.items()}))
+    numbers = {n: np.float64(x) for n, x in middle.items()}
+    slope = formula.worked_out(CleanSlopes(numbers))
     slopes = np.where(
         np.isfinite(slope.by_link), slope.by_link, np.nan
     )  # none at a vertical
@@ -64,14 +67,17 @@ def answers(
     variance = math.fsum(parts.values())
     offsets = (xi[n] * (nominal[n] + s.mean - middle[n]) for n, s in used.items())
     least, largest, turning = _worst(formula, nominal, used)
+    if no_linear_part := variance == 0 and least != largest:
+        variance = math.nan
     return Answers(
         least,
         largest,
-        float(slope.value) + math.fsum(offsets),
+        math.nan if no_linear_part else float(slope.value) + math.fsum(offsets),
         math.sqrt(variance),
         {n: part / variance if variance else 0.0 for n, part in parts.items()},
         effects,
         turning,
+        no_linear_part,
     )
 
 

@@ -131,6 +131,8 @@ def _numbers(
     if turns:
         of_worst.append(f"found by a search: the gap rises and falls with {turns}")
         of_rss.append(f"inaccurate: the gap rises and falls with {turns}")
+    if results.no_linear_part:
+        of_rss = ["no linear part in the middle of the tolerances: all slopes are zero"]
     if math.isnan(results.worst_min):
         jumps = "jumps, or has no value, somewhere within the tolerances"
         of_worst = [f"the formula {jumps}"]

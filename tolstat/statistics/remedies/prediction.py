@@ -24,6 +24,7 @@ from tolstat.statistics.remedies.surface import NONLINEAR, REMAINDER, UNEXPLAINE
 
 MOST_ERROR = 0.1  # of what shifts gain: one shift instead of several
 ROUNDS = 4  # searches, the later ones from the fresh trials of the one before
+ALL_TIGHTER = 0.7, 0.5, 0.35  # ratios of all free entries: where searches fail
 
 
 class Shares(NamedTuple):
@@ -51,6 +52,11 @@ class Shares(NamedTuple):
         """Return whether the whole interval of each limit is permitted."""
         pairs = zip(self.limits, permitted_out, strict=True)
         return all(share.upper <= most for share, most in pairs)
+
+    def missed(self, permitted_out: Array) -> list[bool]:
+        """Return whether no value in the interval of each limit is permitted."""
+        pairs = zip(self.limits, permitted_out.tolist(), strict=True)
+        return [share.lower > most for share, most in pairs]
 
     def improve(self, before: Shares, permitted_out: Array) -> bool:
         """Return whether they are surely better, and push no response out of its limit.
@@ -186,10 +192,11 @@ def proved(trials: MovableTrials, sample: Sampled) -> Proof | None:
 
     None if no change is found. One shift that meets all limits, if only just, is
     preferred to more changes; and what a met change does not need is left out. Its
-    steps have the fresh trials of its seed, and end where all limits are met.
+    steps have the fresh trials of its seed, and end where all limits are met. All free
+    entries tightened alike are one step.
     """
     proof, permitted_out = _searched(trials, sample), trials.permitted_out
-    if proof is None or not proof.improves:
+    if proof is None or not proof.improves or proof.steps:
         return proof
 
     def shares(change: Change) -> Shares:
@@ -216,8 +223,8 @@ def _searched(trials: MovableTrials, sample: Sampled) -> Proof | None:
     change, fresh, proof = trials.design.none, trials, None
     before, seeds = predicted(trials, trials.design.none), count()
 
-    def tried(change: Change) -> tuple[MovableTrials, Proof]:
-        seed = next(seeds)
+    def tried(change: Change, seed: int | None = None) -> tuple[MovableTrials, Proof]:
+        seed = next(seeds) if seed is None else seed
         fresh = trials.sampled_again(change, *sample(change, seed))
         after = _fresh_shares(fresh)
         met = after.permitted(trials.permitted_out)
@@ -243,6 +250,18 @@ def _searched(trials: MovableTrials, sample: Sampled) -> Proof | None:
             _, simple = tried(trials.design.rounded(fewer))
             if simple.met and simple.improves:
                 return simple
+        return proof
+    none = trials.design.none
+    for ratio in ALL_TIGHTER if present < AIM_PROVED else ():
+        ratios = np.where(trials.design.free, ratio, 1.0)
+        _, alike = tried(trials.design.rounded(none._replace(ratio=ratios)))
+        if alike.met and alike.improves:
+            return alike._replace(steps=(Step(alike.change, alike.after),))
+    if proof and len(proof.change.shifted) and len(proof.change.tightened):
+        # shifts may cancel, or follow what a surface has by chance
+        _, unshifted = tried(proof.change._replace(shift=none.shift), proof.seed)
+        if unshifted.improves and unshifted.after.joint.value < proof.after.joint.upper:
+            return unshifted
     return proof
 
 
