@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 SHOWN = {"1": "1", "N/m": "N/mm"}  # by SI unit of the gap, unless its limit has another
 NO_VALUE = "the formula has no value"
 MOST_PAIRS = 45  # of gaps: ten have so many
+MOST_NAMED = 8  # links in a sentence
 OPEN = "a loop does not close"
 FAILURES = {
     OPEN: "vector loops close, in the way of the nominal machine",
@@ -121,7 +122,9 @@ def _numbers(
     """Yield the numbers of one gap."""
     unit = settings.unit_of(formula)
     idle = [name for name in spreads if name not in formula.used]
-    turns = ", ".join(results.turning)
+    turns = ", ".join(results.turning[:MOST_NAMED])
+    if (others := len(results.turning) - MOST_NAMED) > 0:
+        turns += f" and {others} more"
     # of several gaps each has links of its own
     missing = idle if not settings.gaps else []
     of_worst = [f"{', '.join(missing)} not in the formula"] if missing else []
