@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 Data = bytes | bytearray
 
@@ -58,7 +59,7 @@ def heaps_in(data: Data, size: int) -> Iterator[tuple[int, int]]:
             yield heap.start(), heap.start() + length
 
 
-def _referred(data: Data, keys: "np.ndarray[tuple[int], np.dtype[np.uint64]]") -> int:
+def _referred(data: Data, keys: NDArray[np.uint64]) -> int:
     """Return the size of all that is referred to: by a size, an address, a number.
 
     Wherever that stands; the library refuses another size than that of the object.

@@ -120,9 +120,7 @@ class RunIndex(Answer):
         return replace(self, entries=tuple(entries))
 
     def _changes(self, before: Entry, after: Entry) -> Changes | None:
-        if not (before.revision and after.revision):
-            return None
-        return changes_since(self.relative(before.run), before.revision, after.revision)
+        return _changes(self.relative(before.run), before, after)
 
     def relative(self, path: Path | None) -> str:
         """Return a path relative to the folder."""

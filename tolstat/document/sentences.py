@@ -48,9 +48,3 @@ def listed(items: Sequence[Said], joint: str = "and") -> Parts:
             parts.append(f" {joint} " if last else ", ")
         parts += text(item)
     return tuple(parts)
-
-
-def some_of(names: Sequence[str], most: int) -> str:
-    """Return names in words; of many the first ones, and how many more there are."""
-    more = len(names) - most
-    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")

@@ -323,9 +323,9 @@ def _diagnostics(
     random = trials.random
     ends = tolerance_ends(study)
     usual = (ends[1] - ends[0]) / WHOLE  # sigma of a normal part at Cp = 1
-    table = slopes(
-        study.model, study.settings, usual, workers, responses=trials.responses
-    )
+    largest = np.fmax.reduce(trials.responses, axis=0)
+    sizes = np.fmax(largest, -np.fmin.reduce(trials.responses, axis=0))
+    table = slopes(study.model, study.settings, usual, workers, sizes=sizes)
     by_name = slopes_by_name(study, table, usual > 0)
     return Diagnostics(
         by_name,

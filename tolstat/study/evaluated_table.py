@@ -8,7 +8,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.deviations.names import expand
 from tolstat.deviations.rows import ROWS
-from tolstat.errors import DataError, ModelError
+from tolstat.errors import DataError, ModelError, some_of
 from tolstat.study import study_schema as schema
 from tolstat.study.given_points import Case, Points, Setup
 from tolstat.study.nominal_size import HOLDS, DeviationReader, Holds
@@ -92,9 +92,8 @@ def table_entry(document: schema.Document) -> schema.TableEntry:
 
 def not_read(file: str, heads: Sequence[str]) -> str:
     """Return a warning about columns that no entry names."""
-    words = f"the column{'s' * (len(heads) > 1)} {', '.join(heads[:NAMED])}"
-    more = f" and {len(heads) - NAMED} more" if len(heads) > NAMED else ""
-    return f"{file}: no entry names {words}{more}; not read"
+    words = f"the column{'s' * (len(heads) > 1)} {some_of(heads, NAMED)}"
+    return f"{file}: no entry names {words}; not read"
 
 
 def part_of_head(head: str) -> tuple[str, Holds]:

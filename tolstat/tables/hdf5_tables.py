@@ -24,11 +24,9 @@ KINDS = "biufSU"  # of numbers and texts
 DEEPEST = 8  # groups inside each other
 MOST_ITEMS = 10_000  # groups and datasets
 MOST_CHUNKS = 500_000
-DEFLATE, SHUFFLE, FLETCHER32 = h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, 3
-FILTERS = {DEFLATE, SHUFFLE, FLETCHER32, h5py.h5z.FILTER_LZF}
+DEFLATE, FLETCHER32 = h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_FLETCHER32
+FILTERS = {DEFLATE, FLETCHER32, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_LZF}
 CHECKSUM = 4  # bytes that FLETCHER32 adds to a chunk
-
-
 # h5py.Dataset by path of a table and name of the column; "" for one of fields
 Tables = dict[str, dict[str, Any]]
 
@@ -240,7 +238,7 @@ def _check_chunks(dataset: Any) -> None:
         raise ValueError(f"{dataset.name} is packed in an unknown way")
     if not filters:
         return
-    chunks, last = list[Any](), filters[-1]
+    chunks = list[Any]()
     dataset.id.chunk_iter(chunks.append)
     for chunk in chunks:
         if chunk.size < CHECKSUM and FLETCHER32 in filters:
@@ -248,7 +246,7 @@ def _check_chunks(dataset: Any) -> None:
         if DEFLATE not in filters or chunk.filter_mask:
             continue
         packed = dataset.id.read_direct_chunk(chunk.chunk_offset)[1]
-        packed = packed[:-CHECKSUM] if last == FLETCHER32 else packed
+        packed = packed[:-CHECKSUM] if filters[-1] == FLETCHER32 else packed
         whole = zlib.decompressobj().decompress(packed, held + CHECKSUM + 1)
         if len(whole) > held + CHECKSUM:
             raise ValueError(f"{dataset.name} has a chunk that unpacks to more")

@@ -226,10 +226,9 @@ class _Search:
         """
         steps, permitted = tuple(steps), self.trials.permitted_out
         after = steps[-1].after
-        far = after.joint.upper > WORTHWHILE * before.joint.value
-        if not after.improve(before, permitted) or (
-            any(after.missed(permitted)) and far
-        ):
+        little = after.joint.upper > WORTHWHILE * before.joint.value
+        missed = any(after.missed(permitted))
+        if not after.improve(before, permitted) or (missed and little):
             return None
         return _Tried(change, steps, after.permitted(permitted), proved)
 

@@ -10,7 +10,8 @@ from tolstat.answers.remedy.remedy_finding import (
 )
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts
-from tolstat.document.sentences import listed, say, some_of, text
+from tolstat.document.sentences import listed, say, text
+from tolstat.errors import some_of
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import KNOWN, PER_CENT, figures
 

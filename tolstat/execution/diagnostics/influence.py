@@ -42,7 +42,7 @@ def slopes(
     usual: Array,
     workers: Workers,
     trial: Array | None = None,
-    responses: Array | None = None,
+    sizes: Array | None = None,
 ) -> Array:
     """Return the slopes of the responses at one trial.
 
@@ -58,8 +58,8 @@ def slopes(
         Evaluate the trials.
     trial : float64[contributor], optional
         Deviations of the trial, SI; the nominal one if not given.
-    responses : float64[any, response], optional
-        Of other trials, SI: they show the size of a response, and so its rounding.
+    sizes : float64[response], optional
+        Largest absolute value in other trials, SI: it shows how far a response rounds.
 
     Returns
     -------
@@ -76,12 +76,12 @@ def slopes(
     rows = np.concatenate([moves, -moves, np.zeros((1, len(usual)))])
     rows += 0.0 if trial is None else trial
     values = workers.simulate(model, rows, settings).responses
-    ahead, behind = values[:-1].reshape(2, *moves.shape[:1], -1)
+    ahead, behind = np.split(values[:-1], 2)
     difference = ahead - behind
     change = np.fmax(np.abs(ahead - values[-1]), np.abs(behind - values[-1]))
-    known = values if responses is None else np.concatenate([values, responses])
-    size = np.fmax.reduce(np.abs(known), axis=0)
-    rounding = np.fmax(ALIKE * change, ROUNDING * size * 2 * STEP / WHOLE)
+    largest = np.fmax.reduce(np.abs(values), axis=0)
+    largest = largest if sizes is None else np.fmax(largest, sizes)
+    rounding = np.fmax(ALIKE * change, ROUNDING * largest * 2 * STEP / WHOLE)
     difference[np.abs(difference) <= rounding] = 0.0
     table = np.zeros((len(usual), values.shape[1]))
     table[varying] = difference / (2 * step[:, None])
@@ -137,7 +137,9 @@ def idle_contributors(
         )
     ]
     suspects = np.flatnonzero((lower < upper) & ~moves & ~np.array(turns, np.bool_))
-    rows = trials.deviations[_chosen(trials, done, max(len(suspects), 1))]
+    if not len(suspects):
+        return ()
+    rows = trials.deviations[_chosen(trials, done, len(suspects))]
     several = trials.deviations[_chosen(trials, done, 1, TOGETHER)]
     evaluate = partial(_changes, study, workers, rounding)
     joined = False

@@ -109,8 +109,9 @@ def _worst(
     rises, falls = _directions(slopes)
     # of many links no corner may be as far out as those of the extremes
     farthest = [np.where(rises, lower, upper), np.where(falls, lower, upper)]
-    points = np.vstack([points, farthest])
-    values, slopes = slopes_at(points)
+    there, slopes_there = slopes_at(np.array(farthest))
+    points, values = np.vstack([points, farthest]), np.append(values, there)
+    slopes = np.vstack([slopes, slopes_there])
     if not np.isfinite(values).all():
         return math.nan, math.nan, ()
     rises, falls = _directions(slopes)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tolstat.arrays import Array, Truths
+from tolstat.errors import some_of
 from tolstat.machines.dimension_chain.algebras import Roundings
 from tolstat.machines.dimension_chain.chain import Answers, answers, correlation_of
 from tolstat.machines.dimension_chain.declarations import GAP, Settings
@@ -122,9 +123,7 @@ def _numbers(
     """Yield the numbers of one gap."""
     unit = settings.unit_of(formula)
     idle = [name for name in spreads if name not in formula.used]
-    turns = ", ".join(results.turning[:MOST_NAMED])
-    if (others := len(results.turning) - MOST_NAMED) > 0:
-        turns += f" and {others} more"
+    turns = some_of(results.turning, MOST_NAMED)
     # of several gaps each has links of its own
     missing = idle if not settings.gaps else []
     of_worst = [f"{', '.join(missing)} not in the formula"] if missing else []
