@@ -1,8 +1,8 @@
-"""Errors of tolstat, the advice that they give, and names in them."""
+"""Errors of tolstat, and the advice that they give."""
 
 import difflib
 import traceback
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from enum import StrEnum
 from pathlib import Path
 from traceback import TracebackException
@@ -153,12 +153,6 @@ def package_that_fails(error: BaseException) -> str:
     loading = [f.f_globals for f in frames if f.f_code.co_name == "<module>"]
     names = [module.get("__name__", "").partition(".")[0] for module in loading]
     return names[-1] if names and names[-1] not in ("__main__", "tolstat") else ""
-
-
-def some_of(names: Sequence[str], most: int) -> str:
-    """Return names in words; of many the first ones, and how many more there are."""
-    more = len(names) - most
-    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:

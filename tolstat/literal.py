@@ -3,10 +3,13 @@
 Titles, names, paths and words come from study files, run files and custom models.
 Each medium makes them safe in one place: the screen of the command line, the
 environment of pages, the pictures before they are written, the cells of CSV files.
+
+Of many names a sentence says the first, on every floor in the same words.
 """
 
 import re
 import unicodedata
+from collections.abc import Sequence
 from typing import Any
 
 # controls and formats (ESC, changes of direction), half characters, separators
@@ -30,6 +33,12 @@ def visible(text: str) -> str:
         else c
         for c in text
     )
+
+
+def some_of(names: Sequence[str], most: int) -> str:
+    """Return names in words; of many the first ones, and how many more there are."""
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def csv_cell(value: Any) -> Any:

@@ -8,7 +8,8 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.deviations.names import expand
 from tolstat.deviations.rows import ROWS
-from tolstat.errors import DataError, ModelError, some_of
+from tolstat.errors import DataError, ModelError
+from tolstat.literal import some_of
 from tolstat.study import study_schema as schema
 from tolstat.study.given_points import Case, Points, Setup
 from tolstat.study.nominal_size import HOLDS, DeviationReader, Holds

@@ -7,7 +7,8 @@ import numpy as np
 
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.arrays import Array
-from tolstat.errors import QuestionError, some_of
+from tolstat.errors import QuestionError
+from tolstat.literal import some_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import Caveat
 from tolstat.statistics.sample import Sample

@@ -11,7 +11,7 @@ from tolstat.answers.remedy.remedy_finding import (
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts
 from tolstat.document.sentences import listed, say, text
-from tolstat.errors import some_of
+from tolstat.literal import some_of
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import KNOWN, PER_CENT, figures
 

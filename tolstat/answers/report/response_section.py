@@ -27,7 +27,7 @@ from tolstat.document import blocks
 from tolstat.document.blocks import Block, Cell, Given, Section, Table, section
 from tolstat.document.inline import Name, Number, Parts, Said, Word
 from tolstat.document.sentences import counted, say, text, with_unit
-from tolstat.errors import some_of
+from tolstat.literal import some_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sensitivity.contributions import MOST_TRIALS, Contributions
 from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM, Ratio, Scale, share_words

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.errors import some_of
+from tolstat.literal import some_of
 from tolstat.machines.dimension_chain.algebras import Roundings
 from tolstat.machines.dimension_chain.chain import Answers, answers, correlation_of
 from tolstat.machines.dimension_chain.declarations import GAP, Settings
